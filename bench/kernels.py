@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from scipy.signal import lfilter
 
-from bench.figures import Figure, best_time, timed
+from bench.suite import Figure, best_time, timed
 from impactfem.case import load_case
 from impactfem.coupling.from_case import calibration_of, system_of
 from impactfem.coupling.pounding import interpolate_ground, simulate

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.building import load_forms, peak_memory
-from bench.figures import Figure, Watch, best_time, timed
+from bench.suite import Figure, Watch, best_time, timed
 from impactfem.building.from_case import geometry_of
 from impactfem.building.generate import generate
 from impactfem.building.model import BuildingModel, assemble_building
@@ -63,15 +63,37 @@ def transient_figures(every_damping: bool = False, case_file: str = PAPER_SIZE) 
     Raises:
         ImpactfemError: The source tree with the shipped cases is missing.
     """
-    case, prepared, model, K, patterns = _assembled(case_file)
-    loads, damping = prepared.loads, prepared.damping
+    case = load_case(in_source_tree(case_file))
+    transient = transient_of(case)
+    longest = max((m.accelerogram.duration for m in ground_motions(case.motions)), default=0.0)
+    with tempfile.TemporaryDirectory() as folder:
+        duration = transient.duration or case.pounding.duration or longest
+        prepared = prepared_building(case, Path(folder), duration)
+    loads, damping, mesh = prepared.loads, prepared.damping, prepared.parts.mesh
+    load_forms()
+    model = assemble_building(communicator(), prepared.parts)
+    K = model.take_stiffness(prepared.storey_factor)
+    patterns = loads.patterns(model, mesh, transient.eccentricity)
     full = _full_figures(model, K, prepared, patterns)
     loop = full[-1].value
-    ended: list[float] = []
-    start = perf_counter()
-    basis = _basis(case, prepared, model, K, patterns, every_damping, ended)
-    whole, built = perf_counter() - start, ended[-1] - start
     nodes = np.array([probe.node for probe in prepared.probes])
+    asked = transient.model_copy(update={"serve_damping_cases": every_damping})
+    ended: list[float] = []  # when the tolerance is met
+    start = perf_counter()
+    basis = build_basis(
+        model,
+        K,
+        patterns,
+        loads.names,
+        probes=nodes,
+        nodes=recorded_nodes(mesh, nodes),
+        accuracy=accuracies(case.model_copy(update={"transient": asked}))[0],
+        shift=transient.shift,
+        largest=transient.largest_basis,
+        larger=True,
+        progress=lambda part: ended.append(perf_counter()) if part >= 1.0 else None,
+    )
+    whole, built = perf_counter() - start, ended[-1] - start
 
     def respond() -> Any:
         history = modal_histories(basis, loads, damping)
@@ -177,49 +199,6 @@ def basis_figures(case_file: str = DEFAULT) -> list[Figure]:
         ]
     rest = whole - sum(watch.seconds.values())
     return [*figures, Figure("basis, all else, share of the time", rest / whole, "-")]
-
-
-def _assembled(case_file: str) -> tuple[Case, Prepared, BuildingModel, Any, Array]:
-    """Case, building with its loads, matrices and load patterns."""
-    case = load_case(in_source_tree(case_file))
-    transient = transient_of(case)
-    longest = max((m.accelerogram.duration for m in ground_motions(case.motions)), default=0.0)
-    with tempfile.TemporaryDirectory() as folder:
-        duration = transient.duration or case.pounding.duration or longest
-        prepared = prepared_building(case, Path(folder), duration)
-    load_forms()
-    model = assemble_building(communicator(), prepared.parts)
-    K = model.take_stiffness(prepared.storey_factor)
-    patterns = prepared.loads.patterns(model, prepared.parts.mesh, transient.eccentricity)
-    return case, prepared, model, K, patterns
-
-
-def _basis(
-    case: Case,
-    prepared: Prepared,
-    model: BuildingModel,
-    K: Any,
-    patterns: Array,
-    every_damping: bool,
-    ended: list[float],
-) -> ReducedBasis:
-    """The basis of the stage; appends the time at which its tolerance is met."""
-    transient, nodes = transient_of(case), np.array([probe.node for probe in prepared.probes])
-    asked = transient.model_copy(update={"serve_damping_cases": every_damping})
-    served = case.model_copy(update={"transient": asked})
-    return build_basis(
-        model,
-        K,
-        patterns,
-        prepared.loads.names,
-        probes=nodes,
-        nodes=recorded_nodes(prepared.parts.mesh, nodes),
-        accuracy=accuracies(served)[0],
-        shift=transient.shift,
-        largest=transient.largest_basis,
-        larger=True,
-        progress=lambda part: ended.append(perf_counter()) if part >= 1.0 else None,
-    )
 
 
 def _full_figures(

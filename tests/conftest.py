@@ -8,7 +8,6 @@ import os
 import shutil
 import signal
 import subprocess
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,12 +41,12 @@ settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
 
 
-def pytest_configure(config: pytest.Config) -> None:
+def pytest_configure(config):
     # Debian's h5py on the NumPy 1.26 of the virtual environment.
     config.addinivalue_line("filterwarnings", "ignore:`product` is deprecated:DeprecationWarning")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(items):
     """Files with slow tests last; a room to one worker as a whole, as its tests share fixtures."""
     slow = {item.path for item in items if item.get_closest_marker("slow") is not None}
     items.sort(key=lambda item: item.path in slow)
@@ -63,15 +62,15 @@ class Finished:
     run: study.Run
 
     @property
-    def folder(self) -> Path:
+    def folder(self):
         return self.run.folder
 
 
 @pytest.fixture(scope="session")
-def edited() -> Callable[..., Path]:
+def edited():
     """Replace texts in a file; a text that is not there is an error of the test."""
 
-    def edit(path: Path, *changes: tuple[str, str]) -> Path:
+    def edit(path, *changes):
         text = path.read_text(encoding="utf-8")
         for old, new in changes:
             if old not in text:
@@ -84,10 +83,10 @@ def edited() -> Callable[..., Path]:
 
 
 @pytest.fixture(scope="session")
-def new_case(edited: Callable[..., Path]) -> Callable[..., Path]:
+def new_case(edited):
     """Write the small case into a folder, with texts replaced, and give its path."""
 
-    def make(folder: Path, *changes: tuple[str, str], name: str = "small") -> Path:
+    def make(folder, *changes, name="small"):
         path, _ = write_new_case(folder / name)
         (folder / f"{name}_published.csv").write_text(PUBLISHED, encoding="utf-8")
         return edited(path, *SMALL, *changes)
@@ -96,10 +95,10 @@ def new_case(edited: Callable[..., Path]) -> Callable[..., Path]:
 
 
 @pytest.fixture(scope="session")
-def with_record(new_case: Callable[..., Path]) -> Callable[..., Path]:
+def with_record(new_case):
     """As `new_case`, with the record `record.csv` beside it in place of the synthetic motion."""
 
-    def make(folder: Path, record: str | bytes, options: str = "", **names: str) -> Path:
+    def make(folder, record, options="", **names):
         path = new_case(folder, **names)
         content = record.encode() if isinstance(record, str) else record
         (folder / "record.csv").write_bytes(content)
@@ -113,7 +112,7 @@ def with_record(new_case: Callable[..., Path]) -> Callable[..., Path]:
 
 
 @pytest.fixture(scope="session")
-def sine() -> str:
+def sine():
     """A record: 2 s of 3 m/s2 at 1.5 Hz."""
     time = 0.01 * np.arange(201)
     rows = zip(time, 3.0 * np.sin(3.0 * np.pi * time), strict=True)
@@ -121,7 +120,7 @@ def sine() -> str:
 
 
 @pytest.fixture(scope="session")
-def finished(new_case: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Finished:
+def finished(new_case, tmp_path_factory):
     """The small case, run with everything; not to be changed."""
     folder = tmp_path_factory.mktemp("finished")
     case = new_case(folder)
@@ -129,22 +128,20 @@ def finished(new_case: Callable[..., Path], tmp_path_factory: pytest.TempPathFac
 
 
 @pytest.fixture
-def copied(finished: Finished, tmp_path: Path) -> Path:
+def copied(finished, tmp_path):
     """A copy of the finished case in `tmp_path`, its run in `run` beside it; gives the case."""
     shutil.copytree(finished.case.parent, tmp_path, dirs_exist_ok=True)
     return tmp_path / finished.case.name
 
 
 @pytest.fixture
-def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+def no_figures(monkeypatch):
     """Runs without figures, which take most of the time."""
     no_pictures(monkeypatch)
 
 
 @pytest.fixture(scope="session")
-def under_mpirun(
-    tmp_path_factory: pytest.TempPathFactory,
-) -> Callable[..., subprocess.CompletedProcess[str]]:
+def under_mpirun(tmp_path_factory):
     """Run a command on some ranks, which may be more than there are processors.
 
     One at a time, whatever the other workers do: Open MPI 4 loses the output of every tenth job, or
@@ -164,7 +161,7 @@ def under_mpirun(
         "OMP_NUM_THREADS": "1",
     }
 
-    def run(ranks: int, *words: object) -> subprocess.CompletedProcess[str]:
+    def run(ranks, *words):
         command = [mpirun, "-n", str(ranks), *map(str, words)]
         with lock.open("w") as held:
             fcntl.flock(held, fcntl.LOCK_EX)
@@ -176,7 +173,7 @@ def under_mpirun(
 
 
 @pytest.fixture
-def interruptible() -> Iterator[None]:
+def interruptible():
     """Ctrl-C counts, here and in new processes: a shell has jobs in the background ignore it."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
@@ -184,7 +181,7 @@ def interruptible() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True)
-def _log_left_alone() -> Iterator[None]:
+def _log_left_alone():
     """Put the program's logger back as it was."""
     logger = logging.getLogger("impactfem")
     handlers, level, propagate = list(logger.handlers), logger.level, logger.propagate

@@ -9,7 +9,7 @@ QUICK = (
 LIGHT = ('ratio = "5 %"', 'ratio = "1 %"')
 
 
-def neighbour(more: str = "") -> tuple[str, str]:
+def neighbour(more=""):
     """The replacement that puts a second frame, G, beside the first.
 
     Args:
@@ -30,7 +30,7 @@ SOFT_NEIGHBOUR = neighbour('axis = ["0 m", "8 m"]\nsecond_moment_factor = 0.2\n'
 """One that comes near enough to be hit."""
 
 
-def floors_meet(gap: str) -> str:
+def floors_meet(gap):
     """The table of the contacts of both floors of F and G, by the law "floor"."""
     return f"""
 [[contacts]]
@@ -42,7 +42,7 @@ law = "floor"
 """
 
 
-def pump(point: str, radius: str) -> str:
+def pump(point, radius):
     """The table of a device of 500 kg on springs.
 
     Args:

@@ -1,9 +1,5 @@
 """Runs without the figures that stages draw, which take most of the time of a small one."""
 
-from __future__ import annotations
-
-import pytest
-
 from impactfem.plot import floor_products
 from impactfem.stages.building import stage as building
 from impactfem.stages.calibrate import stage as calibrate
@@ -25,7 +21,7 @@ FIGURES = (
 ENSEMBLE = (ensemble, "ensemble_results")
 
 
-def no_pictures(patch: pytest.MonkeyPatch, *further: tuple[object, str]) -> None:
+def no_pictures(patch, *further):
     """Leave out what the stages draw; a name that draws nothing is an error of the test."""
     for module, name in (*FIGURES, *further):
         patch.setattr(module, name, lambda *_, **__: [])

@@ -1,7 +1,5 @@
 """A small case of two buildings with a 3D model each, which pound."""
 
-from pathlib import Path
-
 WALLS = """wall,storeys,x1 [m],y1 [m],x2 [m],y2 [m],thickness [m]
 front,1-2,2,1.5,4,1.5,0.2
 back,1-2,2,2.5,4,2.5,0.2
@@ -120,7 +118,7 @@ point = ["0 m", "0 m", "6 m"]
 """
 
 
-def write_case(folder: Path, *more: str) -> Path:
+def write_case(folder, *more):
     """Write the case with its tables into a folder.
 
     Args:

@@ -55,8 +55,7 @@ def _version(wanted: bool) -> None:
 def _options(
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Show details.")] = False,
     version: Annotated[
-        bool,
-        typer.Option("--version", callback=_version, is_eager=True, help="Show the version."),
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
 ) -> None:
     del version
@@ -198,9 +197,7 @@ def check(case: CaseFile) -> None:
 
 
 @app.command()
-def new(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the new case.")],
-) -> None:
+def new(name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the new case.")]) -> None:
     """Write a commented case file to start from."""
     from impactfem.case.template import write_new_case
 
@@ -251,9 +248,8 @@ def bench(
 
     sys.path.insert(0, str(in_source_tree("bench/suite.py").parents[1]))
     from bench import suite
-    from bench.figures import as_table
 
-    _show(as_table(suite.measure(groups or (), json_file)))
+    _show(suite.as_table(suite.measure(groups or (), json_file)))
 
 
 def main() -> None:
@@ -263,26 +259,22 @@ def main() -> None:
     stopped by Ctrl-C or SIGTERM. Under `mpirun` a rank that fails alone takes the others with it.
     """
     with signals_answered():
-        _main()
-
-
-def _main() -> None:
-    try:
-        with file_errors():
-            app()
-    except OtherRankError as error:
-        all_stop()
-        raise SystemExit(error.exit_code) from None
-    except ImpactfemError as error:
-        together = all_stop()
-        if rank() == 0 or not together:
-            for line in error.faults if isinstance(error, InputError) else [error]:
-                print(f"error: {printable(str(line))}", file=sys.stderr)
-        if not together:
-            abort(exit_code(error))
-        raise SystemExit(exit_code(error)) from None
-    except Exception:
-        if size() == 1:
-            raise
-        traceback.print_exc()
-        abort(1)
+        try:
+            with file_errors():
+                app()
+        except OtherRankError as error:
+            all_stop()
+            raise SystemExit(error.exit_code) from None
+        except ImpactfemError as error:
+            together = all_stop()
+            if rank() == 0 or not together:
+                for line in error.faults if isinstance(error, InputError) else [error]:
+                    print(f"error: {printable(str(line))}", file=sys.stderr)
+            if not together:
+                abort(exit_code(error))
+            raise SystemExit(exit_code(error)) from None
+        except Exception:
+            if size() == 1:
+                raise
+            traceback.print_exc()
+            abort(1)

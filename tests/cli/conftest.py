@@ -5,10 +5,8 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -27,15 +25,13 @@ class Ended:
 
 
 @pytest.fixture
-def program(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> Callable[..., Ended]:
+def program(monkeypatch, capsys):
     """Run the program in this process, from its entry point on."""
 
-    def run(*arguments: object) -> Ended:
+    def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["impactfem", *map(str, arguments)])
         monkeypatch.setattr(os, "_exit", sys.exit)  # how a signal ends it
-        code: Any = 0
+        code = 0
         try:
             cli.main()
         except SystemExit as end:
@@ -48,10 +44,10 @@ def program(
 
 
 @pytest.fixture(scope="session")
-def process() -> Callable[..., Ended]:
+def process():
     """Run the program as a process of its own, in a pipe."""
 
-    def run(*arguments: object, **options: Any) -> Ended:
+    def run(*arguments, **options):
         ended = subprocess.run(
             [PROGRAM, *map(str, arguments)], capture_output=True, check=False, **options
         )
@@ -61,10 +57,10 @@ def process() -> Callable[..., Ended]:
 
 
 @pytest.fixture(scope="session")
-def names() -> Callable[[Path], list[str]]:
+def names():
     """Names of all files below a folder."""
 
-    def found(folder: Path) -> list[str]:
+    def found(folder):
         return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
 
     return found

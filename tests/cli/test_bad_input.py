@@ -16,14 +16,10 @@ class TestBadInput:
             ("toml", ('gap = "2 cm"\n', ""), r"contacts\[0\].gap.*missing"),
             ("toml", ("[pounding]\n", "[pounding]\nupdat = 1\n"), "pounding.updat.*update"),
             ("toml", ("poisson_ratio = 0.2", "poisson_ratio = nan"), "poisson_ratio.*nan"),
-            ("toml", ('gap = "2 cm"', 'gap = "nan cm"'), "gap = 'nan cm'"),
-            ("toml", ('gap = "2 cm"', 'gap = "-1 mm"'), "gap = '-1 mm'"),
             ("toml", ('"small_floors.csv" ', '"absent.csv"  '), "absent.csv.*no such file"),
             ("toml", ("[damping]", "[damping"), "not valid TOML"),
             ("csv", ("3,192,", "3,-192,"), "line 9.*mass.*-192"),
-            ("csv", ("3,192,", "3,nan,"), "line 9.*mass.*nan"),
             ("csv", ("\n3,192,", "\n2,192,"), "line 9.*floor.*2"),  # a floor twice
-            ("csv", ("mass [t]", "mass [m]"), "mass"),
             ("csv", ("mass [t]", "mass"), "mass"),
             ("csv", (",3.5\n2,", ",3.5,9\n2,"), "line 7"),  # a column too many
         ],

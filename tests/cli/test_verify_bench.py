@@ -5,7 +5,7 @@ import json
 import pytest
 
 from bench import suite
-from bench.figures import Figure
+from bench.suite import Figure
 from impactfem.system import files
 from impactfem.verify import manual
 from impactfem.verify.row import Row

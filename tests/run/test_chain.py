@@ -1,13 +1,9 @@
 """Every stage on the shipped frame: from the wall experiment to the force of a pump."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -52,7 +48,7 @@ maximum_frequency = "100 Hz"
 
 
 @pytest.fixture(scope="module")
-def case(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def case(edited, tmp_path_factory):
     folder = tmp_path_factory.mktemp("chain")
     for name in ("frame.toml", "frame_floors.csv", "frame.msh"):
         shutil.copy(GEOMETRY / name, folder)
@@ -62,17 +58,17 @@ def case(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def done(case: Path) -> study.Run:
+def done(case):
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch)
         return study.run(case, out=case.parent / "run")
 
 
-def values(run: study.Run) -> dict[str, Any]:
+def values(run):
     return {scalar.name: scalar.value for scalar in run.scalars}
 
 
-def test_calibrated_values_reach_the_contact(done: study.Run) -> None:
+def test_calibrated_values_reach_the_contact(done):
     found = values(done)
     assert 0.0 < found["calibration.epsilon"] < 1.0
     assert found["calibration.complementarity"] < 1e-9
@@ -85,7 +81,7 @@ def test_calibrated_values_reach_the_contact(done: study.Run) -> None:
     assert found["pounding.impacts"] > 0
 
 
-def test_the_pump(done: study.Run) -> None:
+def test_the_pump(done):
     found = values(done)
     for name in ("detailed", "rsa"):
         assert found[f"device.fy.{name}.impact"] > found[f"device.fy.{name}.no_impact"] > 0.0
@@ -99,16 +95,14 @@ def test_the_pump(done: study.Run) -> None:
     assert largest == pytest.approx(found["device.fy.detailed.impact"], rel=1e-5)
 
 
-def test_finished_stages_are_reused(case: Path, done: study.Run) -> None:
+def test_finished_stages_are_reused(case, done):
     again = study.run(case, out=done.folder)
     stages = ["building", "reduce", "calibrate", "pounding", "transient", "device", "design"]
     assert again.reused == stages
     assert values(again) == values(done)
 
 
-def test_beside_another_run(
-    case: Path, done: study.Run, tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_beside_another_run(case, done, tmp_path, caplog):
     """The report shows the comparison until it is damaged, or of other results."""
     folder, title = tmp_path / "run", "Comparison with another run"
     shutil.copytree(done.folder, folder)
@@ -138,9 +132,7 @@ def test_beside_another_run(
     assert len(caplog.messages) == 1
 
 
-def test_a_wider_wall_gap_calibrates_again(
-    case: Path, done: study.Run, edited: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_wider_wall_gap_calibrates_again(case, done, edited, tmp_path, monkeypatch):
     """The reduced model serves again; what follows from the restitution does not."""
     no_pictures(monkeypatch)
     shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True)
@@ -162,16 +154,7 @@ def test_a_wider_wall_gap_calibrates_again(
         ),
     ],
 )
-def test_refused(
-    case: Path,
-    done: study.Run,
-    edited: Any,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    old: str,
-    new: str,
-    message: str,
-) -> None:
+def test_refused(case, done, edited, tmp_path, monkeypatch, old, new, message):
     """What cannot be evaluated is told, and leaves the stores of the run as they were."""
     no_pictures(monkeypatch)
     shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True)
@@ -184,21 +167,19 @@ def test_refused(
             assert (tmp_path / "run" / name).read_bytes() == content
 
 
-def by(case: Path, analysis: str) -> Path:
+def by(case, analysis):
     case.write_text(case.read_text() + f'\n[device_analysis]\ntime_step = "1 ms"\n{analysis}')
     return case
 
 
 @pytest.fixture
-def copied(
-    case: Path, done: study.Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Callable[[str], Path]:
+def copied(case, done, tmp_path, monkeypatch):
     """A copy of the case with its run, by name."""
     no_pictures(monkeypatch)
     return lambda name: Path(shutil.copytree(case.parent, tmp_path / name)) / "frame.toml"
 
 
-def forces(run: study.Run) -> xr.Dataset:
+def forces(run):
     with xr.open_dataset(run.folder / "device.nc", engine="h5netcdf") as store:
         return (
             store[["force", "largest_force", "anchor_acceleration"]]
@@ -207,7 +188,7 @@ def forces(run: study.Run) -> xr.Dataset:
         )
 
 
-def test_detailed_analysis_in_full_order(copied: Callable[[str], Path]) -> None:
+def test_detailed_analysis_in_full_order(copied):
     """The same outputs with the building's own damping; the basis is used again beside it."""
     runs = {}
     for solver in ("reduced", "full"):
@@ -235,14 +216,12 @@ def test_detailed_analysis_in_full_order(copied: Callable[[str], Path]) -> None:
     assert found["device.fy.rsa.impact"] == before["device.fy.rsa.impact"]
 
 
-def test_full_order_goes_on(
-    copied: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch, caplog: Any
-) -> None:
+def test_full_order_goes_on(copied, monkeypatch, caplog):
     """A failure while the results are written costs no time steps."""
     path = by(copied("killed"), 'solver = "full"\n')
     (path.parent / "run" / "device.nc").unlink()
 
-    def killed(*_: object) -> None:
+    def killed(*_):
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
@@ -265,9 +244,7 @@ def test_full_order_goes_on(
         ("floor = [1, 2], offset", "floor = [1], offset", False),
     ],
 )
-def test_reduced_model_of_the_devices(
-    copied: Callable[[str], Path], done: study.Run, edited: Any, old: str, new: str, kept: bool
-) -> None:
+def test_reduced_model_of_the_devices(copied, done, edited, old, new, kept):
     """It serves other gaps; other floors that may be hit have another floor with waves, too."""
     path = edited(copied("gap"), (old, new))
     again = study.run(path, out=path.parent / "run", stage="device")
@@ -275,7 +252,7 @@ def test_reduced_model_of_the_devices(
     assert values(again)["device.fy.detailed.impact"] != values(done)["device.fy.detailed.impact"]
 
 
-def test_case_that_lacks_devices(case: Path, edited: Any, tmp_path: Path) -> None:
+def test_case_that_lacks_devices(case, edited, tmp_path):
     shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True, ignore=shutil.ignore_patterns("run"))
     other = tmp_path / "frame.toml"
     other.write_text(other.read_text().split("[[devices]]")[0])
@@ -283,9 +260,7 @@ def test_case_that_lacks_devices(case: Path, edited: Any, tmp_path: Path) -> Non
         study.run(other, out=tmp_path / "run", stage="device")
 
 
-def test_two_ranks(
-    case: Path, done: study.Run, under_mpirun: Callable[..., Any], tmp_path: Path
-) -> None:
+def test_two_ranks(case, done, under_mpirun, tmp_path):
     shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True, ignore=shutil.ignore_patterns("run"))
     out = tmp_path / "ranks"
     # The stage `design` has a test on two ranks of its own.

@@ -1,12 +1,8 @@
 """A run opened for reading: scalars by name, stores by attribute, and what is not there."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -15,7 +11,7 @@ from impactfem.study import open_run
 from impactfem.system.errors import ImpactfemError, InputError
 
 
-def test_scalars(finished: Any) -> None:
+def test_scalars(finished):
     with open_run(finished.folder) as run:
         told = {scalar.name: scalar for scalar in finished.run.scalars}
         assert list(run.summary) == list(told)
@@ -28,7 +24,7 @@ def test_scalars(finished: Any) -> None:
         assert len(run.table().rows) == len(told)
 
 
-def test_stores(finished: Any) -> None:
+def test_stores(finished):
     with open_run(str(finished.folder)) as run:
         assert run.stores == ("pounding", "motion", "forces")
         assert run.pounding is run.pounding
@@ -37,7 +33,7 @@ def test_stores(finished: Any) -> None:
         assert run.forces.force.dims == ("time", "pair") and "acceleration" in run.motion
 
 
-def test_a_store_that_is_not_there(finished: Any) -> None:
+def test_a_store_that_is_not_there(finished):
     absent = set(STORES) - {"pounding", "motion", "forces"}
     assert {"building", "reduce", "calibrate", "ensemble", "maps", "device", "design"} <= absent
     with open_run(finished.folder) as run:
@@ -47,7 +43,7 @@ def test_a_store_that_is_not_there(finished: Any) -> None:
                 getattr(run, name)
 
 
-def test_stores_of_a_further_building(tmp_path: Path) -> None:
+def test_stores_of_a_further_building(tmp_path):
     """Its own ones and those of the whole run; what the first alone has is not taken for its."""
     (tmp_path / "B").mkdir()
     for name in ("building.nc", "calibrate.nc", "device.nc", "pounding.nc", "B/building.nc"):
@@ -62,7 +58,7 @@ def test_stores_of_a_further_building(tmp_path: Path) -> None:
             _ = run.of("B").calibrate
 
 
-def test_results_that_are_not_there(finished: Any, tmp_path: Path) -> None:
+def test_results_that_are_not_there(finished, tmp_path):
     with open_run(finished.folder) as run:
         expected = r"summary.json: motion\.pgaa: .*did you mean 'motion\.pga'\?"
         with pytest.raises(InputError, match=expected):
@@ -94,14 +90,14 @@ def test_results_that_are_not_there(finished: Any, tmp_path: Path) -> None:
         ('[{"name": "x"}]', "cannot be read"),
     ],
 )
-def test_no_run(tmp_path: Path, content: str | None, expected: str) -> None:
+def test_no_run(tmp_path, content, expected):
     if content is not None:
         (tmp_path / "summary.json").write_text(content)
     with pytest.raises(InputError, match=rf"summary\.json: {expected}"):
         open_run(tmp_path)
 
 
-def test_neither_fenicsx_nor_vtk_is_loaded() -> None:
+def test_neither_fenicsx_nor_vtk_is_loaded():
     """They crash beside each other: who reads a run may load either."""
     program = (
         "import sys; from impactfem.study import open_run; "

@@ -1,15 +1,11 @@
 """The shipped cases are good; the second one runs through all stages, on a coarser mesh."""
 
-from __future__ import annotations
-
 import math
 import shutil
 import subprocess
 import sys
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -70,15 +66,15 @@ frequencies = {{ minimum = "0.5 Hz", maximum = "100 Hz", per_decade = 10 }}
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_shipped_cases_are_good(name: str) -> None:
+def test_shipped_cases_are_good(name):
     study.check(GEOMETRY / name, mesh=True)
 
 
-def test_all_shipped_cases_are_found() -> None:
+def test_all_shipped_cases_are_found():
     assert {"npp_pair.toml", "frame.toml", "two_frames.toml"} <= set(CASES)
 
 
-def test_a_mesh_without_an_edge_is_not_good(edited: Callable[..., Path], tmp_path: Path) -> None:
+def test_a_mesh_without_an_edge_is_not_good(edited, tmp_path):
     for path in GEOMETRY.glob("two_frames*"):
         shutil.copy(path, tmp_path)
     edited(tmp_path / "two_frames.msh", ('"edge_5"', '"edge_9"'))
@@ -87,7 +83,7 @@ def test_a_mesh_without_an_edge_is_not_good(edited: Callable[..., Path], tmp_pat
 
 
 @pytest.fixture(scope="module")
-def done(tmp_path_factory: pytest.TempPathFactory) -> study.Run:
+def done(tmp_path_factory):
     """All stages, without pictures; not to be changed."""
     folder = tmp_path_factory.mktemp("second")
     mesh = folder / "coarse.msh"
@@ -101,18 +97,18 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> study.Run:
 
 
 @pytest.fixture(scope="module")
-def found(done: study.Run) -> dict[str, Any]:
+def found(done):
     return {scalar.name: scalar.value for scalar in done.scalars}
 
 
 @pytest.fixture(scope="module")
-def store(done: study.Run) -> xr.Dataset:
+def store(done):
     with xr.open_dataset(done.folder / "pounding.nc", engine="h5netcdf") as sticks_store:
         return sticks_store.load()
 
 
 @pytest.mark.slow
-def test_frequencies_are_those_of_shear_frames(found: dict[str, Any]) -> None:
+def test_frequencies_are_those_of_shear_frames(found):
     """Half of the hand formula's stiffness: k = G A_v / h between the beams, which stay level."""
     G = 33e9 / 2.4
     A = ([0.0702, *[0.0843] * 5], [3.71, *[2.8] * 5], [242e3, *[238e3] * 4, 211e3])
@@ -131,7 +127,7 @@ def test_frequencies_are_those_of_shear_frames(found: dict[str, Any]) -> None:
 
 
 @pytest.mark.slow
-def test_they_pound_along_y_alone(store: xr.Dataset, found: dict[str, Any]) -> None:
+def test_they_pound_along_y_alone(store, found):
     assert store.attrs["shown_direction"] == "y"
     both = [store[name].sel(component=["x", "y"]) for name in ("displacement", "displacement_free")]
     with_contact, free = both
@@ -147,7 +143,7 @@ def test_they_pound_along_y_alone(store: xr.Dataset, found: dict[str, Any]) -> N
 
 
 @pytest.mark.slow
-def test_action_is_reaction(store: xr.Dataset) -> None:
+def test_action_is_reaction(store):
     """What floor 5 of A loses in the hardest impact, the roof of B gains."""
     hardest = int(np.argmax(store["impact_peak_force"].values))
     assert str(store["impact_pair"][hardest].values) == "A.floor_5-B.floor_4"
@@ -164,7 +160,7 @@ def test_action_is_reaction(store: xr.Dataset) -> None:
 
 
 @pytest.mark.slow
-def test_hardest_impact_is_that_of_two_masses(store: xr.Dataset) -> None:
+def test_hardest_impact_is_that_of_two_masses(store):
     """Impulse and force of Kelvin-Voigt contact of free masses with this approach."""
     hardest = int(np.argmax(store["impact_peak_force"].values))
     pair = list(store["pair"].values).index(str(store["impact_pair"][hardest].values))
@@ -186,7 +182,7 @@ def test_hardest_impact_is_that_of_two_masses(store: xr.Dataset) -> None:
 
 
 @pytest.mark.slow
-def test_spectra_end_at_the_peak_acceleration(store: xr.Dataset) -> None:
+def test_spectra_end_at_the_peak_acceleration(store):
     """Along x, where nothing pounds, at 100 Hz; where slabs hit each other, far above."""
     last = store["psa"].isel(damping=0, frequency=-1)
     ratio = last / store["pfa"]
@@ -196,7 +192,7 @@ def test_spectra_end_at_the_peak_acceleration(store: xr.Dataset) -> None:
 
 
 @pytest.mark.slow
-def test_3d_model_is_struck_on_the_floor_that_is_looked_at(done: study.Run) -> None:
+def test_3d_model_is_struck_on_the_floor_that_is_looked_at(done):
     with xr.open_dataset(done.folder / "transient.nc", engine="h5netcdf") as response:
         names = [str(name) for name in response["probe"].values]
         line = [k for k, name in enumerate(names) if name.startswith("line_")]
@@ -215,7 +211,7 @@ def test_3d_model_is_struck_on_the_floor_that_is_looked_at(done: study.Run) -> N
 
 
 @pytest.mark.slow
-def test_devices_from_a_table_and_a_body(found: dict[str, Any], done: study.Run) -> None:
+def test_devices_from_a_table_and_a_body(found, done):
     with xr.open_dataset(done.folder / "device.nc", engine="h5netcdf") as devices:
         names = [str(name) for name in devices["device"].values]
         assert float(devices["imbalance"].max()) < 1e-8

@@ -3,9 +3,8 @@
 import csv
 import json
 import os
-import subprocess
+import shutil
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
@@ -14,6 +13,7 @@ import pytest
 from impactfem import study
 from impactfem.stages.pounding import stage as sticks
 from impactfem.system.errors import InputError, SolutionError
+from no_pictures import no_pictures
 
 MODULE = sys.modules["impactfem.run.sweep"]  # its function has the same name
 FACTORS = {"buildings[0].stiffness_factor": [0.5, 2.0]}
@@ -21,65 +21,77 @@ FREQUENCY = "sticks.west.frequency.1"
 
 
 @pytest.fixture
-def case(new_case: Callable[..., Path], tmp_path: Path, no_figures: None) -> Path:
+def case(new_case, tmp_path, no_figures):
     return new_case(tmp_path)
 
 
-def rows_of(folder: Path) -> list[dict[str, str]]:
+@pytest.fixture(scope="module")
+def swept(new_case, tmp_path_factory):
+    """A sweep over two factors in `s` beside its case, not to be changed."""
+    folder = tmp_path_factory.mktemp("swept")
+    with pytest.MonkeyPatch.context() as patch:
+        no_pictures(patch)
+        return study.sweep(new_case(folder), FACTORS, stage="pounding", out=folder / "s")
+
+
+@pytest.fixture
+def again(swept, tmp_path):
+    """A copy of that sweep and its case."""
+    shutil.copytree(swept.folder.parent, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "small.toml"
+
+
+def rows_of(folder):
     with (folder / "sweep.csv").open(newline="", encoding="utf-8") as stream:
         return list(csv.DictReader(stream))
 
 
-def test_a_table_of_all_variants(case: Path, tmp_path: Path) -> None:
+def test_a_table_of_all_variants(swept):
     """Stiffness four times as high: every frequency twice as high."""
-    swept = study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s", show=[FREQUENCY])
-    assert swept.failed == 0 and swept.shown == (FREQUENCY,)
-    low, high = rows_of(tmp_path / "s")
+    folder = swept.folder
+    assert swept.failed == 0
+    low, high = rows_of(folder)
     column = f"{FREQUENCY} [Hz]"
     assert float(high[column]) == pytest.approx(2.0 * float(low[column]), rel=1e-9)
     assert [row["buildings[0].stiffness_factor [-]"] for row in (low, high)] == ["0.5", "2.0"]
     for row in (low, high):
-        summary = tmp_path / "s" / "runs" / row["variant"] / "summary.json"
+        summary = folder / "runs" / row["variant"] / "summary.json"
         for entry in json.loads(summary.read_text()):
             cell = row[f"{entry['name']} [{entry['unit']}]"]
             assert cell == ("" if entry["value"] is None else repr(entry["value"]))
-    log = (tmp_path / "s" / "sweep.log").read_text()
+    log = (folder / "sweep.log").read_text()
     assert "2 variants" in log and "variant 2 of 2" in log
-    assert not list(tmp_path.glob("s/**/*.part"))
+    assert not list(folder.glob("**/*.part"))
 
 
-def test_a_variant_is_a_case_of_its_own(case: Path, tmp_path: Path) -> None:
-    swept = study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s")
+@pytest.mark.usefixtures("no_figures")
+def test_a_variant_is_a_case_of_its_own(swept, again, tmp_path):
     results = swept.table.results.iloc[1].dropna()
     path = tmp_path / "s" / "cases" / f"{results.name}.toml"
-    again = study.run(path, out=tmp_path / "again", stage="pounding")
-    values = {scalar.name: scalar.value for scalar in again.scalars if scalar.value is not None}
+    alone = study.run(path, out=tmp_path / "alone", stage="pounding")
+    values = {scalar.name: scalar.value for scalar in alone.scalars if scalar.value is not None}
     assert values == results.to_dict()
     folder = tmp_path / "s" / "runs" / results.name
     held = study.run(path, out=folder, stage="pounding", resume=True)
     assert held.reused == ["pounding"]
 
 
-def test_finished_variants_are_reused(
-    case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    first = study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s")
+@pytest.mark.usefixtures("no_figures")
+def test_finished_variants_are_reused(swept, again, tmp_path, monkeypatch):
     monkeypatch.setattr(sticks, "run_sticks", _fail)
     wider = {"buildings[0].stiffness_factor": [0.5, 1.0, 2.0]}
-    again = study.sweep(case, wider, stage="pounding", out=tmp_path / "s")
-    assert again.failed == 1
-    assert again.table.results.iloc[[0, 2]].equals(first.table.results)
-    assert again.table.errors.iloc[1] == "grew without bound"
-    assert again.table.results.iloc[1].isna().all()
+    found = study.sweep(again, wider, stage="pounding", out=tmp_path / "s")
+    assert found.failed == 1
+    assert found.table.results.iloc[[0, 2]].equals(swept.table.results)
+    assert found.table.errors.iloc[1] == "grew without bound"
+    assert found.table.results.iloc[1].isna().all()
 
 
-def _fail(*_: object, **__: object) -> None:
+def _fail(*_, **__):
     raise SolutionError("grew without bound")
 
 
-def test_a_stage_with_the_same_inputs_is_computed_once(
-    case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_stage_with_the_same_inputs_is_computed_once(case, tmp_path, monkeypatch):
     """The sticks do not depend on the ensemble."""
     calls = []
     compute = sticks.run_sticks
@@ -97,16 +109,10 @@ def test_a_stage_with_the_same_inputs_is_computed_once(
     ("error", "told"),
     [(SolutionError("two\nlines"), "two; lines"), (ZeroDivisionError("x"), "ZeroDivisionError: x")],
 )
-def test_a_variant_that_fails_is_named(
-    case: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    error: Exception,
-    told: str,
-) -> None:
+def test_a_variant_that_fails_is_named(case, tmp_path, monkeypatch, error, told):
     compute = sticks.run_sticks
 
-    def run_sticks(one, *rest, **named):  # type: ignore[no-untyped-def]
+    def run_sticks(one, *rest, **named):
         if one.buildings[0].stiffness_factor == 0.5:
             raise error
         return compute(one, *rest, **named)
@@ -120,10 +126,8 @@ def test_a_variant_that_fails_is_named(
     assert "failed: " in (tmp_path / "s" / "sweep.log").read_text()
 
 
-def test_an_interrupt_ends_the_sweep(
-    case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupt(*_: object, **__: object) -> None:
+def test_an_interrupt_ends_the_sweep(case, tmp_path, monkeypatch):
+    def interrupt(*_, **__):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(sticks, "run_sticks", interrupt)
@@ -149,13 +153,8 @@ def test_an_interrupt_ends_the_sweep(
     ],
 )
 def test_nothing_runs_or_is_written_with_bad_input(
-    case: Path,
-    tmp_path: Path,
-    edited: Callable[..., Path],
-    settings: list[str],
-    options: dict[str, object],
-    expected: str,
-) -> None:
+    case, tmp_path, edited, settings, options, expected
+):
     options = dict(options)
     edited(case, ('gap = "2 cm"', f'gap = "{options.pop("gap", "2 cm")}"'))
     before = sorted(tmp_path.iterdir())
@@ -164,7 +163,7 @@ def test_nothing_runs_or_is_written_with_bad_input(
     assert sorted(tmp_path.iterdir()) == before
 
 
-def test_a_folder_of_something_else(case: Path, tmp_path: Path) -> None:
+def test_a_folder_of_something_else(case, tmp_path):
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "run.log").touch()
     with pytest.raises(InputError, match="this one holds other files"):
@@ -175,17 +174,19 @@ def test_a_folder_of_something_else(case: Path, tmp_path: Path) -> None:
         study.run(case, out=tmp_path / "s")
 
 
-def test_a_result_that_is_not_there(
-    case: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+@pytest.mark.usefixtures("no_figures")
+def test_results_to_show(again, tmp_path, caplog):
+    """Those that are there, and a warning of each name that is not."""
     names = [FREQUENCY.replace("west", "wst"), "xyz*"]
-    swept = study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s", show=names)
-    assert swept.shown == ()
+    found = study.sweep(
+        again, FACTORS, stage="pounding", out=tmp_path / "s", show=[FREQUENCY, *names]
+    )
+    assert found.shown == (FREQUENCY,)
     assert f"no result is called {names[0]}; did you mean '{FREQUENCY}'?" in caplog.text
     assert "no result is called xyz*" in caplog.text
 
 
-def assert_same_tables(one: Path, other: Path) -> None:
+def assert_same_tables(one, other):
     """They differ by rounding alone."""
     found, expected = (pd.read_csv(f / "sweep.csv").select_dtypes("number") for f in (other, one))
     residuals = [name for name in expected if "residual" in name]
@@ -194,17 +195,13 @@ def assert_same_tables(one: Path, other: Path) -> None:
     )
 
 
-def test_processes_give_the_same(case: Path, tmp_path: Path) -> None:
-    one = {"buildings[0].stiffness_factor": [0.5]}
-    study.sweep(case, one, stage="pounding", out=tmp_path / "one")
-    study.sweep(case, one, stage="pounding", out=tmp_path / "two", processes=2)
-    assert_same_tables(tmp_path / "one", tmp_path / "two")
+def test_processes_give_the_same(swept, case, tmp_path):
+    study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "two", processes=2)
+    assert_same_tables(swept.folder, tmp_path / "two")
 
 
 @pytest.mark.slow
-def test_ranks_give_the_same(
-    case: Path, tmp_path: Path, under_mpirun: Callable[..., subprocess.CompletedProcess[str]]
-) -> None:
+def test_ranks_give_the_same(case, tmp_path, under_mpirun):
     """With an ensemble in each variant, which has workers of its own in a program of one."""
     with case.open("a", encoding="utf-8") as stream:
         stream.write("\n[ensemble]\nmotions = 2\n")
@@ -220,14 +217,12 @@ def test_ranks_give_the_same(
         assert json.loads((folder / "provenance.json").read_text())["ranks"] == 1
 
 
-def test_a_process_that_is_killed_is_told(
-    case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(MODULE, "run_alone", _die)
+def test_a_process_that_is_killed_is_told(case, tmp_path, monkeypatch):
+    monkeypatch.setattr(MODULE, "run_variant", _die)
     swept = study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s", processes=2)
     assert swept.failed == 2
     assert swept.table.errors.str.startswith("its process ended: ").all()
 
 
-def _die(*_: object) -> None:
+def _die(*_, **__):
     os._exit(9)

@@ -4,7 +4,6 @@ import csv
 import json
 import math
 from dataclasses import replace
-from pathlib import Path
 
 import matplotlib.image
 import pytest
@@ -17,7 +16,7 @@ NAME = "mesh.thickness=%s,solver=%s"
 FAILED = "grew; without bound"
 
 
-def table_of(*rows: tuple[float, str, float | None], zipped: bool = False) -> SweepTable:
+def table_of(*rows, zipped=False):
     """Thickness, solver and peak of each variant; those that are 0.4 m thick fail."""
     axes = [Axis("mesh.thickness", ("x",), (1.0, 2.0)), Axis("solver", ("y",), ("full",))]
     found = []
@@ -41,11 +40,11 @@ ROWS = (
 
 
 @pytest.fixture
-def results() -> SweepTable:
+def results():
     return table_of(*ROWS)
 
 
-def test_everything_as_csv_and_json(results: SweepTable, tmp_path: Path) -> None:
+def test_everything_as_csv_and_json(results, tmp_path):
     files = results.write(tmp_path, ["frs.peak"])
     assert [file.name for file in files] == ["sweep.csv", "sweep.json", "sweep.png"]
     with files[0].open(newline="", encoding="utf-8") as stream:
@@ -66,14 +65,14 @@ def test_everything_as_csv_and_json(results: SweepTable, tmp_path: Path) -> None
     assert told["variants"][4]["results"] == {}
 
 
-def test_json_has_all_digits(tmp_path: Path) -> None:
+def test_json_has_all_digits(tmp_path):
     table_of((0.3, "full", 1.2345678901234567e-11), (0.2, "full", None)).write(tmp_path, [])
     told = json.loads((tmp_path / "sweep.json").read_text(encoding="utf-8"))
     found = [variant["results"]["frs.peak"] for variant in told["variants"]]
     assert found == [1.2345678901234567e-11, None]
 
 
-def test_what_is_shown(results: SweepTable) -> None:
+def test_what_is_shown(results):
     """Without names: what differs, published values first."""
     assert results.chosen([]) == ["frs.force", "frs.peak"]
     assert results.chosen(["frs.*"]) == ["frs.peak", "frs.steps", "frs.force"]
@@ -83,7 +82,7 @@ def test_what_is_shown(results: SweepTable) -> None:
     assert same.chosen([]) == ["frs.peak", "frs.steps", "frs.force"]
 
 
-def test_the_short_table(results: SweepTable) -> None:
+def test_the_short_table(results):
     (text,) = results.texts(["frs.peak"], 160)
     heads, _, _, _, first, *_, last = (line for line in text.splitlines()[1:] if line.strip())
     assert "mesh." in heads and "frs." in heads and first.split() == ["0.3", "full", "3"]
@@ -100,7 +99,7 @@ def test_the_short_table(results: SweepTable) -> None:
         (slice(0, 2), True, True),
     ],
 )
-def test_the_figure(tmp_path: Path, rows: slice, zipped: bool, drawn: bool) -> None:
+def test_the_figure(tmp_path, rows, zipped, drawn):
     some = table_of(*ROWS[rows], zipped=zipped)
     path = tmp_path / "a.png"
     assert some.draw(path, ["frs.peak", "frs.steps", "frs.force"]) is drawn
@@ -109,19 +108,19 @@ def test_the_figure(tmp_path: Path, rows: slice, zipped: bool, drawn: bool) -> N
         assert matplotlib.image.imread(path).std() > 0.0
 
 
-def test_keys_that_run_together_are_one_line(tmp_path: Path) -> None:
+def test_keys_that_run_together_are_one_line(tmp_path):
     rows = ((0.2, "full", 2.0), (0.3, "reduced", 3.0))
     for zipped in (True, False):
         assert table_of(*rows, zipped=zipped).draw(tmp_path / "a.png", ["frs.peak"]) is zipped
 
 
-def test_words_are_not_drawn(results: SweepTable, tmp_path: Path) -> None:
+def test_words_are_not_drawn(results, tmp_path):
     values = results.values[["solver"]]
     words = replace(results, keys={"solver": ""}, values=values)
     assert not words.draw(tmp_path / "a.png", ["frs.peak"])
 
 
-def test_a_figure_of_before_goes(results: SweepTable, tmp_path: Path) -> None:
+def test_a_figure_of_before_goes(results, tmp_path):
     results.write(tmp_path, ["frs.peak"])
     assert results.write(tmp_path, [])[-1].name == "sweep.json"
     assert not (tmp_path / "sweep.png").exists()

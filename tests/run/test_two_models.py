@@ -1,16 +1,12 @@
 """Two buildings with a 3D model each: what a case may say, what is computed again, a whole run."""
 
-from __future__ import annotations
-
 import json
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from impactfem import study
-from impactfem.case import Case, load_case
+from impactfem.case import load_case
 from impactfem.run.estimate import estimate
 from impactfem.run.stages import STAGES
 from impactfem.stages.calibrate.stage import CALIBRATE
@@ -32,11 +28,11 @@ DAMPED = '\n[[damping_cases]]\nname = "light"\nratio = "2 %"\nfrequencies = ["1 
 
 
 @pytest.fixture
-def case(tmp_path: Path) -> Case:
+def case(tmp_path):
     return load_case(write_case(tmp_path, *FULL))
 
 
-def test_views(case: Case) -> None:
+def test_views(case):
     """Devices, impact on the wall and probes belong to one building; the first has no folder."""
     a, b = case.views
     assert [view.structure.building for view in (a, b)] == ["A", "B"]
@@ -47,7 +43,7 @@ def test_views(case: Case) -> None:
     assert [view.whole is case for view in (a, b)] == [True, True]
 
 
-def test_floors_by_building(tmp_path: Path, edited: Callable[..., Path]) -> None:
+def test_floors_by_building(tmp_path, edited):
     floors = ("[transient]", "[transient]\nfloors = { B = [2] }")
     a, b = load_case(edited(write_case(tmp_path), floors)).views
     assert (a.transient.floors, b.transient.floors) == (None, (2,))
@@ -74,21 +70,14 @@ def test_floors_by_building(tmp_path: Path, edited: Callable[..., Path]) -> None
         ("", ('impact_edge = "y-"', 'impact_edge = "y+"'), "contacts[0].normal", "one side only"),
     ],
 )
-def test_refused(
-    tmp_path: Path,
-    edited: Callable[..., Path],
-    more: str,
-    change: tuple[str, str],
-    key: str,
-    expected: str,
-) -> None:
+def test_refused(tmp_path, edited, more, change, key, expected):
     with pytest.raises(InputError) as error:
         load_case(edited(write_case(tmp_path, more), change))
     assert {one.key for one in error.value.faults} == {key}
     assert any(expected in one.expected for one in error.value.faults)
 
 
-def test_no_model_of_the_building(tmp_path: Path, edited: Callable[..., Path]) -> None:
+def test_no_model_of_the_building(tmp_path, edited):
     """Where one building has a 3D model, others are refused by name; none need be named."""
     text = BUILDINGS[0]
     bare = (text, text[: text.index("[buildings.structure]")])
@@ -101,7 +90,7 @@ def test_no_model_of_the_building(tmp_path: Path, edited: Callable[..., Path]) -
             load_case(path)
 
 
-def test_every_fault_of_both(tmp_path: Path, edited: Callable[..., Path]) -> None:
+def test_every_fault_of_both(tmp_path, edited):
     """A fault in one 3D model hides none of the other, whose mesh is looked at as well."""
     path = write_case(tmp_path)
     head, b = path.read_text(encoding="utf-8").split('name = "B"')
@@ -117,7 +106,7 @@ def test_every_fault_of_both(tmp_path: Path, edited: Callable[..., Path]) -> Non
     }
 
 
-def test_sticks_depend_on_the_models_whose_modes_are_their_targets(tmp_path: Path) -> None:
+def test_sticks_depend_on_the_models_whose_modes_are_their_targets(tmp_path):
     (tmp_path / "targets.csv").write_text(
         "building,mode,frequency [Hz],effective_mass [t]\nB,1,3,50\n", encoding="utf-8"
     )
@@ -128,9 +117,7 @@ def test_sticks_depend_on_the_models_whose_modes_are_their_targets(tmp_path: Pat
 
 
 @pytest.mark.parametrize(("targets", "depends"), [("AB", True), ("B", False)])
-def test_the_stick_before_the_wall_has_the_modes_of_all_targets(
-    tmp_path: Path, targets: str, depends: bool
-) -> None:
+def test_the_stick_before_the_wall_has_the_modes_of_all_targets(tmp_path, targets, depends):
     """The wall hits B, whose stick is fitted together with that of A."""
     rows = "".join(f"{name},1,3,50\n" for name in targets)
     head = "building,mode,frequency [Hz],effective_mass [t]\n"
@@ -140,7 +127,7 @@ def test_the_stick_before_the_wall_has_the_modes_of_all_targets(
     assert (CALIBRATE.key(case.views[1]) != CALIBRATE.key(other.views[1])) == depends
 
 
-def with_more_modes(case: Case, changed: int) -> Case:
+def with_more_modes(case, changed):
     """The case with another 3D model of its first or its second building."""
     structures = list(case.structures)
     structures[changed] = structures[changed].model_copy(update={"modes": 9})
@@ -149,9 +136,7 @@ def with_more_modes(case: Case, changed: int) -> Case:
     )
 
 
-def test_a_second_model_computes_nothing_of_the_first(
-    tmp_path: Path, edited: Callable[..., Path]
-) -> None:
+def test_a_second_model_computes_nothing_of_the_first(tmp_path, edited):
     """Probes that name no building are those of the only one, and of each of two."""
     more = PROBE.replace('building = "B"\n', "")
     both = load_case(write_case(tmp_path, more))
@@ -165,7 +150,7 @@ def test_a_second_model_computes_nothing_of_the_first(
 
 
 @pytest.mark.parametrize("changed", [0, 1])
-def test_another_model_computes_nothing_of_the_other(case: Case, changed: int) -> None:
+def test_another_model_computes_nothing_of_the_other(case, changed):
     """A stage of one building depends on its own 3D model; what serves both on neither."""
     other = with_more_modes(case, changed)
     for stage in STAGES:
@@ -177,7 +162,7 @@ def test_another_model_computes_nothing_of_the_other(case: Case, changed: int) -
             assert stage.key(case) == stage.key(other)
 
 
-def test_estimate(case: Case) -> None:
+def test_estimate(case):
     """Times add up; buildings run one after another, so that the larger one needs the memory."""
     found = estimate(case, 1.0)
     alone = [estimate(view, 1.0) for view in case.views]
@@ -191,7 +176,7 @@ def test_estimate(case: Case) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("no_figures")
-def test_run(tmp_path: Path, edited: Callable[..., Path]) -> None:
+def test_run(tmp_path, edited):
     """All stages of both; calibrated contact and devices of the second one."""
     path = edited(
         write_case(tmp_path, *FULL, DAMPED),
@@ -232,7 +217,7 @@ def test_run(tmp_path: Path, edited: Callable[..., Path]) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("no_figures")
-def test_a_mirrored_pair(tmp_path: Path) -> None:
+def test_a_mirrored_pair(tmp_path):
     """Pushed together, equal buildings answer as in a mirror, to what their meshes differ."""
     path = write_case(tmp_path)
     text = CASE.replace('"3 Hz"', '"4 Hz"').replace("factor = 0.2", "factor = 1")

@@ -3,16 +3,14 @@
 import os
 import shutil
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from impactfem.case import load_case
 from impactfem.case.model import CaseFile
-from impactfem.case.place import Place, dotted
+from impactfem.case.place import dotted
 from impactfem.case.source import Source, read_source
 from impactfem.run import variants
 from impactfem.run.variants import (
@@ -38,13 +36,13 @@ SOURCE = Source(
 )
 
 
-def values(text: str, key: str = "title") -> tuple[object, ...]:
+def values(text, key="title"):
     (axis,), faults = read_axes([f"{key}={text}"], SOURCE)
     assert not faults
     return axis.values
 
 
-def faults(*texts: str) -> list[str]:
+def faults(*texts):
     return [str(fault) for fault in read_axes(texts, SOURCE)[1]]
 
 
@@ -70,13 +68,13 @@ def faults(*texts: str) -> list[str]:
         ("2020-01-01", ("2020-01-01",)),
     ],
 )
-def test_values(text: str, expected: tuple[object, ...]) -> None:
+def test_values(text, expected):
     found = values(text)
     assert found == expected
     assert [type(one) for one in found] == [type(one) for one in expected]
 
 
-def test_ranges_are_even_or_in_equal_ratios() -> None:
+def test_ranges_are_even_or_in_equal_ratios():
     even = np.diff(np.array(values("0.3:7:11"), dtype=np.float64))
     assert np.allclose(even, 0.67, rtol=1e-11)
     ratios = np.array(values("0.3:7:11:log"), dtype=np.float64)
@@ -104,12 +102,12 @@ def test_ranges_are_even_or_in_equal_ratios() -> None:
         ("0:1:3:log", "above zero"),
     ],
 )
-def test_values_with_a_fault(text: str, expected: str) -> None:
+def test_values_with_a_fault(text, expected):
     (fault,) = faults(f"title={text}")
     assert fault.startswith("command line: --set title") and expected in fault
 
 
-def test_all_faults_of_all_keys() -> None:
+def test_all_faults_of_all_keys():
     found = faults("damping.rato=1", "x y=2", "", "buildings[9].name=C,C", "title=1:2", "extends=a")
     assert len(found) == 7
     assert "did you mean 'ratio'" in found[0] and "an index below 2" in found[3]
@@ -118,14 +116,14 @@ def test_all_faults_of_all_keys() -> None:
     assert "one key or more" in faults()[0]
 
 
-def test_keys_that_hold_one_another() -> None:
+def test_keys_that_hold_one_another():
     for texts in (("damping=1", "damping.ratio=2"), ("damping.ratio=1", "damping.ratio=2")):
         (fault,) = faults(*texts)
         assert "do not hold one another" in fault
     assert not faults("damping.ratio=1", "damping.frequencies=2", "buildings[0].name=A")
 
 
-def test_values_from_python() -> None:
+def test_values_from_python():
     settings = {"damping.ratio": ["3 %", 0.05], "transient.solver": "reduced,full"}
     axes, none = read_axes(settings, SOURCE)
     assert not none
@@ -145,11 +143,11 @@ def test_values_from_python() -> None:
         ([7, 8], ("[7, 8]", "")),
     ],
 )
-def test_in_si(value: object, expected: tuple[object, str]) -> None:
+def test_in_si(value, expected):
     assert in_si(value) == expected
 
 
-def test_one_unit_for_an_axis() -> None:
+def test_one_unit_for_an_axis():
     lengths = Axis("a", ("a",), ("25 cm", "1 m"))
     assert lengths.unit == "m" and lengths.cell("25 cm") == 0.25
     mixed = Axis("a", ("a",), ("25 cm", "calibrated"))
@@ -161,17 +159,17 @@ B = Axis("buildings[0].stiffness_factor", ("buildings", 0, "stiffness_factor"), 
 
 
 @pytest.fixture(scope="module")
-def source(new_case: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Source:
+def source(new_case, tmp_path_factory):
     return read_source(new_case(tmp_path_factory.mktemp("variants")), CaseFile)
 
 
-def asked(source: Source, *texts: str) -> list[Variant]:
+def asked(source, *texts):
     axes, faults = read_axes(texts, source)
     assert not faults
     return variants_of(axes, zipped=False)
 
 
-def test_each_meets_each_or_they_run_together() -> None:
+def test_each_meets_each_or_they_run_together():
     product = [variant.values for variant in variants_of([A, B], zipped=False)]
     assert product == [(a, b) for a in ("3 %", "5 %") for b in (0.5, 1, 2)]
     together = Axis("title", ("title",), ("x", "y"))
@@ -179,7 +177,7 @@ def test_each_meets_each_or_they_run_together() -> None:
     assert zipped == [("3 %", "x"), ("5 %", "y")]
 
 
-def test_keys_that_run_together_may_repeat_a_value(source: Source) -> None:
+def test_keys_that_run_together_may_repeat_a_value(source):
     texts = ("damping.ratio=3 %,3 %,5 %", "contacts[0].gap=1 cm,2 cm,2 cm")
     assert len(read_axes(texts, source)[1]) == 2
     axes, faults = read_axes(texts, source, zipped=True)
@@ -191,7 +189,7 @@ def test_keys_that_run_together_may_repeat_a_value(source: Source) -> None:
         variants_of(axes, zipped=True)
 
 
-def test_names_depend_on_the_own_values_only() -> None:
+def test_names_depend_on_the_own_values_only():
     first, *_ = variants_of([A, B], zipped=False)
     assert first.name == "damping.ratio=3pct,buildings0.stiffness_factor=0.5"
     assert first.title == "damping.ratio = 3 %, buildings[0].stiffness_factor = 0.5"
@@ -201,7 +199,7 @@ def test_names_depend_on_the_own_values_only() -> None:
     assert alone.run_folder(Path("s")) == Path(f"s/runs/{first.name}")
 
 
-def test_names_are_names_of_files() -> None:
+def test_names_are_names_of_files():
     odd = Axis("title", ("title",), ("a/b: 'c' \"d\"\n*", "é", "../..", "x" * 300, "x" * 301))
     names = [variant.name for variant in variants_of([odd], zipped=False)]
     assert len(set(names)) == 5 and max(map(len, names)) == 120
@@ -216,13 +214,13 @@ def test_names_are_names_of_files() -> None:
         ((Axis("a", ("a",), ("5 cm", "5cm")),), False, "differ in letters and digits, as in a = 5"),
     ],
 )
-def test_what_makes_no_variants(axes: tuple[Axis, ...], zipped: bool, expected: str) -> None:
+def test_what_makes_no_variants(axes, zipped, expected):
     with pytest.raises(InputError, match=expected):
         variants_of(axes, zipped=zipped)
 
 
 @pytest.mark.parametrize("linked", [False, True])
-def test_a_case_file_of_its_own(source: Source, tmp_path: Path, linked: bool) -> None:
+def test_a_case_file_of_its_own(source, tmp_path, linked):
     """The user can run it again from where it lies; `..` leads to the parent of the real folder."""
     folder = tmp_path / "sweep"
     if linked:
@@ -240,7 +238,7 @@ def test_a_case_file_of_its_own(source: Source, tmp_path: Path, linked: bool) ->
     assert two.case_file(folder).read_text().startswith(f"# A variant: {two.title}\n")
 
 
-def test_every_fault_of_every_variant(source: Source) -> None:
+def test_every_fault_of_every_variant(source):
     found = asked(
         source,
         "damping.ratio=3 %,150 %",
@@ -259,7 +257,7 @@ def test_every_fault_of_every_variant(source: Source) -> None:
         assert expected in text
 
 
-def test_a_fault_of_values_together(source: Source) -> None:
+def test_a_fault_of_values_together(source):
     """Each value alone is good; what does not go together is told with the variant."""
     found = asked(source, "motions[0].duration=1 s,3 s")
     with pytest.raises(InputError, match=r"duration = 1 s: motions\[0\]\.strong_phase") as caught:
@@ -268,14 +266,12 @@ def test_a_fault_of_values_together(source: Source) -> None:
     check_variants(found[1:], source, None)
 
 
-def test_a_stage_that_a_variant_lacks(source: Source) -> None:
+def test_a_stage_that_a_variant_lacks(source):
     with pytest.raises(InputError, match="ratio = 3 %: structure: expected a section"):
         check_variants(asked(source, "damping.ratio=3 %"), source, "building")
 
 
-def test_nothing_is_left_behind(
-    source: Source, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_nothing_is_left_behind(source, tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     used = []
     monkeypatch.setattr(variants, "check", lambda path: used.append(path) or load_case(path))
@@ -283,7 +279,7 @@ def test_nothing_is_left_behind(
     assert [path.parent.parent for path in used] == [tmp_path] and not list(tmp_path.iterdir())
 
 
-def overlay(base: Path, changes: dict[Place, Any], folder: Path) -> Path:
+def overlay(base, changes, folder):
     axes = tuple(Axis(dotted(place), place, (value,)) for place, value in changes.items())
     text = Variant(axes, tuple(changes.values())).case_text(read_source(base, CaseFile), folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -292,7 +288,7 @@ def overlay(base: Path, changes: dict[Place, Any], folder: Path) -> Path:
     return path
 
 
-def test_a_key_outside_lists_is_all_that_is_said(source: Source, tmp_path: Path) -> None:
+def test_a_key_outside_lists_is_all_that_is_said(source, tmp_path):
     path = overlay(source.path, {("damping", "ratio"): "3 %"}, tmp_path / "a" / "b")
     extends = os.path.relpath(source.path, path.parent)
     assert tomllib.loads(path.read_text()) == {"extends": extends, "damping": {"ratio": "3 %"}}
@@ -301,12 +297,9 @@ def test_a_key_outside_lists_is_all_that_is_said(source: Source, tmp_path: Path)
     assert case.contacts == before.contacts
 
 
-def test_a_list_is_written_as_a_whole(source: Source, tmp_path: Path) -> None:
+def test_a_list_is_written_as_a_whole(source, tmp_path):
     """Its files are read from the new folder, and the other entries are as they were."""
-    changes: dict[Place, Any] = {
-        ("buildings", 1, "stiffness_factor"): 0.25,
-        ("buildings", 0, "rigid_below"): "7 cm",
-    }
+    changes = {("buildings", 1, "stiffness_factor"): 0.25, ("buildings", 0, "rigid_below"): "7 cm"}
     raw = repr(source.raw)
     case, before = load_case(overlay(source.path, changes, tmp_path)), load_case(source.path)
     assert [b.stiffness_factor for b in case.buildings][1] == 0.25
@@ -317,7 +310,7 @@ def test_a_list_is_written_as_a_whole(source: Source, tmp_path: Path) -> None:
     assert repr(source.raw) == raw
 
 
-def test_names_of_files_are_those_of_the_case(source: Source, tmp_path: Path) -> None:
+def test_names_of_files_are_those_of_the_case(source, tmp_path):
     floors = source.path.with_name("small_floors.csv")
     other = shutil.copy(floors, source.path.with_name("other.csv"))
     for name in ("other.csv", str(other)):
@@ -337,6 +330,6 @@ def test_names_of_files_are_those_of_the_case(source: Source, tmp_path: Path) ->
         [{"a": 1}, {"b": [[1], [2]]}],
     ],
 )
-def test_values_come_back(source: Source, value: Any) -> None:
+def test_values_come_back(source, value):
     text = Variant((Axis("title", ("title",), (value,)),), (value,)).case_text(source, Path("/"))
     assert tomllib.loads(text)["title"] == value

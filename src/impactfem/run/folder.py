@@ -21,7 +21,7 @@ LOG = "run.log"  # distinguishes the folder of a run from any other
 LOCK = ".lock"
 PATIENCE = 0.1
 """Time in which a lock is tried again [s], as its holder may be removing the file just now."""
-_CASE_LINE = re.compile(r" DEBUG   case (.+), hash ([0-9a-f]{64})$")
+CASE_LINE = re.compile(r" DEBUG   case (.+), hash ([0-9a-f]{64})$")
 # What a file system answers that cannot lock, as some shared ones cannot.
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 
@@ -50,10 +50,8 @@ def open_folder(folder: Path, resume: bool, log: str = LOG) -> Iterator[None]:
             if folder.exists() and not folder.is_dir():
                 raise _refused(folder, "--out", "expected a folder, this is a file")
             if folder.is_dir() and any(folder.iterdir()) and not (folder / log).is_file():
-                expected = (
-                    "expected an empty folder or one of an earlier run; this one holds other files"
-                )
-                raise _refused(folder, "--out", expected)
+                expected = "expected an empty folder or one of an earlier run"
+                raise _refused(folder, "--out", f"{expected}; this one holds other files")
             _refuse_links(folder, "--out")
             folder.mkdir(parents=True, exist_ok=True)
             if not os.access(folder, os.W_OK):
@@ -101,11 +99,6 @@ def locked(folder: Path, key: str = "") -> Iterator[None]:
                 path.unlink()  # before the lock is released: nobody holds a file that is removed
 
 
-def log_case(case: Case) -> None:
-    """Write into the log of the run which case it runs, for `check_same_case`."""
-    LOGGER.debug("case %s, hash %s", case.path.name, case.content_hash())  # as in _CASE_LINE
-
-
 def check_same_case(folder: Path, case: Case) -> None:
     """Refuse to resume the run in a folder with a case of other content, whatever its name.
 
@@ -113,7 +106,7 @@ def check_same_case(folder: Path, case: Case) -> None:
         InputError: The last run in the folder had another case.
     """
     lines = (folder / LOG).read_text(encoding="utf-8", errors="replace").splitlines()
-    before = [found for line in lines if (found := _CASE_LINE.search(line)) is not None]
+    before = [found for line in lines if (found := CASE_LINE.search(line)) is not None]
     # A run that was stopped before it knew its case has computed nothing.
     if before and before[-1][2] != case.content_hash():
         name, digest = before[-1].groups()

@@ -13,9 +13,9 @@ from pathlib import Path
 from impactfem.case import Case, Published, SyntheticMotion
 from impactfem.case.base import nearest
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY
-from impactfem.run.check import checked, mesh_faults, warn_of_implausible
+from impactfem.run.check import check_mesh, checked, warn_of_implausible
 from impactfem.run.estimate import Estimate
-from impactfem.run.folder import LOG, check_same_case, log_case, open_folder
+from impactfem.run.folder import LOG, check_same_case, open_folder
 from impactfem.run.report import write_page
 from impactfem.run.stages import RENAMED, REPORT, asked_stages, check_stage_name, works
 from impactfem.stages.building.stage import BUILDING
@@ -139,7 +139,7 @@ def run(
         result = Run(folder, [], dict(case.published))
         started = datetime.now(UTC).isoformat(timespec="seconds")
         LOGGER.info("%s -> %s", case.title, folder)
-        log_case(case)
+        LOGGER.debug("case %s, hash %s", case.path.name, case.content_hash())  # as in CASE_LINE
         for line in estimate.lines():
             LOGGER.debug("estimate: %s", line)
         warn_of_implausible(case, estimate)
@@ -148,22 +148,11 @@ def run(
             on_root(partial(one.announces, case))
         for one, of in works(stages, case):
             _run_stage(one, of, result, fresh, bar)
-            if one is BUILDING and one.label(of) not in result.reused:
-                on_root(partial(_check_mesh, of, folder))
         on_root(lambda: _write_results(case, result, stages, started))
         if stage in (None, REPORT):
             on_root(lambda: _warn_of_published(case, result.scalars))
             on_root(lambda: write_page(folder, bar=bar))
     return result
-
-
-def _check_mesh(case: Case, folder: Path) -> None:
-    """Refuse what the stages after `building` would refuse of its mesh, minutes later."""
-    from impactfem.stages.building.compute import mesh_of_run
-
-    faults = mesh_faults(case, mesh_of_run(case, case.folder(folder)))
-    if faults:
-        raise InputError(faults)
 
 
 def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) -> None:
@@ -177,14 +166,26 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
     if reused:
         result.reused.append(label)
     else:
-        _compute(stage, case, folder, key, bar)
+        give_back()  # what the stage before had
+        forget_peak()
+        on_root(lambda: own.mkdir(exist_ok=True))
+        names = {name: share for name, share in stage.steps.items() if name != DRAWING}
+        with Steps(names, f"stage {label}", quiet=rank() != 0, bar=bar) as steps:
+            compute = partial(stage.compute, case, own, key, steps)
+            files = compute() if stage.collective else on_root(compute)
+            times = {f"{label}: {name}": round(t, 3) for name, t in steps.times.items()}
+            memory = total(peak_memory())
+            on_root(lambda: mark_finished(folder, label, key, files, times, memory))
     drawing = on_root(lambda: stage.drawing_key(case))
-    if not on_root(lambda: reused and is_drawn(folder, label, drawing)):
-        if reused:
-            LOGGER.info("stage %s: tables and figures are drawn again", label)
-        on_root(lambda: _draw(stage, case, folder, drawing, bar))
+    drawn = on_root(lambda: reused and is_drawn(folder, label, drawing))
 
     def finish() -> tuple[list[Scalar], dict[str, float]]:
+        if not drawn:
+            if reused:
+                LOGGER.info("stage %s: tables and figures are drawn again", label)
+            with Steps({DRAWING: 1.0}, f"stage {label}", bar=bar) as steps, steps.step(DRAWING):
+                pictures = stage.draw(case, own)
+            mark_drawn(folder, label, drawing, pictures, round(steps.times[DRAWING], 3))
         # Checks begin with the name of the stage, and results with a word of theirs.
         checks = stage.checks(case, own)
         if case.part:
@@ -199,34 +200,22 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
             scalars = [replace(one, name=of_building(one.name, case.part)) for one in scalars]
         return scalars, manifest.seconds
 
+    def refuse_mesh() -> None:
+        # What the stages after `building` would refuse of its mesh, minutes later.
+        from impactfem.stages.building.compute import mesh_of_run
+
+        faults: list[Fault] = []
+        check_mesh(case, mesh_of_run(case, own), faults)
+        if faults:
+            raise InputError(faults)
+
     scalars, seconds = on_root(finish)
     result.scalars += scalars
     result.times |= seconds
     if not reused:
         LOGGER.info("stage %s: done in %.1f s", label, sum(seconds.values()))
-
-
-def _compute(stage: Stage, case: Case, folder: Path, key: str, bar: bool) -> None:
-    give_back()  # what the stage before had
-    forget_peak()
-    label, own = stage.label(case), case.folder(folder)
-    on_root(lambda: own.mkdir(exist_ok=True))
-    names = {name: share for name, share in stage.steps.items() if name != DRAWING}
-    with Steps(names, f"stage {label}", quiet=rank() != 0, bar=bar) as steps:
-        if stage.collective:
-            files = stage.compute(case, own, key, steps)
-        else:
-            files = on_root(lambda: stage.compute(case, own, key, steps))
-        times = {f"{label}: {name}": round(t, 3) for name, t in steps.times.items()}
-        memory = total(peak_memory())
-        on_root(lambda: mark_finished(folder, label, key, files, times, memory))
-
-
-def _draw(stage: Stage, case: Case, folder: Path, key: str, bar: bool) -> None:
-    label = stage.label(case)
-    with Steps({DRAWING: 1.0}, f"stage {label}", bar=bar) as steps, steps.step(DRAWING):
-        files = stage.draw(case, case.folder(folder))
-    mark_drawn(folder, label, key, files, round(steps.times[DRAWING], 3))
+        if stage is BUILDING:
+            on_root(refuse_mesh)
 
 
 def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import gc
 import math
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, as_completed
+from collections.abc import Sequence
+from concurrent.futures import as_completed
 from contextlib import ExitStack
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -149,68 +149,58 @@ def _outcomes(
     """The outcomes of the variants, in their order; none on the ranks that worked for rank 0."""
     LOGGER.info("%d variants", len(variants))
     found: dict[int, Outcome] = {}
-    with ExitStack() as stack:
-        steps = None  # of one process: each variant shows its own
-        if world() is None and processes == 1:
-            ended = _run_here(variants, folder, stage)
+
+    def ended(k: int, outcome: Outcome) -> None:
+        found[k] = outcome
+        count, name = f"{len(found)} of {len(variants)}", variants[k].name
+        if outcome.error:
+            LOGGER.warning("variant %s, %s: failed: %s", count, name, outcome.error)
         else:
-            start_solvers()
-            executor = stack.enter_context(workers(min(processes, len(variants))))
-            if executor is None:
-                return []
-            ended = _run_elsewhere(variants, folder, stage, executor)
-            steps = stack.enter_context(Steps({VARIANTS: 1.0}, "sweep"))
-            stack.enter_context(steps.step(VARIANTS))
-        for k, outcome in ended:
-            found[k] = outcome
-            count, name = f"{len(found)} of {len(variants)}", variants[k].name
-            if outcome.error:
-                LOGGER.warning("variant %s, %s: failed: %s", count, name, outcome.error)
-            else:
-                more = f", warnings in its log: {outcome.warnings}" if outcome.warnings else ""
-                LOGGER.info("variant %s, %s: done in %.1f s%s", count, name, outcome.seconds, more)
-            if steps is not None:
+            more = f", warnings in its log: {outcome.warnings}" if outcome.warnings else ""
+            LOGGER.info("variant %s, %s: done in %.1f s%s", count, name, outcome.seconds, more)
+
+    if world() is None and processes == 1:
+        for k, variant in enumerate(variants):
+            LOGGER.info("variant %d of %d, %s: starts", k + 1, len(variants), variant.name)
+            ended(k, run_variant(variant, folder, stage))
+        return list(found.values())
+    start_solvers()
+    with workers(min(processes, len(variants))) as executor:
+        if executor is None:
+            return []
+        futures = {
+            executor.submit(run_variant, variant, folder, stage, apart=True): k
+            for k, variant in enumerate(variants)
+        }
+        with Steps({VARIANTS: 1.0}, "sweep") as steps, steps.step(VARIANTS):
+            for future in as_completed(futures):
+                try:
+                    outcome = future.result()
+                except Exception as error:
+                    # A process that was killed, as for want of memory: the other results are kept.
+                    reason = f"its process ended: {type(error).__name__}: {error}"
+                    outcome = Outcome([], reason, 0, math.nan)
+                ended(futures[future], outcome)
                 steps.within(VARIANTS, len(found) / len(variants))
     return [found[k] for k in range(len(variants))]
 
 
-def _run_here(
-    variants: list[Variant], folder: Path, stage: str | None
-) -> Iterator[tuple[int, Outcome]]:
-    for k, variant in enumerate(variants):
-        LOGGER.info("variant %d of %d, %s: starts", k + 1, len(variants), variant.name)
-        yield k, run_variant(variant, folder, stage)
+def run_variant(
+    variant: Variant, folder: Path, stage: str | None, *, apart: bool = False
+) -> Outcome:
+    """Run a variant, whose case file is in the folder of the sweep; a failure is an outcome.
 
-
-def _run_elsewhere(
-    variants: list[Variant], folder: Path, stage: str | None, executor: Executor
-) -> Iterator[tuple[int, Outcome]]:
-    futures = {
-        executor.submit(run_alone, variant, folder, stage): k for k, variant in enumerate(variants)
-    }
-    for future in as_completed(futures):
-        try:
-            yield futures[future], future.result()
-        except Exception as error:
-            # A process that was killed, as for want of memory: the other results are kept.
-            reason = f"its process ended: {type(error).__name__}: {error}"
-            yield futures[future], Outcome([], reason, 0, math.nan)
-
-
-def run_alone(variant: Variant, folder: Path, stage: str | None) -> Outcome:
-    """Run a variant in one of several workers; it reports to its files only."""
-    log.set_up(verbose=False, rank=1)
-    with alone():
-        return run_variant(variant, folder, stage, bar=False)
-
-
-def run_variant(variant: Variant, folder: Path, stage: str | None, *, bar: bool = True) -> Outcome:
-    """Run a variant, whose case file is in the folder of the sweep; a failure is an outcome."""
+    In one of several workers, `apart`, it reports to its files only.
+    """
     start = perf_counter()
     scalars: list[Scalar] = []
     failure = ""
     path, target = variant.case_file(folder), variant.run_folder(folder)
-    with in_file_only() as warnings:
+    with ExitStack() as held:
+        if apart:
+            log.set_up(verbose=False, rank=1)
+            held.enter_context(alone())
+        warnings = held.enter_context(in_file_only())
         try:
             with open_folder(target, resume=False), file_errors():
                 case = check(path)
@@ -220,7 +210,7 @@ def run_variant(variant: Variant, folder: Path, stage: str | None, *, bar: bool 
                     origin = take_over(target, others, label, one.key(of))
                     if origin is not None:
                         LOGGER.debug("stage %s: the same as in %s, copied", label, origin)
-            scalars = run(path, out=target, stage=stage, bar=bar).scalars
+            scalars = run(path, out=target, stage=stage, bar=not apart).scalars
         except ImpactfemError as error:
             failure = str(error)
         except Exception as error:

@@ -172,12 +172,7 @@ def read_axes(
                 if all(a == b for a, b in zip(place, other.place, strict=False)):
                     hint = f"{other.key} is swept as well"
                     wrong.append((None, f"expected keys that do not hold one another; {hint}"))
-            values = [] if isinstance(given, str) else list(given)
-            for item in _items(given) if isinstance(given, str) else ():
-                try:
-                    values += _values_of(item)
-                except ValueError as error:
-                    wrong.append((item, str(error)))
+            values = _values_of(given, wrong) if isinstance(given, str) else list(given)
             if not values and not wrong:
                 wrong.append((None, "expected one value or more after '='"))
             written = [words(value) for value in values]
@@ -189,30 +184,34 @@ def read_axes(
     return axes, faults
 
 
-def _items(text: str) -> list[str]:
-    """The items between the commas that are in no quotes and no brackets."""
-    items: list[str] = []
+def _values_of(text: str, wrong: list[tuple[Any, str]]) -> list[Any]:
+    """The values of a text; what is wrong is added with what was expected."""
+    items: list[str] = []  # between the commas that are in no quotes and no brackets
     for piece in text.split(",") if text.strip() else ():
         bare = re.sub(r"\"[^\"]*\"|'[^']*'", "", items[-1]) if items else ""
         if {'"', "'"} & set(bare) or sum(map(bare.count, "[{")) > sum(map(bare.count, "]}")):
             items[-1] += f",{piece}"
         else:
             items.append(piece)
-    return [item.strip() for item in items]
-
-
-def _values_of(item: str) -> list[Any]:
-    """The values of an item: those of a range, or the item; a ValueError says what was expected."""
-    if not item:
-        raise ValueError("expected a value between two commas")
-    try:
-        content = tomllib.loads(f"value = {item}")
-    except tomllib.TOMLDecodeError:
-        content = {}
-    value = content.get("value") if list(content) == ["value"] else None
-    if isinstance(value, bool | int | float | str | list | dict):  # a date is a word
-        return [value]
-    return _range(item) if ":" in item else [item]
+    values: list[Any] = []
+    for item in map(str.strip, items):
+        try:
+            content = tomllib.loads(f"value = {item}")
+        except tomllib.TOMLDecodeError:
+            content = {}
+        value = content.get("value") if list(content) == ["value"] else None
+        if not item:
+            wrong.append((item, "expected a value between two commas"))
+        elif isinstance(value, bool | int | float | str | list | dict):  # a date is a word
+            values.append(value)
+        elif ":" not in item:
+            values.append(item)
+        else:
+            try:
+                values += _range(item)
+            except ValueError as error:
+                wrong.append((item, str(error)))
+    return values
 
 
 def _range(text: str) -> list[Any]:
