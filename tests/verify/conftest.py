@@ -1,12 +1,6 @@
 """What shell benchmarks are shown to see: models with something wrong."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
-from types import ModuleType
-from typing import Any
 
 import pytest
 
@@ -15,32 +9,40 @@ from impactfem.building.shell_model import Shells
 
 
 @pytest.fixture
-def altered(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+def wrong(monkeypatch):
+    """Put in the place of a function of a module or class what is made of the right one."""
+
+    def put(owner, name, make):
+        monkeypatch.setattr(owner, name, make(getattr(owner, name)))
+
+    return put
+
+
+@pytest.fixture
+def altered(wrong):
     """Multiply Young's modulus or the thickness of the models that a module makes."""
 
-    def alter(module: ModuleType, E: float = 1.0, thickness: float = 1.0) -> None:
-        right = module.shell_model
-
-        def changed(part: Any) -> Any:
+    def alter(module, E=1.0, thickness=1.0):
+        def changed(part):
             changes = {"material": replace(part.material, E=E * part.material.E)}
             if isinstance(part, Shells):
                 changes["thickness"] = thickness * part.thickness
             return replace(part, **changes)
 
-        def wrong(points: Any, *parts: Any, **options: Any) -> Any:
-            return right(points, *map(changed, parts), **options)
+        def make(right):
+            return lambda points, *parts, **options: right(points, *map(changed, parts), **options)
 
-        monkeypatch.setattr(module, "shell_model", wrong)
+        wrong(module, "shell_model", make)
 
     return alter
 
 
 @pytest.fixture
-def wrong_drilling(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def wrong_drilling(monkeypatch, tmp_path):
     """Drilling energy of ω = ½ curl u + θ·e3; compiled into a cache of the test's own."""
 
     class Strains(shell._Strains):
-        def __init__(self, w: Any, frame: Any, *others: Any) -> None:
+        def __init__(self, w, frame, *others):
             super().__init__(w, frame, *others)
             self.drilling += 2.0 * shell.ufl.dot(shell.halves(w)[1], frame[2])
 
@@ -49,13 +51,13 @@ def wrong_drilling(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def partly_reduced(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def partly_reduced(monkeypatch, tmp_path):
     """Shear α γ·γ in full and (1 − α) γ·γ by three points, α = t²/(t² + h²), as it once was.
 
     Without a bubble quadratic triangles cannot follow that many conditions.
     """
 
-    def stiffness(space: Any, fields: Any) -> Any:
+    def stiffness(space, fields):
         ufl, mesh, t = shell.ufl, space.mesh, fields.thickness
         trial, test = (
             shell._Strains(w, shell._frame(mesh), mesh, fields)
@@ -77,10 +79,10 @@ def partly_reduced(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def quadrature(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[int], None]:
+def quadrature(monkeypatch, tmp_path):
     """Set the degree of the shell's reduced integration."""
 
-    def set_degree(degree: int) -> None:
+    def set_degree(degree):
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
         monkeypatch.setattr(shell, "REDUCED", degree)
 
@@ -88,6 +90,6 @@ def quadrature(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[[int
 
 
 @pytest.fixture
-def failed() -> Callable[[list[Any]], set[str]]:
+def failed():
     """Quantities of the rows that do not pass."""
     return lambda rows: {row.quantity for row in rows if not row.passed}

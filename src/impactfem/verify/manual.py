@@ -12,19 +12,18 @@ from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import write_json
 from impactfem.system.log import Steps
 from impactfem.system.parallel import one_blas_thread, rank
-from impactfem.verify import devices, motion, spectra, sticks
-from impactfem.verify.contact import laws, pairs, unilateral
+from impactfem.verify import contact, devices, motion, spectra, sticks, unilateral
 from impactfem.verify.devices import spectra as device_spectra
 from impactfem.verify.row import HEAVY, REGISTERED, Row, Rows
-from impactfem.verify.shells import beams, curved, patch, plates
+from impactfem.verify.shells import beams, curved, plates
 from impactfem.verify.waves import floor_bar, forced, frame, in_time, paper, slab
 
 GROUPS: Mapping[str, Sequence[ModuleType]] = {
-    "Contact between sticks": (laws, pairs),
+    "Contact between sticks": (contact,),
     "Sticks and their time integration": (sticks,),
     "Ground motion": (motion,),
     "Oscillators and spectra": (spectra,),
-    "Shells": (patch, plates, curved),
+    "Shells": (plates, curved),
     "Beams and frames": (beams,),
     "Waves and the 3D building in time": (slab, in_time, forced, frame, floor_bar, paper),
     "Unilateral contact": (unilateral,),

@@ -8,14 +8,13 @@ from impactfem.verify.devices import spectra as module
 from impactfem.verify.devices.spectra import close_pair
 
 
-def test_a_wrong_coefficient_is_seen(monkeypatch, failed):
+def test_a_wrong_coefficient_is_seen(wrong, failed):
     """The form for equal dampings, taken for all."""
-    right = module.correlation
 
-    def equal(rule, f, xi):
-        return right(rule, f, np.full(xi.shape, xi.mean()))
+    def make(right):
+        return lambda rule, f, xi: right(rule, f, np.full(xi.shape, xi.mean()))
 
-    monkeypatch.setattr(module, "correlation", equal)
+    wrong(module, "correlation", make)
     assert failed(module.cqc_coefficient()) == {
         "10 Hz at 5.00% and 12 Hz at 1.00%",
         "30.51 Hz at 1.99% and 82.9 Hz at 2.04%",
@@ -42,59 +41,68 @@ def test_a_lost_mode_is_seen(monkeypatch, failed, benchmark):
         assert any("two pairs" in name for name in failed(benchmark()))
 
 
-def test_squares_of_rigid_modes_are_seen(monkeypatch, failed):
+def test_squares_of_rigid_modes_are_seen(wrong, failed):
     """Without the rigid part every force and moment of the benchmark is too low."""
-    right = module.spectrum_analysis
-    monkeypatch.setattr(
-        module, "spectrum_analysis", lambda d, s, rules: right(d, s, replace(rules, rigid=None))
+    wrong(
+        module,
+        "spectrum_analysis",
+        lambda right: lambda d, s, rules: right(d, s, replace(rules, rigid=None)),
     )
     found = failed(module.rigid_response())
     assert len(found) == 8 and all("with SRSS" in one or "with CQC" in one for one in found)
 
 
-def test_a_rigid_part_of_the_wrong_corner_is_seen(monkeypatch, failed):
+def test_a_rigid_part_of_the_wrong_corner_is_seen(wrong, failed):
     """f2 as the frequency of the ZPA itself, without Gupta's mean of it and f1."""
-    right = module.Gupta.corners
-    monkeypatch.setattr(
-        module.Gupta,
-        "corners",
-        lambda self, spectrum, xi: (right(self, spectrum, xi)[0], spectrum.rigid_from(xi)),
-    )
+
+    def make(right):
+        return lambda self, s, xi: (right(self, s, xi)[0], s.rigid_from(xi))
+
+    wrong(module.Gupta, "corners", make)
     assert "rigid part at 12 Hz, Gupta" in failed(module.rigid_response())
 
 
 @pytest.mark.parametrize(
-    ("name", "wrong"),
+    ("name", "other"),
     [
         ("own_weight", lambda device: np.zeros(6)),
         ("ring_tension", lambda force, radius: force[2] + np.hypot(force[3], force[4]) / radius),
     ],
 )
-def test_a_tension_without_weight_or_about_the_rim_is_seen(monkeypatch, failed, name, wrong):
-    monkeypatch.setattr(module, name, wrong)
+def test_a_tension_without_weight_or_about_the_rim_is_seen(monkeypatch, failed, name, other):
+    monkeypatch.setattr(module, name, other)
     assert {"N + 2 M / r", "eight springs on a circle"} <= set(failed(module.net_tension()))
 
 
-def test_other_rules_are_seen(monkeypatch, failed):
-    right = module.combine_modes
-    monkeypatch.setattr(module, "combine_modes", lambda R, f, xi, _, t: right(R, f, xi, "cqc", t))
+def test_other_rules_are_seen(wrong, failed):
+    wrong(module, "combine_modes", lambda right: lambda R, f, xi, _, t: right(R, f, xi, "cqc", t))
     assert len(failed(module.mode_combinations())) == 5
 
 
-def test_supports_in_step_are_not_independent(monkeypatch, failed):
-    right = module.Rules
-    monkeypatch.setattr(module, "Rules", lambda **rest: right(**{**rest, "supports": "algebraic"}))
-    assert "acceleration, supports independent" in failed(module.two_supports())
-    assert "acceleration, supports together" not in failed(module.two_supports())
+@pytest.mark.parametrize(
+    ("benchmark", "seen", "passes"),
+    [
+        (
+            module.two_supports,
+            "acceleration, supports independent",
+            "acceleration, supports together",
+        ),
+        (module.sdld30, "reaction at NO4, inertia", "supports apart"),
+    ],
+)
+def test_supports_in_step_are_not_independent(wrong, failed, benchmark, seen, passes):
+    wrong(module, "Rules", lambda right: lambda **rest: right(**rest | {"supports": "algebraic"}))
+    found = failed(benchmark())
+    assert seen in found and not any(passes in name for name in found)
 
 
-def test_a_rotation_of_the_other_sense_is_seen(monkeypatch, failed):
-    right = module.on_springs
+def test_a_rotation_of_the_other_sense_is_seen(wrong, failed):
+    def make(right):
+        return lambda name, springs, body, damping: right(
+            name, springs, replace(body, centre=1.1 * body.centre), damping
+        )
 
-    def high(name, springs, body, damping):
-        return right(name, springs, replace(body, centre=1.1 * body.centre), damping)
-
-    monkeypatch.setattr(module, "on_springs", high)
+    wrong(module, "on_springs", make)
     assert "F_y under a rotation of 5/h rad/s2" in failed(module.rocking_floor())
 
 
@@ -112,14 +120,6 @@ def test_the_pair_is_close():
     assert f[1] / f[0] < 1.11
 
 
-def test_supports_in_step_of_sdld30_are_not_independent(monkeypatch, failed):
-    right = module.Rules
-    monkeypatch.setattr(module, "Rules", lambda **rest: right(**rest, supports="algebraic"))
-    seen = failed(module.sdld30())
-    assert "reaction at NO4, inertia" in seen
-    assert not any("supports apart" in name for name in seen)
-
-
 def test_displacements_of_supports_are_not_lost(monkeypatch, failed):
     monkeypatch.setattr(module, "SDLD30_SHIFTS", (0.04, 0.0))
     seen = failed(module.sdld30())
@@ -127,14 +127,16 @@ def test_displacements_of_supports_are_not_lost(monkeypatch, failed):
     assert not any(name.endswith("inertia") for name in seen)
 
 
-def test_a_phase_that_is_ignored_is_seen(monkeypatch, failed):
+def test_a_phase_that_is_ignored_is_seen(wrong, failed):
     """Both supports in step: the second one's motion taken for the first one's."""
-    right = module.anchor_force
 
-    def in_step(device, a, dt, displacement):
-        scale = np.abs(displacement[7]).max() / np.abs(displacement[1]).max()
-        a[7], displacement[7] = scale * a[1], scale * displacement[1]
-        return right(device, a, dt, displacement=displacement)
+    def make(right):
+        def in_step(device, a, dt, displacement):
+            scale = np.abs(displacement[7]).max() / np.abs(displacement[1]).max()
+            a[7], displacement[7] = scale * a[1], scale * displacement[1]
+            return right(device, a, dt, displacement=displacement)
 
-    monkeypatch.setattr(module, "anchor_force", in_step)
+        return in_step
+
+    wrong(module, "anchor_force", make)
     assert len(failed(module.harmonic_supports())) == 2

@@ -8,23 +8,6 @@ from impactfem.verify.shells import beams
 
 
 @pytest.fixture
-def wrong_section(monkeypatch):
-    """Change the section that the models are made of, and not the closed forms."""
-
-    def change(**factors):
-        right = beams.shell_model
-
-        def wrong(points, beams):
-            own = beams.section
-            changes = {name: factor * getattr(own, name) for name, factor in factors.items()}
-            return right(points, replace(beams, section=replace(own, **changes)))
-
-        monkeypatch.setattr(beams, "shell_model", wrong)
-
-    return change
-
-
-@pytest.fixture
 def own_cache(monkeypatch, tmp_path):
     """A cache for the forms of a test."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
@@ -41,22 +24,33 @@ def own_cache(monkeypatch, tmp_path):
         ("k2", ("depth", "beside")),
     ],
 )
-def test_a_wrong_section_is_seen_where_it_counts(failed, wrong_section, name, seen):
-    wrong_section(**{name: 1.001})
-    quantities = failed(beams.beam_cantilevers())
-    every = {row.quantity for row in beams.beam_cantilevers() if row.quantity.startswith("tip")}
-    assert quantities == {q for q in every if any(word in q.split(",")[0] for word in seen)}
+def test_a_wrong_section_is_seen_where_it_counts(failed, wrong, name, seen):
+    """In the models alone, not in the closed forms."""
+
+    def make(right):
+        def made(points, beams):
+            changes = {name: 1.001 * getattr(beams.section, name)}
+            return right(points, replace(beams, section=replace(beams.section, **changes)))
+
+        return made
+
+    wrong(beams, "shell_model", make)
+    rows = beams.beam_cantilevers()
+    every = {row.quantity for row in rows if row.quantity.startswith("tip")}
+    assert failed(rows) == {q for q in every if any(word in q.split(",")[0] for word in seen)}
 
 
-def test_swapped_sides_are_seen(failed, monkeypatch, own_cache):
+def test_swapped_sides_are_seen(failed, wrong, own_cache):
     """The frame turned by a quarter: n1 for n2."""
-    right = beam._frame
 
-    def turned(mesh, fields):
-        t, n1, n2 = right(mesh, fields)
-        return t, n2, -n1
+    def make(right):
+        def turned(mesh, fields):
+            t, n1, n2 = right(mesh, fields)
+            return t, n2, -n1
 
-    monkeypatch.setattr(beam, "_frame", turned)
+        return turned
+
+    wrong(beam, "_frame", make)
     quantities = failed(beams.beam_cantilevers())
     assert sum("width" in quantity for quantity in quantities) == 3
     assert sum("depth" in quantity for quantity in quantities) == 3
@@ -70,32 +64,18 @@ def test_full_integration_of_the_shear_is_seen(failed, monkeypatch, own_cache):
     assert not [q for q in quantities if ("axis, beam" in q and "beside" not in q) or "twist" in q]
 
 
-def test_half_of_the_rotary_inertia_is_seen(failed, monkeypatch, own_cache):
-    right = beam.beam_mass
+def test_half_of_the_rotary_inertia_is_seen(failed, wrong, own_cache):
+    def make(right):
+        return lambda space, f: right(space, replace(f, second_moments=0.5 * f.second_moments))
 
-    def halved(space, fields):
-        return right(space, replace(fields, second_moments=0.5 * fields.second_moments))
-
-    monkeypatch.setattr(model, "beam_mass", halved)
+    wrong(model, "beam_mass", make)
     assert {f"frequency {k}, 20 elements" for k in (1, 2, 3)} <= failed(beams.beam_frequencies())
 
 
-def test_rotations_of_the_wrong_sign_are_seen(failed, monkeypatch, own_cache):
-    right = beam.halves
-
-    def turned(w):
-        u, theta = right(w)
-        return u, -theta
-
-    monkeypatch.setattr(beam, "halves", turned)
+def test_rotations_of_the_wrong_sign_are_seen(failed, wrong, own_cache):
+    wrong(beam, "halves", lambda right: lambda w: (right(w)[0], -right(w)[1]))
     rows = beams.beam_rigid_body()
     assert {row.quantity for row in rows if "largest energy" in row.quantity} <= failed(rows)
-
-
-def test_softer_plates_are_seen(altered):
-    altered(beams, E=0.98)
-    rows = beams.l_frame() + beams.t_beam()
-    assert len(rows) == 4 and not any(row.passed for row in rows)
 
 
 @pytest.mark.parametrize("factor", [0.01, 100.0])
@@ -105,15 +85,17 @@ def test_the_joint_hardly_depends_on_the_drilling_factor(factor):
     assert max(row.error for row in rows) < 3e-3
 
 
-def test_plates_that_do_not_meet_are_seen(monkeypatch):
+def test_plates_that_do_not_meet_are_seen(wrong):
     """The web ends below the flange's mid-plane and carries the force alone."""
-    right = beams.joined
 
-    def apart(panels):
-        (nodes, triangles), *flanges = panels
-        return right([(nodes - [0.0, 0.0, 1e-3], triangles), *flanges])
+    def make(right):
+        def apart(panels):
+            (nodes, triangles), *flanges = panels
+            return right([(nodes - [0.0, 0.0, 1e-3], triangles), *flanges])
 
-    monkeypatch.setattr(beams, "joined", apart)
+        return apart
+
+    wrong(beams, "joined", make)
     (row,) = beams.t_beam()
     assert row.computed > 2.0 * row.reference
 

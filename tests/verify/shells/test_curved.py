@@ -13,39 +13,23 @@ def test_the_roof_without_shear_strains():
     assert weighed(ROOF, WEIGHT)[0] > 1.002 * 0.300592
 
 
-def test_a_thicker_roof_is_seen(altered, failed):
-    altered(curved, thickness=1.02)
-    rows = curved.scordelis_lo()
-    assert len([row for row in rows if not row.passed]) >= 3
-    assert "fitted order of the work of the weight, at least 2" in failed(rows)
-
-
 def test_wrong_symmetry_is_seen(monkeypatch):
     """The crown may not be held against all rotations."""
     monkeypatch.setattr(curved, "RZ", curved.RY)
     assert not curved.scordelis_lo()[2].passed
 
 
-def test_a_thicker_cylinder_is_seen(altered):
-    altered(curved, thickness=1.03)
-    assert not any(row.passed for row in curved.pinched_cylinder())
-
-
-def test_a_missing_diaphragm_is_seen(monkeypatch):
+def test_a_missing_diaphragm_is_seen(wrong, monkeypatch):
     """With free ends the cylinder is much softer."""
-    right = curved.ShellModel.rows
 
-    def rows(self, here, *components):
-        ends = bool((self.nodes[here, 0] == 0.0).all())
-        return right(self, here & (not ends), *components)
+    def make(right):
+        def rows(self, here, *components):
+            ends = bool((self.nodes[here, 0] == 0.0).all())
+            return right(self, here & (not ends), *components)
 
-    monkeypatch.setattr(curved.ShellModel, "rows", rows)
+        return rows
+
+    wrong(curved.ShellModel, "rows", make)
     monkeypatch.setattr(curved, "CELLS", (4, 8, 16))
     row = curved.pinched_cylinder()[0]
     assert row.computed > 1.5 * row.reference
-
-
-def test_another_thickness_is_seen(altered):
-    altered(curved, thickness=1.01)
-    rows = [*curved.hyperbolic_paraboloid(), *curved.twisted_strip()]
-    assert not any(row.passed for row in rows)

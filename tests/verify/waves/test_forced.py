@@ -2,34 +2,22 @@ import numpy as np
 
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify.waves import forced
-from impactfem.verify.waves.forced import (
-    DAMPED,
-)
+from impactfem.verify.waves.forced import DAMPED
 
 
-def test_another_damping_is_seen(monkeypatch, failed):
-    right = forced.response
-    monkeypatch.setattr(forced, "response", lambda t, w, ratio: right(t, w, 1.001 * ratio))
+def test_another_damping_is_seen(wrong, failed):
+    wrong(forced, "response", lambda right: lambda t, w, ratio: right(t, w, 1.001 * ratio))
     found = failed(forced.modal_equation())
     pulse = "largest difference over the peak, an oscillating pulse, "
     assert found == {pulse + name for name in DAMPED if name != "undamped"}
 
 
-def test_a_wrong_modulus_or_damping_of_the_strip_is_seen(altered, monkeypatch, failed):
-    altered(forced, E=1.01)
-    assert "largest deflection, undamped, full" in failed(forced.strip_pulse())
-    altered(forced, E=1.0 / 1.01)
+def test_a_wrong_damping_of_the_strip_is_seen(monkeypatch, failed):
     monkeypatch.setattr(forced, "Rayleigh", lambda alpha, beta=0.0: Rayleigh(1.1 * alpha, beta))
     found = failed(forced.strip_pulse())
     assert {"largest deflection, overdamped, full", "largest deflection, overdamped, reduced"} <= (
         found
     )
-
-
-def test_a_wrong_modulus_is_seen(altered, failed):
-    altered(forced, E=1.005)
-    rows = forced.travelling_force()
-    assert len(failed(rows)) >= 0.8 * len(rows)
 
 
 def test_a_force_on_the_nearest_node_alone_is_seen(monkeypatch, failed):

@@ -16,11 +16,6 @@ def test_speeds_by_hand():
     assert (slab.SHEAR.restrained, slab.PLATE.restrained) == (UX, UY)
 
 
-def test_a_wrong_modulus_is_seen(altered, failed):
-    altered(slab, E=1.01)
-    assert "speed, standing plate wave, 8 elements a wavelength" in failed(slab.wave_speed_order())
-
-
 def test_a_strip_with_free_long_edges_carries_other_waves(monkeypatch):
     """Stretched as a bar, √(E/ρ), 2 % slower; and bent instead of sheared."""
     monkeypatch.setattr(slab.Wave, "restrained", property(lambda self: 5))
@@ -39,30 +34,18 @@ def test_the_crossings_are_not_each_others():
     assert normal.computed < 0.65 * in_plane.reference
 
 
-def test_a_wrong_speed_is_seen(altered, failed):
-    altered(slab, E=1.02)
-    found = failed(slab.slab_strip_impact())
-    assert "largest difference of the velocity over its peak, far edge, full" in found
-    assert "largest difference of the displacement over its peak, far edge, reduced" in found
-
-
-def test_a_held_far_edge_reflects_otherwise(monkeypatch, failed):
+def test_a_held_far_edge_reflects_otherwise(wrong, failed):
     """A spring on the far edge, so stiff that it hardly moves."""
-    right = MovingModel.__init__
 
-    def stiff(self, model, loads, probes):
-        K = model.K.tolil()
-        K[probes[1], probes[1]] += 1e12
-        right(self, replace(model, K=K.tocsr()), loads, probes)
+    def make(right):
+        def stiff(self, model, loads, probes):
+            K = model.K.tolil()
+            K[probes[1], probes[1]] += 1e12
+            right(self, replace(model, K=K.tocsr()), loads, probes)
 
-    monkeypatch.setattr(MovingModel, "__init__", stiff)
+        return stiff
+
+    wrong(MovingModel, "__init__", make)
     found = failed(slab.slab_strip_impact())
     assert "first peak of the velocity, far edge over the wave's, full" in found
     assert "displacement of the far edge at the end, reduced" in found
-
-
-def test_a_bar_that_is_too_stiff_leaves_the_wall(altered, failed):
-    altered(slab, E=1.05)
-    found = failed(slab.bar_against_wall())
-    assert "largest distance of that end from the wall over v₀ 2L/c" in found
-    assert "impulse" not in found

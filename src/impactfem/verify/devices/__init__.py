@@ -42,13 +42,6 @@ def paper_device(bending: float) -> Device:
     return on_springs("pump", paper_springs(), body, PAPER_DAMPING, beam)
 
 
-def rigid_device(mass: float, inertia: float) -> Device:
-    """The same as one rigid body, m [kg] and J about horizontal axes [kg m2]."""
-    around = solid_cylinder(MASS, RADIUS, LENGTH)[2]
-    body = RigidBody.at_height(mass, HEIGHT, inertia, inertia, around)
-    return on_springs("rigid pump", paper_springs(), body, PAPER_DAMPING)
-
-
 @benchmark(source=PAPER)
 def device_table_6(rows: Rows) -> None:
     """Modes of the paper's device.
@@ -62,10 +55,21 @@ def device_table_6(rows: Rows) -> None:
     base to mass centre that weighs the missing 45.9 kg, its bending stiffness alone gives all four
     values, to their printed digits.
     """
+
+    def rigid_device(inertia: float) -> Device:
+        around = solid_cylinder(MASS, RADIUS, LENGTH)[2]
+        body = RigidBody.at_height(WHOLE, HEIGHT, inertia, inertia, around)
+        return on_springs("rigid pump", paper_springs(), body, PAPER_DAMPING)
+
+    def carried(device: Device, axis: str) -> tuple[Array, Array]:
+        """Frequencies [Hz] and effective masses [kg] of the modes that carry mass along an axis."""
+        modes = device_modes(device)
+        of_axis = modes.effective_mass[device.column(axis)]
+        some = of_axis > 1e-9 * WHOLE
+        return modes.frequency[some], of_axis[some]
+
     beam = fit_device(paper_device, {"bending": 1e8}, TABLE_6)
-    rigid = fit_device(
-        lambda inertia: rigid_device(WHOLE, inertia), {"inertia": 250.0}, TABLE_6, masses=False
-    )
+    rigid = fit_device(rigid_device, {"inertia": 250.0}, TABLE_6, masses=False)
     m, J, closed = WHOLE, rigid.parameters["inertia"], "rigid body on two springs"
     for i, (target, exact) in enumerate(zip(TABLE_6, rigid_modes(m, J), strict=True)):
         published = (target.frequency, target.effective_mass or math.nan)
@@ -76,13 +80,11 @@ def device_table_6(rows: Rows) -> None:
             source = f"closed form; {left:+.1%} from the {published[k]:g} {unit} of table 6"
             for number, axis in ((2 * i + 1, "x"), (2 * i + 2, "y")):
                 quantity = f"{what} of mode {number}, along {axis}"
-                of_beam, alone = (_mode_along(d, axis, i)[k] for d in (beam.device, rigid.device))
-                words, rows.name = (
-                    f"{quantity}: 1500 kg on a beam of 45.9 kg",
-                    "device of the paper",
-                )
+                of_beam, alone = (carried(d, axis)[k][i] for d in (beam.device, rigid.device))
+                rows.name = "device of the paper"
+                words = f"{quantity}: 1500 kg on a beam of 45.9 kg"
                 rows.add(words, published[k], of_beam, unit, allowed)
-                words, rows.name = f"{quantity}: rigid body of 1545.9 kg", closed
+                rows.name, words = closed, f"{quantity}: rigid body of 1545.9 kg"
                 rows.add(words, exact[k], alone, unit, 1e-9, source)
     squares = (2.0 * np.pi * rigid.frequency) ** 2
     rows.source = "determinant, trace and static reaction of the eigenproblem"
@@ -94,16 +96,8 @@ def device_table_6(rows: Rows) -> None:
     rows.add("m₁/ω₁² + m₂/ω₂²", reaction, found, "SI", 1e-10)
 
 
-def _mode_along(device: Device, axis: str, i: int) -> tuple[float, float]:
-    """Frequency [Hz] and effective mass [kg] of the i-th mode that carries mass along an axis."""
-    modes = device_modes(device)
-    of_axis = modes.effective_mass[device.column(axis)]
-    mine = np.flatnonzero(of_axis > 1e-9 * WHOLE)[i]
-    return float(modes.frequency[mine]), float(of_axis[mine])
-
-
 def rigid_modes(mass: float, inertia: float) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Frequencies [Hz] and effective masses [kg] of `rigid_device` in a vertical plane.
+    """Frequencies [Hz] and effective masses [kg] of the device as a rigid body, along x or y.
 
     With its base's translation u and rotation θ, the springs k and k_r, and h = 0.46 m, ω² is a
     root of m J ω⁴ − (m k_r + (J + m h²) k) ω² + k k_r = 0. The mass centre moves by

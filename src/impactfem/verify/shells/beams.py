@@ -25,7 +25,7 @@ from impactfem.building.shell_model import (
 )
 from impactfem.verify.row import Rows, benchmark, fitted_order
 from impactfem.verify.shells import CONCRETE, SHEAR, flat, joined, lines_at, panel
-from impactfem.verify.shells.patch import rigid_body_rows
+from impactfem.verify.shells.plates import rigid_body_rows
 
 Array = NDArray[np.float64]
 

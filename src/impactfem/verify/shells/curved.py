@@ -22,6 +22,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,23 +104,6 @@ class Cylinder:
         return found[v], found[w], float(load @ found)
 
 
-def polynomials(span: float, count: int) -> tuple[Basis, Basis]:
-    """The first even and the first odd Legendre polynomials of φ / span, `count` of each."""
-    degree = np.arange(2 * count)
-    # P′_n = (2 n − 1) P_{n−1} + (2 n − 5) P_{n−3} + ...
-    below = degree[None, :] - degree[:, None]
-    derivative = np.where((below > 0) & (below % 2 == 1), 2 * degree[:, None] + 1, 0)
-
-    def basis(first: int) -> Basis:
-        def functions(phi: Array) -> tuple[Array, Array]:
-            values = eval_legendre(degree, (phi / span)[:, None])
-            return values[:, first::2], (values @ derivative)[:, first::2] / span
-
-        return functions
-
-    return basis(0), basis(1)
-
-
 def weighed(roof: Cylinder, weight: float, terms: int = 20, count: int = 24) -> tuple[float, float]:
     """A roof under a weight on its area [N/m2], from its crown φ = 0 to its free edge.
 
@@ -127,7 +111,17 @@ def weighed(roof: Cylinder, weight: float, terms: int = 20, count: int = 24) -> 
         By `terms` along x, and `count` even and odd functions around φ, the deflection of the
         middle of the free edge [m], and the work of the load on a quarter of the roof [J].
     """
-    even, odd = polynomials(roof.span, count)
+    # The first even and the first odd Legendre polynomials of φ / span.
+    degree = np.arange(2 * count)
+    # P′_n = (2 n − 1) P_{n−1} + (2 n − 5) P_{n−3} + ...
+    below = degree[None, :] - degree[:, None]
+    derivative = np.where((below > 0) & (below % 2 == 1), 2 * degree[:, None] + 1, 0)
+
+    def basis(first: int, phi: Array) -> tuple[Array, Array]:
+        values = eval_legendre(degree, (phi / roof.span)[:, None])
+        return values[:, first::2], (values @ derivative)[:, first::2] / roof.span
+
+    even, odd = partial(basis, 0), partial(basis, 1)
     edge = np.array([roof.span])
     deflection = total = 0.0
 
@@ -176,10 +170,7 @@ def hyperbolic_paraboloid(
     Half of the surface is computed.
     """
     nodes, triangles = panel(
-        2 * cells,
-        cells,
-        lambda a, b: (a - 0.5, 0.5 * b, (a - 0.5) ** 2 - (0.5 * b) ** 2),
-        0.15,
+        2 * cells, cells, lambda a, b: (a - 0.5, 0.5 * b, (a - 0.5) ** 2 - (0.5 * b) ** 2), 0.15
     )
     model = shell_model(nodes, Shells(triangles, thickness, STEEL))
     load = model.area_load((0.0, 0.0, -8000.0 * thickness))
@@ -243,7 +234,16 @@ def scordelis_lo(rows: Rows) -> None:
     facets on a curved surface are of second order, quadratic elements of fourth: the work's order
     is 2 at least, and lies between while both errors count.
     """
-    found, work = zip(*(_roof(cells) for cells in CELLS), strict=True)
+    found, work = [], []
+    for cells in CELLS:
+        model = _part(ROOF, cells)
+        x, y, z = model.nodes.T
+        model = model.hold(x == 0.0, UY, UZ, RX).hold(x == 0.5 * ROOF.length, UX, RY, RZ)
+        model = model.hold(y == 0.0, UY, RX, RZ)
+        load = model.ground_load((0.0, 0.0, 1.0))  # with ρ t = 90, that of a unit acceleration
+        moved = model.static(load)
+        found.append(-moved[np.argmin(z - x), UZ])
+        work.append((load * moved).sum())
     exact, exact_work = weighed(ROOF, WEIGHT)
     for reference, tolerance, source in (
         (0.3024, 0.01, "MacNeal and Harder 1985"),
@@ -254,18 +254,6 @@ def scordelis_lo(rows: Rows) -> None:
         rows.add(quantity, reference, found[-1], "ft", tolerance, source)
     errors = np.abs(np.array(work) - exact_work)
     rows.order("the work of the weight", 2.0, 1.0 / np.array(CELLS), errors, FACETS)
-
-
-def _roof(cells: int) -> tuple[float, float]:
-    """Deflection of the middle of the free edge of a quarter, and the work of the weight."""
-    model = _part(ROOF, cells)
-    x, y, z = model.nodes.T
-    model = model.hold(x == 0.0, UY, UZ, RX).hold(x == 0.5 * ROOF.length, UX, RY, RZ)
-    model = model.hold(y == 0.0, UY, RX, RZ)
-    load = model.ground_load((0.0, 0.0, 1.0))  # with ρ t = 90, that of a unit acceleration
-    moved = model.static(load)
-    corner = int(np.argmin(z - x))
-    return -float(moved[corner, UZ]), float((load * moved).sum())
 
 
 def _part(shell: Cylinder, cells: int) -> ShellModel:
@@ -297,7 +285,17 @@ def pinched_cylinder(rows: Rows) -> None:
 
     *_, work = CYLINDER.term(1, even, odd, lambda phi: (0.0 * phi, even(phi)[0][:, 0]))
     exact = work * 0.25 * CYLINDER.length  # ∫ sin² over half the length
-    found = np.array([_work_of_pressure(cells) for cells in CELLS])
+    found = np.zeros(len(CELLS))
+    for k, cells in enumerate(CELLS):
+        model = _part(CYLINDER, cells)
+        x, y, z = model.nodes.T
+        phi = np.arctan2(y, z)
+        pressure = np.sin(np.pi * x / CYLINDER.length) * np.cos(WAVES * phi)
+        field = np.zeros((len(x), 6))
+        field[:, UY], field[:, UZ] = pressure * np.sin(phi), pressure * np.cos(phi)
+        mass = CYLINDER.material.rho * CYLINDER.thickness
+        load = (model.M @ field.ravel()).reshape(-1, 6) / mass
+        found[k] = (load * _octant(model).static(load)).sum()
     quantity = f"work of a smooth pressure, {CELLS[-1]} cells a side"
     source = "shear-flexible shell, closed form for one wave"
     rows.add(quantity, exact, found[-1], "in lbf", 1e-3, source)
@@ -314,17 +312,6 @@ def pinched_cylinder_fine(rows: Rows, cells: int = 64) -> None:
     moved = _octant(model).static(model.nodal_load(top, (0.0, 0.0, -0.25)))
     quantity = f"displacement under the force, {cells} cells a side"
     rows.add(quantity, 1.8248e-5, -moved[top, UZ], "in", 0.02)
-
-
-def _work_of_pressure(cells: int) -> float:
-    model = _part(CYLINDER, cells)
-    x, y, z = model.nodes.T
-    phi = np.arctan2(y, z)
-    pressure = np.sin(np.pi * x / CYLINDER.length) * np.cos(WAVES * phi)
-    field = np.zeros((len(x), 6))
-    field[:, UY], field[:, UZ] = pressure * np.sin(phi), pressure * np.cos(phi)
-    load = (model.M @ field.ravel()).reshape(-1, 6) / (CYLINDER.material.rho * CYLINDER.thickness)
-    return float((load * _octant(model).static(load)).sum())
 
 
 def _octant(model: ShellModel) -> ShellModel:

@@ -27,8 +27,6 @@ if TYPE_CHECKING:
     from impactfem.building.floor import FloorBar
     from impactfem.building.parts import BuildingParts
     from impactfem.reduction.loads import Loads
-    from impactfem.stages.calibrate.experiment import WallExperiment
-    from impactfem.stages.calibrate.impact import WallImpact
 
 Array = NDArray[np.float64]
 
@@ -189,11 +187,7 @@ def _pulse_rows(rows: Rows, parts: BuildingParts, bar: FloorBar) -> None:
 
 
 def _line_in_3d(
-    parts: BuildingParts,
-    floor: int,
-    loads: Loads,
-    damping: Rayleigh,
-    storey_factor: float,
+    parts: BuildingParts, floor: int, loads: Loads, damping: Rayleigh, storey_factor: float
 ) -> tuple[Array, Array]:
     """Distance of the stage's line across a floor, and accelerations along the push, there."""
     from mpi4py import MPI
@@ -232,11 +226,31 @@ def _at(bar: Bar, values: Array, distance: Array) -> Array:
 
 
 def _wall_rows(rows: Rows, parts: BuildingParts, bar: FloorBar) -> None:
+    """The first impact by the stage's reduced model, made for each damping."""
+    from mpi4py import MPI
+
+    from impactfem.building.model import assemble_building
+    from impactfem.case.transient import MAXIMUM_FREQUENCY
+    from impactfem.reduction.reduced_basis import Accuracy
+    from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
+    from impactfem.reduction.wall import Wall
+    from impactfem.stages.calibrate.compute import run_reduced
     from impactfem.stages.calibrate.experiment import WallExperiment
+    from impactfem.stages.calibrate.impact import floor_impacts
+    from impactfem.stages.reduce.compute import COMPLETE, wall_probes
 
     experiment = WallExperiment((1,), 1, DISPLACED, 0.0, WALL_WINDOW, WALL_STEP)
+    wall = Wall(experiment.floors, experiment.displaced_floor, experiment.pull)
+    probes = np.unique(wall_probes(parts.mesh, experiment.floors))
     for label, damping, allowed in (("hardly damped", LIGHT, 0.07), ("damped", RAYLEIGH, 0.02)):
-        impact = _impact(parts, experiment, damping, np.array([MASS]))
+        accuracies = (Accuracy(damping, MAXIMUM_FREQUENCY, COMPLETE),)
+        plan = ReductionPlan(probes=probes, nodes=probes, accuracies=accuracies, wall=wall)
+        building = assemble_building(MPI.COMM_SELF, parts)
+        reduced = reduce_building(building, parts.mesh, 1.0, plan).complete.wall
+        if reduced is None:
+            raise ValueError("the building was reduced with a wall")
+        history = run_reduced(reduced, experiment, np.array([MASS]), damping).history
+        impact = floor_impacts(history, 1).first_complete()
         total = bar.slab_mass + bar.standing_mass
         made = Bar(LENGTH, bar.stiffness, total, bar.end_mass, damping)
         if label == "damped":
@@ -248,37 +262,6 @@ def _wall_rows(rows: Rows, parts: BuildingParts, bar: FloorBar) -> None:
             epsilon, lasts = 1.0, 2.0 * LENGTH * math.sqrt(made.mass / (bar.stiffness * LENGTH))
         rows.add(f"restitution at the wall, {label}", epsilon, impact.epsilon, "-", allowed)
         rows.add(f"time at the wall, {label}", lasts, impact.duration, "s", allowed)
-
-
-def _impact(
-    parts: BuildingParts, experiment: WallExperiment, damping: Rayleigh, mass: Array
-) -> WallImpact:
-    """The first impact of the highest floor that may hit, by the stage's reduced model."""
-    from mpi4py import MPI
-
-    from impactfem.building.model import assemble_building
-    from impactfem.case.transient import MAXIMUM_FREQUENCY
-    from impactfem.reduction.reduced_basis import Accuracy
-    from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
-    from impactfem.reduction.wall import Wall
-    from impactfem.stages.calibrate.compute import run_reduced
-    from impactfem.stages.calibrate.impact import floor_impacts
-    from impactfem.stages.reduce.compute import COMPLETE, wall_probes
-
-    floors, mesh = experiment.floors, parts.mesh
-    probes = np.unique(wall_probes(mesh, floors))
-    plan = ReductionPlan(
-        probes=probes,
-        nodes=probes,
-        accuracies=(Accuracy(damping, MAXIMUM_FREQUENCY, COMPLETE),),
-        wall=Wall(floors, experiment.displaced_floor, experiment.pull),
-    )
-    building = assemble_building(MPI.COMM_SELF, parts)
-    reduced = reduce_building(building, mesh, 1.0, plan).complete.wall
-    if reduced is None:
-        raise ValueError("the building was reduced with a wall")
-    history = run_reduced(reduced, experiment, mass, damping).history
-    return floor_impacts(history, floors[-1]).first_complete()
 
 
 @benchmark(PAPER, heavy=True)

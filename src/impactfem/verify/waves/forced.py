@@ -20,8 +20,8 @@ DAMPED = {"undamped": 0.0, "5 % damped": 0.05, "critically damped": 1.0, "overda
 """Part of critical damping, by its name."""
 HALF_WAVES, RATIO = 5, 0.8
 """Half waves of the pulse, and its frequency over that of the mode."""
-PERIODS = 6.0
-"""Time that is computed, in periods of the mode."""
+PERIODS, SAMPLES = 6.0, 400
+"""Time that is computed, in periods of the mode, and samples of a wave of the pulse."""
 SINGLE = "single degree of freedom under a sine that stops, closed form"
 STRIP, WIDTH, THICKNESS, CELLS = 6.0, 0.25, 0.3, 24
 """Length, width and thickness of the strip [m], and cells along it."""
@@ -59,13 +59,18 @@ def modal_equation(rows: Rows) -> None:
     )
     for label, ratio in DAMPED.items():
         rows.where = label
-        time, load = _pulse(omega, 400)
+        time, load = _pulse(omega)
         triangle = np.interp(time / time[-1], [0.0, 0.125, 0.25], [0.0, 1.0, 0.0], right=0.0)
         closed = "single degree of freedom, closed form"
-        rising = ramps(time, omega, ratio, time[-1] / 8.0)
+        # To a load t from rest: the steady state t/ω² − 2 ξ/ω³, and what starts it.
+        ramps, rise, offset = np.zeros_like(time), time[-1] / 8.0, 2.0 * ratio / omega**3
+        for start, slope in ((0.0, 1.0), (rise, -2.0), (2.0 * rise, 1.0)):
+            t = np.clip(time - start, 0.0, None)
+            ramp = t / omega**2 - offset + _free(t, omega, ratio, offset, -1.0 / omega**2)
+            ramps += slope / rise * ramp
         for what, allowed, source, amplitude, exact in (
             ("an oscillating pulse", 5e-5, SINGLE, load, response(time, omega, ratio)),
-            ("a triangular pulse", 1e-10, closed, triangle, rising),
+            ("a triangular pulse", 1e-10, closed, triangle, ramps),
         ):
             z = modal_response(model, amplitude[:, None], time[1], Rayleigh(2.0 * ratio * omega))
             away = apart(z.displacement[0], exact)
@@ -81,9 +86,23 @@ def strip_pulse(rows: Rows) -> None:
     error of the frequency by mesh or step, 1e-5, grows with 2π and the six periods to 4e-4 where
     little damps it, and does not with critical damping and above.
     """
-    omega, mass, moving = _strip()
+    # Frequency, and modal mass over load: M = ½ b L (ρ t + ρ t³/12 (k φ)²) over F = ½ b L p, with
+    # p = 1 Pa; for w = 1 the section turns by k φ = S k/(D k² + S − I ω²).
+    k2, rho, t = (math.pi / STRIP) ** 2, CONCRETE.rho, THICKNESS
+    omega = float(mindlin(np.array([k2]), t, CONCRETE)[0])
+    D = CONCRETE.E * t**3 / (12.0 * (1.0 - CONCRETE.nu**2))
+    S, rotary = SHEAR * CONCRETE.G * t, rho * t**3 / 12.0
+    k_phi = math.sqrt(k2) * S / (D * k2 + S - rotary * omega**2)
+    mass = rho * t * (1.0 + t**2 / 12.0 * k_phi**2)
+    nodes, triangles = rectangle(STRIP, WIDTH, CELLS, 1)
+    model = shell_model(nodes, Shells(triangles, t, CONCRETE))
+    x, y = nodes[:, 0], nodes[:, 1]
+    model = model.hold(x >= 0.0, UX, UY, RX, RZ)  # RX would turn across the cylinder
+    model = model.hold((x == 0.0) | (x == STRIP), UZ)
+    load = pressures(model, np.sin(np.pi * x / STRIP)[:, None], rho * t)
+    moving = MovingModel(model, load, model.rows((x == 0.5 * STRIP) & (y == 0.0), UZ))
     basis = moving.reduced(omega / (2.0 * math.pi), 20)
-    time, pulse = _pulse(omega, 400)
+    time, pulse = _pulse(omega)
     for label, ratio in DAMPED.items():
         # Half of it by the mass and half by the stiffness.
         damping = Rayleigh(alpha=ratio * omega, beta=ratio / omega)
@@ -117,19 +136,6 @@ def response(time: Array, omega: float, ratio: float) -> Array:
     return np.asarray(began + (1.0 if HALF_WAVES % 2 else -1.0) * stopped)
 
 
-def ramps(time: Array, omega: float, ratio: float, rise: float) -> Array:
-    """Response to a triangular pulse that rises in some time and falls in the same one.
-
-    To a load t from rest it is the steady state t/ω² − 2 ξ/ω³, and what starts it.
-    """
-    total, offset = np.zeros_like(time), 2.0 * ratio / omega**3
-    for start, slope in ((0.0, 1.0), (rise, -2.0), (2.0 * rise, 1.0)):
-        t = np.clip(time - start, 0.0, None)
-        ramp = t / omega**2 - offset + _free(t, omega, ratio, offset, -1.0 / omega**2)
-        total += slope / rise * ramp
-    return total
-
-
 def _free(t: Array, omega: float, ratio: float, z0: float, v0: float) -> Array:
     """Free vibration from z₀ and v₀."""
     decay = ratio * omega
@@ -145,37 +151,11 @@ def _free(t: Array, omega: float, ratio: float, z0: float, v0: float) -> Array:
     return np.asarray(part * np.exp(slow * t) + (z0 - part) * np.exp(fast * t))
 
 
-def _pulse(omega: float, samples: int) -> tuple[Array, Array]:
-    """Times and the pulse, with so many samples a wave; it ends at one of them."""
-    drive = RATIO * omega
-    step = 2.0 * math.pi / drive / samples
-    count = 8 * math.ceil(PERIODS * RATIO * samples / 8)
-    time = step * np.arange(count + 1, dtype=np.float64)
-    wave = np.sin(2.0 * np.pi * np.arange(count + 1, dtype=np.float64) / samples)
-    pulse: Array = np.where(np.arange(count + 1) < HALF_WAVES * samples // 2, wave, 0.0)
-    return time, pulse
-
-
-def _strip() -> tuple[float, float, MovingModel]:
-    """First frequency of the strip [rad/s], its modal mass over its load [kg/N], and its model.
-
-    M = ½ b L (ρ t + ρ t³/12 (k φ)²) over F = ½ b L p, with p = 1 Pa; for w = 1 the section turns
-    by k φ = S k/(D k² + S − I ω²).
-    """
-    k2, rho, t = (math.pi / STRIP) ** 2, CONCRETE.rho, THICKNESS
-    omega = float(mindlin(np.array([k2]), t, CONCRETE)[0])
-    D = CONCRETE.E * t**3 / (12.0 * (1.0 - CONCRETE.nu**2))
-    S, rotary = SHEAR * CONCRETE.G * t, rho * t**3 / 12.0
-    k_phi = math.sqrt(k2) * S / (D * k2 + S - rotary * omega**2)
-    mass = rho * t * (1.0 + t**2 / 12.0 * k_phi**2)
-    nodes, triangles = rectangle(STRIP, WIDTH, CELLS, 1)
-    model = shell_model(nodes, Shells(triangles, t, CONCRETE))
-    x, y = nodes[:, 0], nodes[:, 1]
-    model = model.hold(x >= 0.0, UX, UY, RX, RZ)  # RX would turn across the cylinder
-    model = model.hold((x == 0.0) | (x == STRIP), UZ)
-    load = pressures(model, np.sin(np.pi * x / STRIP)[:, None], rho * t)
-    middle = model.rows((x == 0.5 * STRIP) & (y == 0.0), UZ)
-    return omega, mass, MovingModel(model, load, middle)
+def _pulse(omega: float) -> tuple[Array, Array]:
+    """Times and the pulse, which ends at one of them."""
+    k = np.arange(8 * math.ceil(PERIODS * RATIO * SAMPLES / 8) + 1, dtype=np.float64)
+    pulse = np.where(k < HALF_WAVES * SAMPLES // 2, np.sin(2.0 * np.pi * k / SAMPLES), 0.0)
+    return 2.0 * math.pi / (RATIO * omega) / SAMPLES * k, pulse
 
 
 @benchmark(
@@ -193,8 +173,16 @@ def travelling_force(rows: Rows) -> None:
 
     whose term at Ω_n = ω_n is (sin ω_n t − ω_n t cos ω_n t)/(2 ω_n²).
     """
-    moving, waves, x = _beam()
-    basis = waves.reduced(SHIFT, VECTORS)
+    # The beam with 1 N on each inner node, and with waves of 1 N/m.
+    model = shell_model(*straight_beam(LENGTH, ELEMENTS, BeamSection.beam(DEPTH, DEPTH), CONCRETE))
+    x = model.nodes[:, 0]
+    loads = np.zeros((6 * len(x), len(x) - 2))
+    loads[6 * np.arange(1, len(x) - 1) + UZ, np.arange(len(x) - 2)] = 1.0
+    probes = [6 * int(np.argmin(np.abs(x - share * LENGTH))) + UZ for share in (0.5, 0.25)]
+    model = model.hold(x >= 0.0, UX, UY, RX, RZ).hold((x == 0.0) | (x == LENGTH), UZ)
+    waves = pressures(model, np.sin(np.outer(x, WAVE_NUMBERS)), CONCRETE.rho * DEPTH**2)
+    moving = MovingModel(model, loads, np.array(probes))
+    basis = MovingModel(model, waves, np.array(probes)).reduced(SHIFT, VECTORS)
     for ratio in SPEEDS:
         speed = ratio * float(_omega(1.0)) * LENGTH / np.pi
         dt = LENGTH / speed / STEPS
@@ -246,18 +234,3 @@ def _omega(n: Array | float) -> Array:
     """Frequencies of Euler's beam [rad/s]."""
     stiffness = CONCRETE.E * DEPTH**4 / 12.0
     return np.asarray((n * np.pi / LENGTH) ** 2 * np.sqrt(stiffness / (CONCRETE.rho * DEPTH**2)))
-
-
-def _beam() -> tuple[MovingModel, MovingModel, Array]:
-    """The beam with 1 N on each inner node, with waves of 1 N/m, and where its nodes are."""
-    model = shell_model(*straight_beam(LENGTH, ELEMENTS, BeamSection.beam(DEPTH, DEPTH), CONCRETE))
-    x = model.nodes[:, 0]
-    loads = np.zeros((6 * len(x), len(x) - 2))
-    loads[6 * np.arange(1, len(x) - 1) + UZ, np.arange(len(x) - 2)] = 1.0
-    down = np.array([int(np.argmin(np.abs(x - share * LENGTH))) for share in (0.5, 0.25)])
-    ends = (x == 0.0) | (x == LENGTH)
-    model = model.hold(x >= 0.0, UX, UY, RX, RZ).hold(ends, UZ)
-    sines = np.sin(np.outer(x, WAVE_NUMBERS))
-    waves = pressures(model, sines, CONCRETE.rho * DEPTH**2)
-    probes = 6 * down + UZ
-    return MovingModel(model, loads, probes), MovingModel(model, waves, probes), x

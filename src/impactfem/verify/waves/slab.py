@@ -154,7 +154,13 @@ def slab_strip_impact(rows: Rows) -> None:
     sine's kinks ring in the velocity, 2 % where they pass; its peak is smooth, a tenth of that, and
     the displacement, its integral, is right to 5e-4 at any time.
     """
-    moving = _strip()
+    nodes, triangles = rectangle(STRIP, WIDE, round(STRIP / FINE), round(WIDE / FINE), 0.2)
+    model = shell_model(nodes, Shells(triangles, THICKNESS, CONCRETE))
+    x, y = nodes[:, 0], nodes[:, 1]
+    load = model.edge_load(x == 0.0, (FORCE, 0.0, 0.0)).reshape(-1, 1)
+    probes = np.concatenate([model.rows((x == end) & (y == 0.0), UX) for end in (0.0, STRIP)])
+    model = model.hold(x >= 0.0, UZ, RX, RY).hold((y == 0.0) | (y == WIDE), UY)
+    moving = MovingModel(model, load, probes)
     time = STEP * np.arange(round(CROSSINGS * STRIP / PLATE.speed / STEP) + 1, dtype=np.float64)
     force = _half_sine(time)[:, None]
     full = moving.full(force, STEP, UNDAMPED).motion
@@ -179,25 +185,14 @@ def slab_strip_impact(rows: Rows) -> None:
                 rows.add(quantity, 0.0, apart(motion[name][:, column], closed), "-", allowed)
         first_peak = motion["velocity"][time < 2.0 * crossing, 1].max() / wave
         quantity = "first peak of the velocity, far edge over the wave's"
-        rows.add(
-            quantity, 2.0, first_peak, "-", 2e-3, "d'Alembert: a free end doubles the velocity"
-        )
+        source = "d'Alembert: a free end doubles the velocity"
+        rows.add(quantity, 2.0, first_peak, "-", 2e-3, source)
         end = motion["displacement"][-1, 1]
         rows.add("displacement of the far edge at the end", displacement[-1], end, "m", 5e-4)
     # The kinks of the half sine send short waves on their way, which the basis does not have all.
     rows.where = "reduced model from the full one, both by Newmark"
     for name, allowed in (("displacement", 1e-4), ("velocity", 0.01)):
         rows.add(name, 0.0, apart(newmark[name], full[name]), "-", allowed, KRYLOV)
-
-
-def _strip() -> MovingModel:
-    nodes, triangles = rectangle(STRIP, WIDE, round(STRIP / FINE), round(WIDE / FINE), 0.2)
-    model = shell_model(nodes, Shells(triangles, THICKNESS, CONCRETE))
-    x, y = nodes[:, 0], nodes[:, 1]
-    load = model.edge_load(x == 0.0, (FORCE, 0.0, 0.0)).reshape(-1, 1)
-    probes = np.concatenate([model.rows((x == end) & (y == 0.0), UX) for end in (0.0, STRIP)])
-    model = model.hold(x >= 0.0, UZ, RX, RY).hold((y == 0.0) | (y == WIDE), UY)
-    return MovingModel(model, load, probes)
 
 
 def _half_sine(time: Array) -> Array:

@@ -214,12 +214,20 @@ def _flown(motion: Motion, elements: int, velocity: Array) -> ContactHistory:
 @benchmark("landing block", "momentum of a rigid body, all sets of corners tried")
 def landing_block(rows: Rows) -> None:
     """Impulses and velocities of landings at once on both corners, and a series of bounces."""
+    inverse = np.diag([1.0 / MASS, 1.0 / INERTIA])
     for name, corners, v0 in (
         ("flat on near corners", NEAR, np.array([-1.0, 0.0])),
         ("turning fast on near corners", NEAR, np.array([-1.0, 4.0])),
         ("turning on far corners", CORNERS, np.array([-1.0, -1.0])),
     ):
-        impulse, v1 = plastic_landing(corners, v0)
+        # Nothing bounces. The impulses stop some corners; of the four sets, it is the one in which
+        # they push and the other corners go up.
+        for some in ([], [0], [1], [0, 1]):
+            G, impulse = corners[:, some], np.zeros(2)
+            impulse[some] = np.linalg.solve(G.T @ inverse @ G, G.T @ v0) if some else 0.0
+            v1 = v0 - inverse @ corners @ impulse
+            if np.all(impulse >= 0.0) and np.all(corners.T @ v1 <= 1e-14):
+                break
         history = unilateral_response(_block(corners, 1e-3), 0.0, 10, velocity=_modal(v0))
         for what, unit, exact, computed in (
             ("impulse on corner", "N s", impulse, history.impulse.sum(axis=0)),
@@ -244,23 +252,6 @@ def landing_block(rows: Rows) -> None:
     source = "flights and impacts in turn, each in closed form"
     for k, (what, unit) in enumerate((("height", "m"), ("rotation", "rad"))):
         rows.add(f"{what} {after}", x[k], found.displacement[-1, k], unit, 0.005, source)
-
-
-def plastic_landing(corners: Array, v0: Array) -> tuple[Array, Array]:
-    """Impulses and velocities when both corners touch the ground at once and do not bounce.
-
-    The impulses stop some corners; of the four sets, it is the one in which they push and the
-    other corners go up.
-    """
-    inverse = np.diag([1.0 / MASS, 1.0 / INERTIA])
-    for some in ([], [0], [1], [0, 1]):
-        G = corners[:, some]
-        P = np.zeros(2)
-        P[some] = np.linalg.solve(G.T @ inverse @ G, G.T @ v0) if some else 0.0
-        v1 = v0 - inverse @ corners @ P
-        if np.all(P >= 0.0) and np.all(corners.T @ v1 <= 1e-14):
-            break
-    return P, v1
 
 
 def bounced(end: float, e: float) -> tuple[Array, Array, int]:

@@ -1,14 +1,13 @@
 import numpy as np
 import pytest
 
-from impactfem.verify.contact import unilateral
-from impactfem.verify.contact.unilateral import (
+from impactfem.verify import unilateral
+from impactfem.verify.unilateral import (
     CORNERS,
     GRAVITY,
     INERTIA,
     MASS,
     START,
-    bar_matrices,
     bounced,
     full_bar,
     impact_of,
@@ -23,14 +22,15 @@ def test_the_solvers_agree():
 
 
 @pytest.mark.parametrize("part", ["stiffness", "mass"])
-def test_a_wrong_bar_is_seen(monkeypatch, failed, part):
-    right = bar_matrices
+def test_a_wrong_bar_is_seen(wrong, failed, part):
+    def make(right):
+        def changed(elements):
+            K, M = right(elements)
+            return (1.03 * K, M) if part == "stiffness" else (K, 1.03 * M)
 
-    def wrong(elements):
-        K, M = right(elements)
-        return (1.03 * K, M) if part == "stiffness" else (K, 1.03 * M)
+        return changed
 
-    monkeypatch.setattr(unilateral, "bar_matrices", wrong)
+    wrong(unilateral, "bar_matrices", make)
     for rows in (unilateral.unilateral_bar(), unilateral.unilateral_damped_bar()):
         found = failed(rows)
         for solver in unilateral.SOLVERS:
@@ -39,8 +39,7 @@ def test_a_wrong_bar_is_seen(monkeypatch, failed, part):
 
 
 def test_a_wrong_damping_is_seen(monkeypatch, failed):
-    right = modal_bar
-    monkeypatch.setitem(unilateral.SOLVERS, "modal", lambda n, beta: right(n, 1.1 * beta))
+    monkeypatch.setitem(unilateral.SOLVERS, "modal", lambda n, beta: modal_bar(n, 1.1 * beta))
     found = failed(unilateral.unilateral_damped_bar())
     assert {"ε by the impulse, modal", "force, mean of the contact, modal"} <= found
     assert not any(quantity.endswith("full") for quantity in found)
@@ -63,13 +62,9 @@ def test_flights_and_bounces():
         assert np.all(-CORNERS.T @ bounced(end, 0.8)[0] >= -1e-12)
 
 
-def test_a_wrong_inertia_is_seen(monkeypatch, failed):
-    right = unilateral._block
-
-    def wrong(corners, step):
-        return right(corners * [[1.0], [1.02]], step)
-
-    monkeypatch.setattr(unilateral, "_block", wrong)
+def test_a_wrong_inertia_is_seen(wrong, failed):
+    turned = [[1.0], [1.02]]
+    wrong(unilateral, "_block", lambda right: lambda corners, step: right(corners * turned, step))
     found = failed(unilateral.landing_block())
     assert "turning fast on near corners: impulse on corner 1" in found
     assert "rotation after 4 bounces with e = 0.8 under gravity" in found
