@@ -32,7 +32,7 @@ PACKAGES = {
     "stages": {"case", "plot", "spectra"},
     "stages.building": {"building", "case", "dynamics", "plot", "reduction", "stages"},
     "stages.reduce": {
-        *("building", "case", "coupling", "dynamics", "reduction", "stages", "stages.building"),
+        *("building", "case", "coupling", "dynamics", "reduction", "stages", "stages.building")
     },
     "stages.calibrate": {
         *("building", "case", "coupling", "dynamics", "plot", "reduction", "stages"),
@@ -70,9 +70,7 @@ PACKAGES = {
         *("stages.building", "stages.calibrate", "stages.device", "stages.ensemble"),
         *("stages.pounding", "stages.reduce", "stages.transient"),
     },
-    "report": {
-        *("plot", "spectra", "stages", "stages.device", "stages.transient"),
-    },
+    "report": {*("plot", "spectra", "stages", "stages.device", "stages.transient")},
     "verify": {
         *("building", "case", "coupling", "device", "dynamics", "motion", "reduction"),
         *("spectra", "stages.calibrate", "stages.pounding", "stages.reduce", "stages.transient"),

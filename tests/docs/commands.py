@@ -3,10 +3,8 @@
 import importlib.util
 import re
 import shlex
-from collections.abc import Iterator
 from itertools import takewhile
 from pathlib import Path
-from typing import Any
 
 import typer.main
 
@@ -19,10 +17,10 @@ from .pages import ROOT
 PUNCTUATION = ";|&()<>"
 FOLDERS = ("scripts", "geometry", "docs", "notebooks")
 NAMES = {**BENCHMARKS, **FULL}
-PROGRAM: Any = typer.main.get_command(app)
+PROGRAM = typer.main.get_command(app)
 
 
-def faults(text: str, *, whole: bool = True) -> Iterator[str]:
+def faults(text, *, whole=True):
     """What is wrong with lines of shell, in words.
 
     Args:
@@ -50,7 +48,7 @@ def faults(text: str, *, whole: bool = True) -> Iterator[str]:
                 )
 
 
-def _of_program(words: list[str], whole: bool) -> Iterator[str]:
+def _of_program(words, whole):
     """Faults of the words after `impactfem`."""
     options, rest = _split(PROGRAM, words, only_first=True)
     yield from options
@@ -72,11 +70,11 @@ def _of_program(words: list[str], whole: bool) -> Iterator[str]:
         yield f"impactfem {name}: an argument is missing"
 
 
-def _split(command: Any, words: list[str], only_first: bool = False) -> tuple[list[str], list[str]]:
+def _split(command, words, only_first=False):
     """Faults of the options of a command, and its other words."""
     known = {o: p for p in command.params for o in (*p.opts, *p.secondary_opts)} | {"--help": None}
-    wrong: list[str] = []
-    rest: list[str] = []
+    wrong = []
+    rest = []
     ahead = list(words)
     while ahead:
         word = ahead.pop(0)

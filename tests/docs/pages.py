@@ -1,17 +1,16 @@
 """The pages of the documentation as data: links, headings, blocks of code."""
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import unquote
 
 from markdown_it import MarkdownIt
-from markdown_it.token import Token
+from mdit_py_plugins.anchors import anchors_plugin
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")], key=str)
-PARSER = MarkdownIt("commonmark").enable("table")
+PARSER = MarkdownIt("commonmark").enable("table").use(anchors_plugin, max_level=6)
 SHELL = re.compile(r"(?m)^(\S*/)?(impactfem|mpirun|sbatch|scripts/[a-z-]+|python -m impactfem)\b")
 TOML = re.compile(r"""(?m)\A(\[+[\w.]+\]+|[\w.]+ = (["'\[{]|true|false|-?[\d._]+$))""")
 
@@ -25,11 +24,11 @@ class Block:
     language: str
     text: str
 
-    def __str__(self) -> str:
+    def __str__(self):
         return f"{self.page.relative_to(self.page.anchor)}, line {self.line}"
 
 
-def tokens(page: Path) -> Iterator[Token]:
+def tokens(page):
     """All tokens of a page, those within lines of text included, with the line they are in."""
     line = 0
     for token in PARSER.parse(page.read_text(encoding="utf-8")):
@@ -41,7 +40,7 @@ def tokens(page: Path) -> Iterator[Token]:
             yield child
 
 
-def blocks(page: Path) -> list[Block]:
+def blocks(page):
     """The blocks of code of a page; of one that does not say it the language is guessed."""
     found = []
     for token in tokens(page):
@@ -53,7 +52,7 @@ def blocks(page: Path) -> list[Block]:
     return found
 
 
-def spans(page: Path) -> list[Block]:
+def spans(page):
     """Pieces of code in lines of text that are commands."""
     return [
         Block(page, token.meta["line"], "sh", token.content)
@@ -62,7 +61,7 @@ def spans(page: Path) -> list[Block]:
     ]
 
 
-def language_of(text: str) -> str:
+def language_of(text):
     """Language of a block that does not say it; empty when it is none of those checked."""
     if SHELL.search(text):
         return "sh"
@@ -71,7 +70,7 @@ def language_of(text: str) -> str:
     return "toml" if TOML.match(text) else ""
 
 
-def targets(page: Path) -> list[tuple[int, str]]:
+def targets(page):
     """Line and target of each link and picture of a page that leads to no other site."""
     found = []
     for token in tokens(page):
@@ -81,27 +80,15 @@ def targets(page: Path) -> list[tuple[int, str]]:
     return found
 
 
-def anchors(page: Path) -> set[str]:
+def anchors(page):
     """What links to headings of a page may end with, as GitHub and MyST make it."""
-    found: set[str] = set()
-    inside = False
-    for token in tokens(page):
-        if token.type in ("heading_open", "heading_close"):
-            inside = token.type == "heading_open"
-        elif inside and token.type == "inline":
-            words = "".join(child.content for child in token.children or ())
-            slug = re.sub(r"[^\w\- ]", "", words.lower()).replace(" ", "-")
-            number = 0
-            while slug + (f"-{number}" if number else "") in found:
-                number += 1
-            found.add(slug + (f"-{number}" if number else ""))
-    return found
+    return {token.attrs["id"] for token in tokens(page) if token.type == "heading_open"}
 
 
-def broken(page: Path) -> list[str]:
+def broken(page):
     """Links of a page whose file or heading does not exist, in words."""
     faults = []
-    known: dict[Path, set[str]] = {}
+    known = {}
     for line, target in targets(page):
         name, _, anchor = target.partition("#")
         file = (page.parent / name) if name else page

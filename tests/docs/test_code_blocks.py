@@ -5,8 +5,6 @@ import copy
 import importlib
 import subprocess
 import tomllib
-from collections.abc import Iterator
-from typing import Any
 
 import jsonschema
 import pytest
@@ -14,7 +12,7 @@ import pytest
 from docs._ext.case_reference import json_schema
 
 from .commands import faults
-from .pages import PAGES, ROOT, Block, blocks, language_of, spans
+from .pages import PAGES, ROOT, blocks, language_of, spans
 
 BLOCKS = [block for page in PAGES for block in blocks(page)]
 SHELL = [block for block in BLOCKS if block.language in ("sh", "bash", "shell", "console")]
@@ -24,14 +22,14 @@ SPANS = [span for page in PAGES for span in spans(page)]
 SCRIPTS = sorted((ROOT / "docs" / "slurm").glob("*.sh"))
 
 
-def place(block: Block) -> str:
+def place(block):
     return f"{block.page.relative_to(ROOT)}:{block.line}"
 
 
-def fragments() -> dict[str, Any]:
+def fragments():
     """The schema of a part of a case: nothing is required."""
 
-    def loosened(entry: Any) -> Any:
+    def loosened(entry):
         if isinstance(entry, list):
             return [loosened(item) for item in entry]
         if not isinstance(entry, dict):
@@ -44,7 +42,7 @@ def fragments() -> dict[str, Any]:
     return loosened(copy.deepcopy(json_schema()))
 
 
-def wrong_imports(text: str) -> Iterator[str]:
+def wrong_imports(text):
     """Imports of a text in Python that do not exist."""
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):

@@ -1,7 +1,5 @@
 """Folders of good cases, which between them name every kind of file."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 
@@ -102,7 +100,7 @@ restitution = 0.5
 
 
 @pytest.fixture(scope="session")
-def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def good(tmp_path_factory):
     """A folder of folders, each with cases and all files that they name."""
     root = tmp_path_factory.mktemp("good")
     for name, pattern in (("paper", "npp_*"), ("second", "two_*"), ("frame", "frame*")):
@@ -115,7 +113,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return root
 
 
-def _records(folder: Path) -> None:
+def _records(folder):
     """A case for each format of a record, for a table of a spectrum, for a folder of records."""
     shutil.copytree(TESTS / "case" / "data", folder)
     t = np.arange(400) * 0.01
@@ -147,7 +145,7 @@ def _records(folder: Path) -> None:
     (folder / "table.toml").write_text(text[:start] + table + text[end:], encoding="utf-8")
 
 
-def _frame(folder: Path) -> None:
+def _frame(folder):
     """Cases of the frame with forces, probes, part damping, and devices of matrices and modes."""
     text = (folder / "frame.toml").read_text(encoding="utf-8")
     two = text.replace(*neighbour(), 1)

@@ -1,6 +1,5 @@
 """Faults put into a file by a seeded generator: a failure can be made again from its seed."""
 
-import random
 import re
 
 WORDS = (
@@ -35,7 +34,7 @@ KINDS = (
 )
 
 
-def mutated(rng: random.Random, content: bytes) -> bytes:
+def mutated(rng, content):
     """The content of a file with faults; it may still be a good one."""
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
         try:
@@ -47,7 +46,7 @@ def mutated(rng: random.Random, content: bytes) -> bytes:
     return content
 
 
-def flipped(rng: random.Random, content: bytes) -> bytes:
+def flipped(rng, content):
     """The content of a binary file, cut or with other bytes in it."""
     if not content:
         return b"\x00"
@@ -66,7 +65,7 @@ def flipped(rng: random.Random, content: bytes) -> bytes:
     )
 
 
-def _written(rng: random.Random, text: str) -> bytes:
+def _written(rng, text):
     kind = rng.choice(KINDS)
     lines = text.split("\n")
     live = [k for k, line in enumerate(lines) if line.strip() and not line.startswith("#")]
@@ -119,14 +118,14 @@ def _written(rng: random.Random, text: str) -> bytes:
     return flipped(rng, content) if kind == "bytes" else content
 
 
-def _word(rng: random.Random, line: str) -> str:
+def _word(rng, line):
     separator = "," if "," in line else " "
     parts = line.split(separator)
     parts[rng.randrange(len(parts))] = rng.choice(WORDS)
     return separator.join(parts)
 
 
-def _number(rng: random.Random, line: str) -> str:
+def _number(rng, line):
     found = list(re.finditer(r"\d+\.?\d*", line))
     if not found:
         return line

@@ -1,15 +1,13 @@
 """What a damaged input may end in: it is good after all, or refused in words."""
 
 import warnings
-from collections.abc import Callable
-from pathlib import Path
 
-from impactfem.system.errors import ImpactfemError, InputError
+from impactfem.system.errors import InputError
 
 LONGEST = 700  # letters of a line that a person reads
 
 
-def outcome(action: Callable[[], object], folder: Path, kind: type[ImpactfemError]) -> str:
+def outcome(action, folder, kind):
     """Run an action on a damaged input.
 
     Args:

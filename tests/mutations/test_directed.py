@@ -52,7 +52,7 @@ class Attack:
 PAPER, FRAME, RECORD = "paper/npp_pair.toml", "frame/device.toml", "records/csv.toml"
 
 
-def values(section: str, key: str, *pairs: tuple[str, str]) -> list[Attack]:
+def values(section, key, *pairs):
     """One key with several values, in an extension of the paper's case."""
     return [
         Attack(f"{section}.{key} = {value}", PAPER, f"[{section}]\n{key} = {value}\n", words)
@@ -60,7 +60,7 @@ def values(section: str, key: str, *pairs: tuple[str, str]) -> list[Attack]:
     ]
 
 
-def replaced(case: str, *triples: tuple[str, str, str], file: str = "") -> list[Attack]:
+def replaced(case, *triples, file=""):
     """Texts of a file, each replaced by another."""
     return [
         Attack(f"{file or case}: {old} -> {new[:60]}", case, new, words, old=old, file=file)
@@ -133,25 +133,25 @@ TABLES = [
 ]
 
 
-def _storeys(path: Path) -> None:
+def _storeys(path):
     """Take storey 1 out of a wall table."""
     lines = path.read_text(encoding="utf-8").splitlines()
     kept = [line for line in lines if ",1," not in line]
     path.write_text("\n".join(kept).replace(",1-8,", ",2-8,").replace(",1 ", ",") + "\n")
 
 
-def _rows(path: Path, count: int) -> None:
+def _rows(path, count):
     """Repeat the last row of a table."""
     text = path.read_text(encoding="utf-8").rstrip("\n")
     path.write_text(text + ("\n" + text.rpartition("\n")[2]) * count + "\n", encoding="utf-8")
 
 
-def _fifo(path: Path) -> None:
+def _fifo(path):
     path.unlink(missing_ok=True)
     os.mkfifo(path)
 
 
-def _chain(folder: Path) -> None:
+def _chain(folder):
     for k in range(100):
         (folder / f"c{k}.toml").write_text(f'extends = "c{k + 1}.toml"\n')
     (folder / "c100.toml").write_text('extends = "npp_pair.toml"\n')
@@ -159,7 +159,7 @@ def _chain(folder: Path) -> None:
 
 KEYS = "[pounding]\n" + "".join(f"unknown_{k} = 1\n" for k in range(4900))
 CASE, FLOORS, PUBLISHED = "npp_pair.toml", "npp_pair_floors.csv", "npp_pair_published.csv"
-FILES: list[tuple[str, str, str, Change]] = [
+FILES = [
     ("a table that is a FIFO", PAPER, "ordinary file", lambda f: _fifo(f / FLOORS)),
     ("20,000 published rows", PAPER, "10000", lambda f: _rows(f / PUBLISHED, 20_000)),
     ("a chain of 100 cases", "paper/c0.toml", "at most 50 files", _chain),
@@ -175,31 +175,31 @@ FILES: list[tuple[str, str, str, Change]] = [
 ]
 
 
-def _zeros(path: Path) -> None:
+def _zeros(path):
     lines = path.read_text(encoding="utf-8").splitlines()
     path.write_text("\n".join([lines[0], *(f"{0.01 * k},0" for k in range(400))]) + "\n")
 
 
-def _lines(path: Path, count: int) -> None:
+def _lines(path, count):
     path.write_text("\n".join(path.read_text(encoding="utf-8").splitlines()[:count]) + "\n")
 
 
-def _half(path: Path) -> None:
+def _half(path):
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
 
 
-def _short(folder: Path) -> None:
+def _short(folder):
     case, forces = folder / "device.toml", folder / "forces.csv"
     text = case.read_text(encoding="utf-8")
     case.write_text(text.replace("[transient]\n", '[transient]\nduration = "2 s"\n'))
     _lines(forces, 52)
 
 
-def _head(path: Path, name: str) -> None:
+def _head(path, name):
     path.write_text(path.read_text(encoding="utf-8").replace("F.floor_1", name, 1))
 
 
-def _no_contacts(path: Path) -> None:
+def _no_contacts(path):
     text = path.read_text(encoding="utf-8")
     start = text.index("[[contacts]]")
     path.write_text(text[:start] + text[text.index("[transient]") :], encoding="utf-8")
@@ -213,9 +213,7 @@ MADE += [
         mesh=True,
     ),
     Attack(
-        *("half a mesh", FRAME, "", "frame.msh"),
-        change=lambda f: _half(f / "frame.msh"),
-        mesh=True,
+        *("half a mesh", FRAME, "", "frame.msh"), change=lambda f: _half(f / "frame.msh"), mesh=True
     ),
     Attack("4,900 unknown keys", PAPER, KEYS, "further faults"),
     Attack(
@@ -240,14 +238,12 @@ TAKEN = [
     Attack("one floor in two pairs", PAPER, TWICE.replace("2, ", "1, "), "", "accepted", TWICE),
     Attack("letters of other languages", PAPER, 'title = "Bâtiments α 梁"\n', "", "accepted"),
     Attack("64 letters", PAPER, f'name = "{"B" * 64}"', "unknown building", old='name = "B2"'),
-    Attack(
-        *("days of steps", PAPER, DAYS, "a run of this case takes about", "warned"),
-    ),
+    Attack(*("days of steps", PAPER, DAYS, "a run of this case takes about", "warned")),
 ]
 ATTACKS = [*SIZES, *TYPES, *NAMES, *TOGETHER, *TABLES, *MADE, *TAKEN]
 
 
-def verdict_of(attack: Attack, folder: Path) -> tuple[str, str]:
+def verdict_of(attack, folder):
     """What becomes of an attack, and what is said of it.
 
     Args:
@@ -266,9 +262,9 @@ def verdict_of(attack: Attack, folder: Path) -> tuple[str, str]:
         name, case = case.name, folder / "attack.toml"
         extends = "" if attack.text.startswith("extends") else f'extends = "{name}"\n'
         case.write_text(extends + attack.text, encoding="utf-8")
-    said: list[str] = []
+    said = []
 
-    def check() -> None:
+    def check():
         try:
             checked(case, mesh=attack.mesh)
         except InputError as error:
@@ -283,12 +279,12 @@ def verdict_of(attack: Attack, folder: Path) -> tuple[str, str]:
 
 
 @pytest.mark.parametrize("attack", ATTACKS, ids=lambda attack: attack.name[:70])
-def test_an_attack(attack: Attack, good: Path, tmp_path: Path) -> None:
+def test_an_attack(attack, good, tmp_path):
     folder = tmp_path / "attacked"
     shutil.copytree(good / Path(attack.case).parent, folder)
     verdict, said = verdict_of(attack, folder)
     assert (verdict, attack.words in said) == (attack.verdict, True), f"{verdict}: {said[:600]}"
 
 
-def test_each_attack_is_another() -> None:
+def test_each_attack_is_another():
     assert len({attack.name for attack in ATTACKS}) == len(ATTACKS) >= 60

@@ -29,7 +29,7 @@ from .outcome import outcome
 CASES, MESHES, STORES, REPORTS, ARCHIVES, MANIFESTS = 760, 50, 2, 200, 120, 100
 
 
-def cases_of(folder: Path) -> dict[Path, list[Path]]:
+def cases_of(folder):
     """Each file of a folder, as a case of it names it, with the cases that are read with it."""
     texts = {path: path.read_text(encoding="utf-8") for path in folder.glob("*.toml")}
     texts = {path: text for path, text in texts.items() if "[[items]]" not in text}

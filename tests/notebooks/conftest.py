@@ -5,17 +5,14 @@ from __future__ import annotations
 import ast
 import os
 import sys
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import jupytext
 import pytest
 from jupyter_client.kernelspec import KernelSpec, KernelSpecManager
 from jupyter_client.manager import AsyncKernelManager
 from nbclient import NotebookClient
-from nbformat import NotebookNode
 from nbformat.v4 import new_code_cell
 
 STRICT = (str(Path(__file__).with_name("kernel.py")),)
@@ -23,18 +20,15 @@ PLAIN = ("-m", "ipykernel_launcher")
 """A kernel that starts faster, for cells that load nothing."""
 NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
 TIME_LIMIT = 300  # s, of a cell, on a machine that is busy
-ENVIRONMENT = {
-    "OMP_NUM_THREADS": "1",
-    "MPLBACKEND": "module://matplotlib_inline.backend_inline",
-}
+ENVIRONMENT = {"OMP_NUM_THREADS": "1", "MPLBACKEND": "module://matplotlib_inline.backend_inline"}
 
 
-class _ThisPython(KernelSpecManager):  # type: ignore[misc]
+class _ThisPython(KernelSpecManager):
     """Knows one kernel: this Python. None need be installed, none of another Python is taken."""
 
     program: tuple[str, ...]
 
-    def get_kernel_spec(self, kernel_name: str) -> KernelSpec:
+    def get_kernel_spec(self, kernel_name):
         return KernelSpec(
             argv=[sys.executable, *self.program, "-f", "{connection_file}"],
             display_name="this Python",
@@ -42,7 +36,7 @@ class _ThisPython(KernelSpecManager):  # type: ignore[misc]
         )
 
 
-def with_parameters(notebook: NotebookNode, parameters: Mapping[str, Any]) -> NotebookNode:
+def with_parameters(notebook, parameters):
     """Other values behind the cell that is tagged `parameters` and sets all of them."""
     tagged = [
         k for k, cell in enumerate(notebook.cells) if "parameters" in cell.metadata.get("tags", [])
@@ -60,22 +54,16 @@ def with_parameters(notebook: NotebookNode, parameters: Mapping[str, Any]) -> No
 
 
 @pytest.fixture(scope="session")
-def notebooks() -> Path:
+def notebooks():
     """The folder of the notebooks."""
     return NOTEBOOKS
 
 
 @pytest.fixture(scope="session")
-def execute() -> Callable[..., NotebookNode]:
+def execute():
     """Run a notebook by its name or path, in a working folder, with values of its parameters."""
 
-    def execute(
-        name: str | Path,
-        workplace: Path,
-        limit: int = TIME_LIMIT,
-        plain: bool = False,
-        **parameters: Any,
-    ) -> NotebookNode:
+    def execute(name, workplace, limit=TIME_LIMIT, plain=False, **parameters):
         path = name if isinstance(name, Path) else NOTEBOOKS / f"{name}.py"
         notebook = with_parameters(jupytext.read(path, fmt="py:percent"), parameters)
         with TemporaryDirectory(prefix="kernel") as own:

@@ -10,7 +10,6 @@ import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -39,20 +38,20 @@ restitution = 0.8
 NOT_RUN = '# %% tags=["parameters"]\nfolder = "x"\n\n# %%\n'
 
 
-def printed(notebook: NotebookNode, stream: str = "stdout") -> str:
+def printed(notebook, stream="stdout"):
     """What the cells printed."""
     outputs = [one for cell in notebook.cells for one in cell.get("outputs", [])]
     return "".join(one.text for one in outputs if one.get("name") == stream)
 
 
-def pictures(notebook: NotebookNode) -> list[Any]:
+def pictures(notebook):
     """The figures that the cells showed."""
     outputs = [one for cell in notebook.cells for one in cell.get("outputs", [])]
     shown = [one.data["image/png"] for one in outputs if "image/png" in one.get("data", {})]
     return [imread(io.BytesIO(base64.b64decode(one))) for one in shown]
 
 
-def check(notebook: NotebookNode, figures: int) -> str:
+def check(notebook, figures):
     """Every code cell ran, figures were shown, nothing warned; gives what was printed."""
     cells = [cell for cell in notebook.cells if cell.cell_type == "code"]
     assert [cell.execution_count for cell in cells] == list(range(1, len(cells) + 1))
@@ -63,7 +62,7 @@ def check(notebook: NotebookNode, figures: int) -> str:
     return printed(notebook)
 
 
-def digests(folder: Path) -> dict[Path, str]:
+def digests(folder):
     """The files of a folder with what is in them."""
     return {
         path.relative_to(folder): hashlib.sha256(path.read_bytes()).hexdigest()
@@ -81,12 +80,12 @@ class Built:
 
 
 @pytest.fixture(scope="module")
-def built(execute: Execute, tmp_path_factory: pytest.TempPathFactory) -> Built:
+def built(execute, tmp_path_factory):
     folder = tmp_path_factory.mktemp("built")
     return Built(folder / "own", execute("own_building", folder, folder="own", **SHORT))
 
 
-def test_first_steps(execute: Execute, new_case: Callable[..., Path], tmp_path: Path) -> None:
+def test_first_steps(execute, new_case, tmp_path):
     case = new_case(tmp_path)
     told = check(execute("first_steps", tmp_path, case_file=str(case), folder="out"), 2)
     # The two mistakes of the wrong case, each in a line.
@@ -98,7 +97,7 @@ def test_first_steps(execute: Execute, new_case: Callable[..., Path], tmp_path: 
         assert f"{run.value('motion.pga'):.4g}" in told
 
 
-def test_own_building(built: Built) -> None:
+def test_own_building(built):
     told = check(built.notebook, 2)
     assert "no fault found" in told and "stand_in.AT2" in told
     with open_run(built.folder / "run") as run:
@@ -115,7 +114,7 @@ def test_own_building(built: Built) -> None:
         assert stick.values[low] == pytest.approx(centre.values[low], rel=0.05)
 
 
-def test_read_a_run(execute: Execute, built: Built, tmp_path: Path) -> None:
+def test_read_a_run(execute, built, tmp_path):
     run = built.folder / "run"
     before = digests(run)
     notebook = execute("read_a_run", tmp_path, folder=str(run), figures="drawn")
@@ -130,7 +129,7 @@ def test_read_a_run(execute: Execute, built: Built, tmp_path: Path) -> None:
         assert f"largest: {largest:.1f} m/s² at " in told
 
 
-def test_damping_study(execute: Execute, built: Built, tmp_path: Path) -> None:
+def test_damping_study(execute, built, tmp_path):
     shutil.copytree(built.folder, tmp_path, dirs_exist_ok=True)
     case = tmp_path / "pump.toml"
     case.write_text(DEVICE)
@@ -151,7 +150,7 @@ def test_damping_study(execute: Execute, built: Built, tmp_path: Path) -> None:
     assert len(forces) == 2 and forces[0] > forces[1] > 0.0  # more damping, less force
 
 
-def test_contact_law(execute: Execute, new_case: Callable[..., Path], tmp_path: Path) -> None:
+def test_contact_law(execute, new_case, tmp_path):
     case = new_case(tmp_path)
     told = check(execute("contact_law", tmp_path, case_file=str(case), epsilon=0.5), 3)
     found = re.findall(r"restitution requested 0\.5, found ([\d.]+)", told)
@@ -164,7 +163,7 @@ def test_contact_law(execute: Execute, new_case: Callable[..., Path], tmp_path: 
 
 
 @pytest.mark.parametrize("name", ALL)
-def test_form(name: str, notebooks: Path) -> None:
+def test_form(name, notebooks):
     """What it teaches comes first; a reader finds it in the documentation."""
     text = (notebooks / f"{name}.py").read_text(encoding="utf-8")
     assert text.count("# %% tags=") == text.count('# %% tags=["parameters"]') == 1
@@ -174,7 +173,7 @@ def test_form(name: str, notebooks: Path) -> None:
     assert f"`notebooks/{name}.py`" in listed
 
 
-def test_all_are_tested_and_no_output_is_kept(notebooks: Path) -> None:
+def test_all_are_tested_and_no_output_is_kept(notebooks):
     assert sorted(path.stem for path in notebooks.glob("*.py")) == sorted(ALL)
     ignored = (notebooks.parent / ".gitignore").read_text(encoding="utf-8").splitlines()
     assert "*.ipynb" in ignored
@@ -200,21 +199,14 @@ PLOT = "plt.plot([1, 2])\nplt.xlabel('time [s]')\nplt.show()\n"
         ),
     ],
 )
-def test_a_cell_that_fails(
-    execute: Execute,
-    tmp_path: Path,
-    cell: str,
-    options: dict[str, Any],
-    error: type[Exception],
-    message: str,
-) -> None:
+def test_a_cell_that_fails(execute, tmp_path, cell, options, error, message):
     notebook = tmp_path / "fails.py"
     notebook.write_text(NOT_RUN + cell)
     with pytest.raises(error, match=message):
         execute(notebook, tmp_path, **options)
 
 
-def test_parameters_that_are_none(execute: Execute, tmp_path: Path) -> None:
+def test_parameters_that_are_none(execute, tmp_path):
     notebook = tmp_path / "one.py"
     notebook.write_text(NOT_RUN)
     with pytest.raises(ValueError, match="foldr: no parameter of the notebook"):
