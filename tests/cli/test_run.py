@@ -25,7 +25,7 @@ class TestRun:
         folder = tmp_path / "bâtiments à côté"
         folder.mkdir()
         case = new_case(folder)
-        words = ("run", case.name, "--stage", "pounding", "--out", "mes résultats")
+        words = ("run", case.name, "--out", "mes résultats")
         ended = process(*words, cwd=folder)
         assert ended.code == 0, ended.err
         assert (folder / "mes résultats" / "summary.json").is_file()

@@ -15,7 +15,6 @@ from impactfem import study
 from impactfem.case import load_case
 from impactfem.coupling.force_history import ForceHistory, write_forces_csv
 from impactfem.run import loop
-from impactfem.run.check import warn_of_gaps
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.transient import stage as transient
 from impactfem.system.errors import InputError
@@ -240,13 +239,6 @@ def test_check_refuses_a_normal_from_b_to_a(new_case, tmp_path):
     path = new_case(tmp_path, ("normal = [0, 1, 0]", "normal = [0, -1, 0]"))
     with pytest.raises(InputError, match=r"are -0.02 m apart along it, and the gap is 0.02 m"):
         study.check(path)
-
-
-@pytest.mark.parametrize("name", ["npp_pair", "two_frames", "frame"])
-def test_the_shipped_cases_have_the_gaps_of_their_plans(caplog, name):
-    assert warned(caplog, GEOMETRY / f"{name}.toml", mesh=False) == []
-    warn_of_gaps(load_case(GEOMETRY / f"{name}.toml"))
-    assert not [r for r in caplog.records if r.levelno == logging.WARNING]
 
 
 def test_checks_of_a_whole_case(finished):

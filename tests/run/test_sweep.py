@@ -96,33 +96,33 @@ def test_a_stage_with_the_same_inputs_is_computed_once(case, tmp_path, monkeypat
     calls = []
     compute = sticks.run_sticks
     monkeypatch.setattr(sticks, "run_sticks", lambda *a, **k: calls.append(1) or compute(*a, **k))
-    swept = study.sweep(case, {"title": ["a", "b", "c"]}, stage="pounding", out=tmp_path / "s")
+    swept = study.sweep(case, {"title": ["a", "b"]}, stage="pounding", out=tmp_path / "s")
     assert len(calls) == 1 and swept.failed == 0
     found = swept.table.results
-    assert (found.nunique() <= 1).all() and len(found) == 3
+    assert (found.nunique() <= 1).all() and len(found) == 2
     # Nor in a later sweep into the same folder, under another name.
     later = study.sweep(case, {"title": ["d"]}, stage="pounding", out=tmp_path / "s")
     assert len(calls) == 1 and later.table.results.iloc[0].equals(found.iloc[0])
 
 
-@pytest.mark.parametrize(
-    ("error", "told"),
-    [(SolutionError("two\nlines"), "two; lines"), (ZeroDivisionError("x"), "ZeroDivisionError: x")],
-)
-def test_a_variant_that_fails_is_named(case, tmp_path, monkeypatch, error, told):
+def test_variants_that_fail_are_named(case, tmp_path, monkeypatch):
+    """By an error of the program's own, and by any other; the one between them has its results."""
     compute = sticks.run_sticks
+    errors = {0.5: SolutionError("two\nlines"), 2.0: ZeroDivisionError("x")}
 
     def run_sticks(one, *rest, **named):
-        if one.buildings[0].stiffness_factor == 0.5:
-            raise error
+        if one.buildings[0].stiffness_factor in errors:
+            raise errors[one.buildings[0].stiffness_factor]
         return compute(one, *rest, **named)
 
     monkeypatch.setattr(sticks, "run_sticks", run_sticks)
-    swept = study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s")
-    assert swept.failed == 1
-    low, high = rows_of(tmp_path / "s")
-    assert low["error"] == told and low[f"{FREQUENCY} [Hz]"] == ""
-    assert high["error"] == "" and float(high[f"{FREQUENCY} [Hz]"]) > 0.0
+    factors = {"buildings[0].stiffness_factor": [0.5, 1.0, 2.0]}
+    swept = study.sweep(case, factors, stage="pounding", out=tmp_path / "s")
+    assert swept.failed == 2
+    rows = rows_of(tmp_path / "s")
+    assert [row["error"] for row in rows] == ["two; lines", "", "ZeroDivisionError: x"]
+    low, good, high = (row[f"{FREQUENCY} [Hz]"] for row in rows)
+    assert low == high == "" and float(good) > 0.0
     assert "failed: " in (tmp_path / "s" / "sweep.log").read_text()
 
 
@@ -187,8 +187,9 @@ def test_results_to_show(again, tmp_path, caplog):
 
 
 def assert_same_tables(one, other):
-    """They differ by rounding alone."""
+    """They differ by rounding alone; the other may have the first variants alone."""
     found, expected = (pd.read_csv(f / "sweep.csv").select_dtypes("number") for f in (other, one))
+    expected = expected.head(len(found))
     residuals = [name for name in expected if "residual" in name]
     pd.testing.assert_frame_equal(
         found.drop(columns=residuals), expected.drop(columns=residuals), rtol=1e-9, atol=1e-12
@@ -196,7 +197,8 @@ def assert_same_tables(one, other):
 
 
 def test_processes_give_the_same(swept, case, tmp_path):
-    study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "two", processes=2)
+    first = {"buildings[0].stiffness_factor": [0.5]}
+    study.sweep(case, first, stage="pounding", out=tmp_path / "two", processes=2)
     assert_same_tables(swept.folder, tmp_path / "two")
 
 

@@ -22,7 +22,10 @@ def test_the_solvers_agree():
 
 
 @pytest.mark.parametrize("part", ["stiffness", "mass"])
-def test_a_wrong_bar_is_seen(wrong, failed, part):
+def test_a_wrong_bar_is_seen(wrong, failed, monkeypatch, part):
+    """Also with fewer elements, on which the rows of the contact in time are counted in steps."""
+    monkeypatch.setattr(unilateral, "ELEMENTS", 40)
+
     def make(right):
         def changed(elements):
             K, M = right(elements)

@@ -1,4 +1,4 @@
-"""A floor as a bar: the rows pass, and fail for another bar, another measure, another start."""
+"""A floor as a bar: the rows, which test_manual has pass, fail for another bar or measure."""
 
 from dataclasses import replace
 
@@ -40,14 +40,12 @@ def test_rows_by_hand_and_of_the_solver(strip):
 
 def test_pulse(strip):
     parts, bar = strip
-    assert not failed(benchmark._pulse_rows, parts, bar)
     bare = replace(bar, slab_mass=bar.slab_mass / 4.0)
     assert len(failed(benchmark._pulse_rows, parts, bare)) == 5
 
 
 def test_wall(strip):
     parts, bar = strip
-    assert not failed(benchmark._wall_rows, parts, bar)
     stiff = replace(bar, stiffness=2.0 * bar.stiffness)
     assert {"time at the wall, damped", "time at the wall, hardly damped"} <= failed(
         benchmark._wall_rows, parts, stiff

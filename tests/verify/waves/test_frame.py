@@ -37,13 +37,14 @@ def test_a_response_that_is_not_linear_is_seen(wrong, failed):
 
 @pytest.mark.parametrize("factor", [0.25, 20.0])
 def test_too_narrow_or_too_wide_a_band(factor, monkeypatch, failed):
+    monkeypatch.setattr(frame, "BASES", (66, 90))
     monkeypatch.setitem(response.SAFETY, response.LARGER, factor * response.SAFETY[response.LARGER])
-    (quantity,) = failed(frame.error_band())
-    assert quantity.startswith("share of")
+    assert any(quantity.startswith("share of") for quantity in failed(frame.error_band()))
 
 
-def test_reduced_model_of_another_damping(wrong, failed):
+def test_reduced_model_of_another_damping(wrong, failed, monkeypatch):
     """An error that is in all reduced models is not told by their differences."""
+    monkeypatch.setattr(frame, "BASES", (66, 90))
 
     def make(right):
         def stiffer(self, amplitudes, time_step, damping, scheme):
