@@ -49,10 +49,7 @@ def store(path: Path, motions: int = 0, directions: str = "xy", title: str = "a 
             "station_floor": ("station", np.array([k for _, k, _ in FLOORS])),
             "elevation": ("station", np.array([z for _, _, z in FLOORS])),
         },
-        attrs={
-            "title": title,
-            "inputs": "abc",
-        },
+        attrs={"title": title, "inputs": "abc"},
     )
     if motions:
         names = np.array([f"seed {k}" for k in range(motions)], dtype=object)
@@ -65,6 +62,12 @@ def store(path: Path, motions: int = 0, directions: str = "xy", title: str = "a 
 def rows_of(path: Path) -> list[dict[str, str]]:
     with path.open(newline="", encoding="utf-8") as stream:
         return list(csv.DictReader(stream))
+
+
+def of_one(rows: list[dict[str, str]]) -> list[dict[str, str]]:
+    """Those of floor 2 of B1 along y at 5 %."""
+    wanted = ["B1", "2", "y", "0.05"]
+    return [row for row in rows if list(row.values())[:4] == wanted]
 
 
 @pytest.fixture(scope="module")
@@ -90,19 +93,10 @@ def test_files(made: Path) -> None:
 def test_table_has_labels_units_and_both_spectra(made: Path) -> None:
     rows = rows_of(made / "products/floor_spectra.csv")
     assert list(rows[0]) == [
-        "building",
-        "floor",
-        "direction",
-        "damping [-]",
-        "frequency [Hz]",
-        "raw [m/s2]",
-        "broadened [m/s2]",
+        *("building", "floor", "direction", "damping [-]", "frequency [Hz]"),
+        *("raw [m/s2]", "broadened [m/s2]"),
     ]
-    one = [
-        r
-        for r in rows
-        if (r["building"], r["floor"], r["direction"], r["damping [-]"]) == ("B1", "2", "y", "0.05")
-    ]
+    one = of_one(rows)
     with xr.open_dataset(made / "pounding.nc", engine="h5netcdf") as source:
         psa = source["psa"].values[1, 1, 1]
     computed = [r for r in one if r["raw [m/s2]"]]
@@ -147,11 +141,7 @@ def test_workbook_has_a_sheet_for_each_building_direction_and_damping(made: Path
     assert "±15 %" in head["design"][0]
     assert head["frequency [Hz]"] == ("raw [m/s2]", "broadened [m/s2]") * 2
     numbers = [row for row in cells if isinstance(row[0], float | int)]
-    rows = [
-        r
-        for r in rows_of(made / "products/floor_spectra.csv")
-        if (r["building"], r["floor"], r["direction"], r["damping [-]"]) == ("B1", "2", "y", "0.05")
-    ]
+    rows = of_one(rows_of(made / "products/floor_spectra.csv"))
     assert [row[4] for row in numbers] == [float(r["broadened [m/s2]"]) for r in rows]
     assert [row[3] for row in numbers] == [
         float(r["raw [m/s2]"]) if r["raw [m/s2]"] else None for r in rows
@@ -182,13 +172,8 @@ def test_ensemble_has_fractiles(tmp_path: Path) -> None:
         np.testing.assert_array_equal(data["84_fractile"], data["raw"])
         assert np.all(data["16_fractile"] <= data["84_fractile"])
     row = rows_of(tmp_path / "products/floor_spectra.csv")[0]
-    assert list(row)[-5:] == [
-        "mean [m/s2]",
-        "16 % fractile [m/s2]",
-        "median [m/s2]",
-        "84 % fractile [m/s2]",
-        "envelope [m/s2]",
-    ]
+    names = ("mean", "16 % fractile", "median", "84 % fractile", "envelope")
+    assert list(row)[-5:] == [f"{name} [m/s2]" for name in names]
 
 
 def test_broadening_and_clipping_reach_the_files(tmp_path: Path) -> None:

@@ -42,7 +42,7 @@ CASES = {
     "the paper's": ({}, True, [*FORCES, *SPRINGS, *POSITION]),
     "one damping, no building": ({"dampings": 1}, False, [*ONE, *SPRINGS]),
     "two devices from modes": (
-        {"devices": ("pump", "fan"), "from_modes": True},
+        {"devices": ("pump", "fan"), "from_modes": True, "nodes": 1},
         True,
         [*FORCES, *POSITION, *(f"{name}_fan" for name in [*OWN, *POSITION])],
     ),
@@ -56,7 +56,6 @@ CASES = {
         False,
         [*FORCES, *SPRINGS],
     ),
-    "no springs": ({"from_modes": True, "nodes": 1}, True, [*FORCES, *POSITION]),
     "other inputs": (
         {"choices": INPUTS, "dampings": 2},
         False,
