@@ -196,6 +196,14 @@ def test_what_comes_with_the_source_tree():
         in_source_tree("geometry/absent.toml")
 
 
+def test_an_installed_package_has_the_cases(tmp_path, monkeypatch):
+    (tmp_path / "geometry").mkdir()
+    (tmp_path / "geometry" / "installed.toml").touch()
+    monkeypatch.setattr("impactfem.system.files._INSTALLED", tmp_path)
+    assert in_source_tree("geometry/installed.toml").is_relative_to(tmp_path)
+    assert not in_source_tree("geometry/frame.toml").is_relative_to(tmp_path)
+
+
 CONTENT = {"a": np.arange(2000.0), "b": np.array(["x", "yz"]), "n": 3}
 
 

@@ -9,6 +9,7 @@ import io
 import json
 import os
 import re
+import sys
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -29,11 +30,12 @@ LARGEST = 20_000_000
 LARGEST_TOML = 1_000_000
 """Size of the largest case file [byte]; the paper's has 10,000."""
 _ROOT = Path(__file__).parents[3]
+_INSTALLED = Path(sys.prefix) / "share" / "impactfem"
 _PART = re.compile(r"\..+\.([1-9]\d{0,8})\.part")
 
 
 def in_source_tree(name: str) -> Path:
-    """A file or folder of the source tree, which no installed package has.
+    """A file or folder of the source tree; of an installed package the cases in `geometry` alone.
 
     Args:
         name: Its path from the root of the tree, as "geometry/frame.toml".
@@ -41,10 +43,10 @@ def in_source_tree(name: str) -> Path:
     Raises:
         ImpactfemError: The program runs without its source tree.
     """
-    path = _ROOT / name
-    if not path.exists():
-        raise ImpactfemError(f"{path} is not there: this needs a clone of the source tree")
-    return path
+    for root in (_ROOT, _INSTALLED):
+        if (root / name).exists():
+            return root / name
+    raise ImpactfemError(f"{_ROOT / name} is not there: this needs a clone of the source tree")
 
 
 @contextmanager
