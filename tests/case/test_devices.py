@@ -20,7 +20,7 @@ from impactfem.case import (
     load_case,
 )
 from impactfem.case.damping import Damping
-from impactfem.case.devices import Combination, chosen, unknown_patterns
+from impactfem.case.devices import Combination, DeviceSupport, chosen
 from impactfem.device import combination
 
 from .faults import faults_of, refused
@@ -271,12 +271,17 @@ def test_patterns_of_probes() -> None:
     assert chosen(names, ["aisle_*", "corner"]) == ["corner", "aisle_1", "aisle_2"]
     assert chosen(names, ["aisle_?"]) == ["aisle_1", "aisle_2"]
     assert chosen(names, ["Corner"]) == []
+
+    def unknown(patterns: list[str], floors: list[int]) -> list[str]:
+        anchor = DeviceSupport(point=(0.0, 0.0, 0.0), radius=1.0, envelope=tuple(patterns))
+        return list(anchor.unknown_probes(PROBES, floors))
+
     known = ["corner", "aisle_3", "aisle*", "roof_17", "roof_*", "centre_2", "edge_*", "line_9"]
-    assert list(unknown_patterns([*known, "*"], PROBES, [1, 2])) == []
+    assert unknown([*known, "*"], [1, 2]) == []
     none = ["korner", "aisle", "aisle_4", "centre_3", "line_10", "roof"]
-    assert list(unknown_patterns([*none, "corner"], PROBES, [1, 2])) == none
+    assert unknown([*none, "corner"], [1, 2]) == none
     # Floors that are not known may have any number.
-    assert list(unknown_patterns(["centre_9", "nothing"], PROBES, [])) == ["nothing"]
+    assert unknown(["centre_9", "nothing"], []) == ["nothing"]
 
 
 def analysis_of(case: Case) -> DeviceAnalysis:

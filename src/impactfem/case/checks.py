@@ -12,7 +12,6 @@ from collections.abc import Iterator
 from impactfem.case.buildings import GeneratedMesh
 from impactfem.case.contact_checks import Finding, of_contacts, of_struck_edges
 from impactfem.case.design_spectrum import TABLE, TableSpectrum, read_spectrum
-from impactfem.case.devices import unknown_patterns
 from impactfem.case.members import TOUCH
 from impactfem.case.model import Case
 from impactfem.case.motions import RecordMotion, RestMotion, SyntheticMotion, read_force_table
@@ -226,7 +225,7 @@ def _of_devices(case: Case, reading: Reading) -> Iterator[Finding]:
                     )
             if wrong:
                 yield (*place, "point"), "; ".join(wrong)
-            unknown = list(unknown_patterns(anchor.envelope, probes, list(levels)))
+            unknown = list(anchor.unknown_probes(probes, list(levels)))
             if unknown and (transient is not None or "transient" not in reading.source.raw):
                 expected = (
                     "expected names of probes of [transient], or patterns of such names: there is "

@@ -53,6 +53,11 @@ Point = tuple[Length, Length, Length]
 _LINE_POINTS = 9
 
 
+def chosen(names: Sequence[str], patterns: Sequence[str]) -> list[str]:
+    """The names that patterns with * and ? stand for, in the order of the names."""
+    return [name for name in names if any(fnmatch.fnmatchcase(name, p) for p in patterns)]
+
+
 class DeviceSupport(Section):
     """One of several places where a device is anchored."""
 
@@ -65,31 +70,23 @@ class DeviceSupport(Section):
 
     _each_once = once("envelope", "name or pattern")
 
+    def unknown_probes(self, probes: Sequence[Probe], floors: Sequence[int]) -> Iterator[str]:
+        """Patterns of the envelope that stand for no probe; how many a group has the mesh will say.
 
-def chosen(names: Sequence[str], patterns: Sequence[str]) -> list[str]:
-    """The names that patterns with * and ? stand for, in the order of the names."""
-    return [name for name in names if any(fnmatch.fnmatchcase(name, p) for p in patterns)]
-
-
-def unknown_patterns(
-    patterns: Sequence[str], probes: Sequence[Probe], floors: Sequence[int]
-) -> Iterator[str]:
-    """Patterns that stand for no probe of a case; how many a group has, the mesh will say.
-
-    Without floors, which are then not known, what is always there is not checked.
-    """
-    standard = [f"{kind}_{k}" for kind in ("centre", "edge") for k in floors]
-    standard += [f"line_{k}" for k in range(1, _LINE_POINTS + 1)]
-    named = [name for probe in probes for name, _ in probe.points]
-    groups = [probe for probe in probes if probe.group is not None]
-    for pattern in patterns:
-        if chosen([*standard, *named], [pattern]):
-            continue
-        if not floors and re.fullmatch(r"(?:centre|edge)_[\d*?]+", pattern):
-            continue
-        if any(one.claims(pattern) or chosen([one.numbered(1)], [pattern]) for one in groups):
-            continue
-        yield pattern
+        Without floors, which are then not known, what is always there is not checked.
+        """
+        standard = [f"{kind}_{k}" for kind in ("centre", "edge") for k in floors]
+        standard += [f"line_{k}" for k in range(1, _LINE_POINTS + 1)]
+        named = [name for probe in probes for name, _ in probe.points]
+        groups = [probe for probe in probes if probe.group is not None]
+        for pattern in self.envelope:
+            if chosen([*standard, *named], [pattern]):
+                continue
+            if not floors and re.fullmatch(r"(?:centre|edge)_[\d*?]+", pattern):
+                continue
+            if any(one.claims(pattern) or chosen([one.numbered(1)], [pattern]) for one in groups):
+                continue
+            yield pattern
 
 
 Rigid = Literal["rigid"]
