@@ -11,7 +11,7 @@ from pathlib import Path
 from impactfem.building.from_case import geometry_of, sections_of
 from impactfem.building.generate import generate
 from impactfem.building.geometry import storey_sections
-from impactfem.building.mesh_report import mesh_report
+from impactfem.building.mesh_report import MeshReport
 from impactfem.building.read_mesh import read_mesh
 from impactfem.case import Case, FileMesh, load_case
 from impactfem.plot.table import Cell, Table
@@ -35,7 +35,7 @@ def main() -> None:
         mesh = read_mesh(options.mesh)
     except ImpactfemError as error:
         raise SystemExit(str(error)) from error
-    print(mesh_report(mesh, sections_of(case.structure, mesh)).as_text())
+    print(MeshReport.of(mesh, sections_of(case.structure, mesh)))
     print(f"\n{options.mesh} is written\n")
     print(_comparison(case).as_text())
 

@@ -98,6 +98,7 @@ class Panels:
     line_parts: list[Part] = field(default_factory=list)
     sections: dict[Part, Any] = field(default_factory=dict)
     materials: dict[Part, Material] = field(default_factory=dict)
+    alternate: bool = True  #: whether the diagonals of neighbouring squares cross
 
     def node(self, point: Array) -> int:
         key = tuple(float(x) + 0.0 for x in np.round(point, 9))
@@ -106,6 +107,19 @@ class Panels:
             self.points.append(point)
         return self.numbers[key]
 
+    def cell(self, part: Part, *points: Any) -> None:
+        """A triangle of three points, or a beam element of two."""
+        corners = [np.array(point, dtype=float) for point in points]
+        ends = ((0, 1), (1, 2), (2, 0))[: 2 * len(corners) - 3]
+        nodes = [
+            self.node(x) for x in (*corners, *((corners[a] + corners[b]) / 2 for a, b in ends))
+        ]
+        surface = len(corners) == 3
+        (self.triangles if surface else self.lines).append(nodes)
+        (self.triangle_parts if surface else self.line_parts).append(part)
+        section = ShellSection(0.2) if surface else BeamSection.beam(0.2, 0.2)
+        self.sections.setdefault(part, section)
+
     def panel(
         self,
         corner: Sequence[float],
@@ -113,7 +127,7 @@ class Panels:
         b: Sequence[float],
         n: tuple[int, int],
         part: Part,
-        thickness: float,
+        thickness: float = 0.2,
     ) -> None:
         """A parallelogram from a corner along the vectors a and b, in n[0] by n[1] pairs."""
         self.sections[part] = ShellSection(thickness)
@@ -122,11 +136,9 @@ class Panels:
             for j in range(n[1]):
                 square = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
                 p, q, r, s = (origin + along_a * k / n[0] + along_b * m / n[1] for k, m in square)
-                halves = ((p, q, r), (p, r, s)) if (i + j) % 2 else ((p, q, s), (q, r, s))
-                for p, q, r in halves:
-                    mids = ((p + q) / 2, (q + r) / 2, (r + p) / 2)
-                    self.triangles.append([self.node(x) for x in (p, q, r, *mids)])
-                    self.triangle_parts.append(part)
+                same = (i + j) % 2 or not self.alternate
+                for corners in ((p, q, r), (p, r, s)) if same else ((p, q, s), (q, r, s)):
+                    self.cell(part, *corners)
 
     def line(
         self,
@@ -140,9 +152,7 @@ class Panels:
         self.sections[part] = section
         first, last = np.array(start, dtype=float), np.array(end, dtype=float)
         for i in range(n):
-            p, q = (first + (last - first) * k / n for k in (i, i + 1))
-            self.lines.append([self.node(x) for x in (p, q, (p + q) / 2)])
-            self.line_parts.append(part)
+            self.cell(part, *(first + (last - first) * k / n for k in (i, i + 1)))
 
     def at(self, *conditions: tuple[int, float]) -> Ints:
         """Nodes where each (axis, coordinate) holds."""

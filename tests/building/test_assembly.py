@@ -9,7 +9,6 @@ from impactfem.building.assembly import (
     local_cells,
     shared_out,
 )
-from impactfem.building.parts import BuildingParts
 from impactfem.system.errors import SolutionError
 
 
@@ -26,15 +25,6 @@ def test_a_node_is_where_the_mesh_has_it(house, cells, kind):
     assert sorted(local.nodes) == np.unique(cells[kind]).tolist()
 
 
-def test_corners_may_start_anywhere(house):
-    """The same triangle, written from another corner and the other way round."""
-    triangles = house.mesh.triangles[:3].copy()
-    triangles[1] = triangles[1][[1, 2, 0, 4, 5, 3]]
-    triangles[2] = triangles[2][[0, 2, 1, 5, 4, 3]]
-    local = local_cells(house.mesh.nodes, triangles)
-    assert node_coordinates(local.space) == pytest.approx(house.mesh.nodes[local.nodes], abs=1e-12)
-
-
 @pytest.mark.parametrize(("kind", "row"), [("triangles", 4), ("lines", 2)])
 def test_a_curved_edge_is_refused(house, cells, kind, row):
     nodes = house.mesh.nodes.copy()
@@ -43,12 +33,10 @@ def test_a_curved_edge_is_refused(house, cells, kind, row):
     bent = replace(house.mesh, nodes=nodes)
     with pytest.raises(SolutionError, match=rf"node {middle} at .* m lies 0.05 m from its edge's"):
         local_cells(bent.nodes, cells[kind])
-
-
-def test_middles_in_another_order_are_refused(house):
-    triangles = house.mesh.triangles[:1, [0, 1, 2, 4, 5, 3]]
-    with pytest.raises(SolutionError, match="expected straight edges with mid nodes in the middle"):
-        local_cells(house.mesh.nodes, triangles)
+    if kind == "triangles":
+        # Middles in another order.
+        with pytest.raises(SolutionError, match="expected straight edges with mid nodes in the mi"):
+            local_cells(house.mesh.nodes, cells[kind][:1, [0, 1, 2, 4, 5, 3]])
 
 
 @dataclass(frozen=True)
@@ -59,12 +47,12 @@ class OneOf:
     size: int
 
 
-def test_each_cell_on_one_rank(house: BuildingParts) -> None:
+def test_each_cell_on_one_rank(house):
     shares = [shared_out(OneOf(rank, 3), house) for rank in range(3)]
     for k, kind in enumerate(shares[0].kinds):
         cells = np.concatenate([share.cells_here[k] for share in shares])
         assert np.array_equal(np.sort(cells), np.arange(len(kind.cells)))
-    owned = np.concatenate([share.numbering.owned for share in shares])
+    owned = np.concatenate([share.owned for share in shares])
     assert np.array_equal(np.sort(owned), np.arange(len(house.mesh.nodes)))
     assert all(share.cells_here[0].size for share in shares)
 

@@ -12,7 +12,7 @@ from impactfem.building.parts import BuildingParts, floor_masses
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import Material, Materials
 
-THROUGH = (0.0, 1.0, 0.0)
+Y = np.array([0.0, 1.0, 0.0])
 
 
 @pytest.fixture
@@ -44,14 +44,6 @@ def test_work_on_quadratic_motions(slab, power):
     assert load.forces @ nodal == pytest.approx(np.sum(weight * q * x**power), rel=1e-13)
 
 
-def test_an_oblique_load(slab, assembled):
-    model = assembled(slab)
-    load = edge_load(slab.mesh, 1)
-    oblique = load.vector(model, (0.6, 0.8, 0.0))
-    parts = 0.6 * load.vector(model, (1.0, 0.0, 0.0)) + 0.8 * load.vector(model, THROUGH)
-    assert oblique == pytest.approx(parts, abs=1e-15)
-
-
 def test_clamped_nodes_take_their_share_away(panels, assembled):
     """Half of the edge's forces are on clamped nodes; they go to the ground."""
     panels.panel((0, 0, 0), (2, 0, 0), (0, 1, 0), (2, 1), Part("floor", 1), 0.3)
@@ -59,28 +51,22 @@ def test_clamped_nodes_take_their_share_away(panels, assembled):
     load = edge_load(parts.mesh, 1)
     on_base = load.forces[np.isin(load.nodes, parts.mesh.base)].sum()
     assert on_base == pytest.approx(1.0 / 12.0)
-    vector = load.vector(assembled(parts), THROUGH)
+    vector = load.vector(assembled(parts), Y)
     assert vector.sum() == pytest.approx(1.0 - 1.0 / 12.0)
 
 
-def test_a_floor_without_an_edge(slab):
-    with pytest.raises(KeyError):
-        edge_load(slab.mesh, 2)
+def test_floors_that_lack_an_edge_or_a_slab(slab):
+    for made in (edge_load, contact_edge):
+        with pytest.raises(KeyError):
+            made(slab.mesh, 2)
+    with pytest.raises(KeyError, match="floor 4 has no slab"):
+        floor_load(slab.mesh, 4)
+    with pytest.raises(KeyError, match="floor 3 has no slab"):
+        floor_bar(slab, 3, 1)
 
 
-Y = np.array([0.0, 1.0, 0.0])
-
-
-@pytest.fixture
-def uneven_slab(panels):
-    """A slab of 7 m × 2 m with five uneven sides along its edge at y = 2 m."""
-    for start, length, n in ((3.0, 1.0, 1), (4.0, 4.0, 2), (8.0, 2.0, 2)):
-        panels.panel((start, 0, 3), (length, 0, 0), (0, 2, 0), (n, 1), Part("floor", 1), 0.3)
-    return panels.parts(edges={1: panels.sides_at((1, 2.0))}, base=panels.at((1, 0.0)))
-
-
-def test_vertices_along_the_edge(uneven_slab):
-    edge = contact_edge(uneven_slab.mesh, 1)
+def test_vertices_along_the_edge(slab):
+    edge = contact_edge(slab.mesh, 1)
     assert edge.position == pytest.approx([0.0, 1.0, 3.0, 5.0, 6.0, 7.0])
     assert edge.weight == pytest.approx([0.5, 1.5, 2.0, 1.5, 1.0, 0.5])
     assert edge.means.shape == (11, 6)
@@ -92,9 +78,9 @@ def test_vertices_along_the_edge(uneven_slab):
     ("spacing", "position"),
     [(None, [0, 1, 3, 5, 6, 7]), (1.5, [0, 3, 5, 7]), (2.5, [0, 3, 7]), (9.0, [0, 7])],
 )
-def test_weighted_means_of_quadratic_motions(uneven_slab, power, spacing, position):
+def test_weighted_means_of_quadratic_motions(slab, power, spacing, position):
     """∫ N_i x^p ds / w_i by quadrature, N_i the hat of a point of contact."""
-    edge = contact_edge(uneven_slab.mesh, 1, spacing)
+    edge = contact_edge(slab.mesh, 1, spacing)
     assert edge.position == pytest.approx(position)
     ends = 3.0 + edge.position
     at, weight = np.polynomial.legendre.leggauss(4)
@@ -103,42 +89,38 @@ def test_weighted_means_of_quadratic_motions(uneven_slab, power, spacing, positi
         x, w = 0.5 * (a + b) + 0.5 * (b - a) * at, 0.5 * (b - a) * weight
         expected[k] += w @ ((b - x) / (b - a) * x**power)
         expected[k + 1] += w @ ((x - a) / (b - a) * x**power)
-    found = edge.means.T @ uneven_slab.mesh.nodes[edge.nodes, 0] ** power
+    found = edge.means.T @ slab.mesh.nodes[edge.nodes, 0] ** power
     assert found == pytest.approx(expected / edge.weight, rel=1e-13)
 
 
-def test_even_pressure_is_the_even_line_load(uneven_slab, assembled):
+def test_even_pressure_is_the_even_line_load(slab, assembled):
     """P_i = w_i / L is a pressure without steps: its nodal forces do not alternate."""
-    model = assembled(uneven_slab)
-    edge = contact_edge(uneven_slab.mesh, 1)
+    model = assembled(slab)
+    edge = contact_edge(slab.mesh, 1)
     G = edge.columns(model, Y)
-    even = edge_load(uneven_slab.mesh, 1).vector(model, (0.0, 1.0, 0.0))
+    even = edge_load(slab.mesh, 1).vector(model, Y)
     assert G @ (edge.weight / 7.0) == pytest.approx(even, abs=1e-15)
     # Equal forces of all constraints are not even.
     assert np.abs(G @ np.full(6, 1.0 / 6.0) - even).max() > 1e-2
 
 
-def test_displacement_towards_the_wall(uneven_slab, assembled):
-    model = assembled(uneven_slab)
+def test_displacement_towards_the_wall(slab, assembled):
+    model = assembled(slab)
     r = model.rigid_body()
-    G = contact_edge(uneven_slab.mesh, 1).columns(model, Y)
+    G = contact_edge(slab.mesh, 1).columns(model, Y)
+    load = edge_load(slab.mesh, 1)
+    oblique = 0.6 * load.vector(model, (1.0, 0.0, 0.0)) + 0.8 * load.vector(model, Y)
+    assert load.vector(model, (0.6, 0.8, 0.0)) == pytest.approx(oblique, abs=1e-15)
     assert G.T @ r[:, 1] == pytest.approx(np.ones(6))
     assert G.T @ r[:, 0] == pytest.approx(np.zeros(6), abs=1e-15)
 
 
-def test_without_an_edge(uneven_slab):
-    with pytest.raises(KeyError):
-        contact_edge(uneven_slab.mesh, 2)
-
-
 @pytest.mark.parametrize("power", [0, 1, 2])
-def test_even_load_on_a_slab(uneven_slab, power):
-    load = floor_load(uneven_slab.mesh, 1)
-    x = uneven_slab.mesh.nodes[load.nodes, 0]
+def test_even_load_on_a_slab(slab, power):
+    load = floor_load(slab.mesh, 1)
+    x = slab.mesh.nodes[load.nodes, 0]
     exact = (10.0 ** (power + 1) - 3.0 ** (power + 1)) / (power + 1) / 7.0
     assert load.forces @ x**power == pytest.approx(exact, rel=1e-13)
-    with pytest.raises(KeyError, match="floor 4 has no slab"):
-        floor_load(uneven_slab.mesh, 4)
 
 
 def test_what_stands_on_a_slab_takes_no_load(panels):
@@ -246,8 +228,3 @@ def test_added_mass_slows_the_wave(parts):
     bare = replace(loaded, added_mass=np.zeros_like(loaded.added_mass))
     assert floor_bar(bare, 1, 1).speed == pytest.approx(np.sqrt(E / (RHO * (1.0 - NU**2))))
     assert floor_bar(loaded, 1, 1).speed < 0.8 * floor_bar(bare, 1, 1).speed
-
-
-def test_a_floor_without_a_slab(parts):
-    with pytest.raises(KeyError, match="floor 3 has no slab"):
-        floor_bar(parts(), 3, 1)

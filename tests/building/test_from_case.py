@@ -1,6 +1,5 @@
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -9,11 +8,10 @@ from impactfem.building.from_case import geometry_of, part_faults, read_parts, s
 from impactfem.building.generate import generate
 from impactfem.building.geometry import Beam, Column, MeshSize, Wall
 from impactfem.building.mesh import areas
-from impactfem.building.mesh_report import mesh_report
-from impactfem.building.parts import BuildingParts
+from impactfem.building.mesh_report import MeshReport
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection, ShellSection
-from impactfem.case import Case, load_case
+from impactfem.case import load_case
 from impactfem.case.buildings import BeamGroup, FileMesh, PartMaterial, ShellGroup
 from impactfem.case.damping import PartDamping as Entry
 from impactfem.dynamics.damping import Rayleigh
@@ -53,7 +51,7 @@ def structure(pair, frame_file):
     return made
 
 
-def test_the_geometry_of_the_paper_s_building(pair):
+def test_the_geometry_of_the_paper_s_building(pair, structure):
     geometry = geometry_of(pair)
     assert (geometry.length, geometry.width) == (46.2, 15.6)
     assert len(geometry.floors) == 8
@@ -73,6 +71,12 @@ def test_the_geometry_of_the_paper_s_building(pair):
     assert [(c.width_x, c.width_y) for c in geometry.columns] == [(0.8, 1.2)] * 7
     assert geometry.columns[3] == Column("row_4", tuple(range(2, 9)), (23.1, 7.8), 0.8, 1.2)
     assert len({bay.name for bay in geometry.bays}) == 10  # the indices of Table 1
+    mesh = pair.structure.mesh.model_copy(update={"floor_size": 0.4, "column_size": 2.0})
+    finer = pair.model_copy(update={"structure": pair.structure.model_copy(update={"mesh": mesh})})
+    assert geometry_of(finer).size == MeshSize(floor=0.4, storey=1.0, beam=1.0, column=2.0)
+    for other in (None, structure()):
+        with pytest.raises(ValueError, match="no structure with a generated mesh"):
+            geometry_of(pair.model_copy(update={"structure": other}))
 
 
 @pytest.mark.parametrize(
@@ -88,7 +92,7 @@ def test_the_mesh_of_the_paper_s_building(name, elements, dofs, tmp_path):
     path = tmp_path / "building.msh"
     generate(geometry, path)
     mesh = read_mesh(path)
-    report = mesh_report(mesh, sections_of(case.structure, mesh))
+    report = MeshReport.of(mesh, sections_of(case.structure, mesh))
     assert report.elements >= elements
     assert 6 * report.nodes >= dofs
     assert report.quality_mean > 0.95
@@ -110,19 +114,6 @@ def test_the_mesh_of_the_paper_s_building(name, elements, dofs, tmp_path):
     assert length[mesh.lines_of("column")].sum() == pytest.approx(7 * height)
 
 
-def test_sizes_by_part(pair):
-    mesh = pair.structure.mesh.model_copy(update={"floor_size": 0.4, "column_size": 2.0})
-    finer = pair.model_copy(update={"structure": pair.structure.model_copy(update={"mesh": mesh})})
-    assert geometry_of(finer).size == MeshSize(floor=0.4, storey=1.0, beam=1.0, column=2.0)
-
-
-def test_a_case_without_a_generated_mesh(pair, structure):
-    with pytest.raises(ValueError, match="no structure with a generated mesh"):
-        geometry_of(pair.model_copy(update={"structure": None}))
-    with pytest.raises(ValueError, match="no structure with a generated mesh"):
-        geometry_of(pair.model_copy(update={"structure": structure()}))
-
-
 def test_sections_of_a_file(structure, frame):
     sections = sections_of(structure(), frame)
     found = dict(zip((part.group for part in frame.shell_parts), sections.shells, strict=True))
@@ -133,60 +124,68 @@ def test_sections_of_a_file(structure, frame):
     assert found["column_2_north_east"] == BeamSection.column(0.4, 0.6)
 
 
-def faults(structure, frame):
+@pytest.mark.parametrize(
+    ("groups", "expected"),
+    [
+        (
+            {"beams": BEAMS[:1]},
+            [
+                f"column_{k}_{where}: no pattern matches it of structure.mesh.beams in the case"
+                for k in (1, 2)
+                for where in ("north_east", "south_east")
+            ],
+        ),
+        (
+            {"shells": (*SHELLS, ShellGroup(groups="floor_2*", thickness=0.3))},
+            [
+                "floor_2: matched by 'floor_*', 'floor_2*'; expected one of structure.mesh.shells "
+                "in the case"
+            ],
+        ),
+        (
+            {"shells": (*SHELLS, ShellGroup(groups="storey_3*", thickness=0.3))},
+            [
+                ": no group for structure.mesh.shells with the pattern 'storey_3*'; the mesh has "
+                "floor_1, floor_2, storey_1_west, storey_2_west"
+            ],
+        ),
+        (
+            {"beams": (BEAMS[0], BEAMS[1].model_copy(update={"offset": 0.1}))},
+            [
+                f"column_{k}_{where}: an offset; expected none for columns"
+                for k in (1, 2)
+                for where in ("north_east", "south_east")
+            ],
+        ),
+        # Beams that stand, and columns that lie: another mesh.
+        (
+            {},
+            [
+                "a vertical beam; expected a group column_<k>",
+                "a column along y; expected a group beam_<k>",
+            ],
+        ),
+    ],
+)
+def test_groups_that_do_not_fit(structure, frame, groups, expected):
+    if not groups:
+        swapped = {"beam": "column", "column": "beam"}
+        parts = tuple(replace(part, family=swapped[part.family]) for part in frame.beam_parts)
+        order = sorted(range(len(parts)), key=lambda i: parts[i])
+        line_part = np.array([order.index(i) for i in frame.line_part.tolist()], dtype=np.int32)
+        frame = replace(
+            frame, beam_parts=tuple(parts[i] for i in order), line_part=line_part
+        )  # fmt: skip
     with pytest.raises(InputError) as caught:
-        sections_of(structure, frame)
+        sections_of(structure(**groups), frame)
     assert all(Path(fault.file).name == "frame.msh" for fault in caught.value.faults)
-    return [f"{fault.key}: {fault.expected}" for fault in caught.value.faults]
-
-
-def test_a_group_that_no_pattern_matches(structure, frame):
-    assert faults(structure(beams=BEAMS[:1]), frame) == [
-        f"column_{k}_{where}: no pattern matches it of structure.mesh.beams in the case"
-        for k in (1, 2)
-        for where in ("north_east", "south_east")
-    ]
-
-
-def test_a_group_that_two_patterns_match(structure, frame):
-    shells = (*SHELLS, ShellGroup(groups="floor_2*", thickness=0.3))
-    assert faults(structure(shells=shells), frame) == [
-        "floor_2: matched by 'floor_*', 'floor_2*'; expected one of structure.mesh.shells in the "
-        "case"
-    ]
-
-
-def test_a_pattern_that_matches_no_group(structure, frame):
-    shells = (*SHELLS, ShellGroup(groups="storey_3*", thickness=0.3))
-    (fault,) = faults(structure(shells=shells), frame)
-    assert fault == (
-        ": no group for structure.mesh.shells with the pattern 'storey_3*'; the mesh has floor_1, "
-        "floor_2, storey_1_west, storey_2_west"
-    )
-
-
-def test_a_column_with_an_offset(structure, frame):
-    beams = (BEAMS[0], BEAMS[1].model_copy(update={"offset": 0.1}))
-    assert faults(structure(beams=beams), frame)[0] == (
-        "column_1_north_east: an offset; expected none for columns"
-    )
-
-
-def test_beams_that_stand_and_columns_that_lie(structure, frame):
-    swapped = {"beam": "column", "column": "beam"}
-    parts = tuple(replace(part, family=swapped[part.family]) for part in frame.beam_parts)
-    order = sorted(range(len(parts)), key=lambda i: parts[i])
-    renamed = replace(
-        frame,
-        beam_parts=tuple(parts[i] for i in order),
-        line_part=np.array([order.index(i) for i in frame.line_part.tolist()], dtype=np.int32),
-    )
-    beams = (BEAMS[0], BEAMS[1])
-    found = faults(structure(beams=beams), renamed)
-    assert found[0].startswith("beam_1_north_east: at (6.000, 4.000, ")
-    assert found[0].endswith("a vertical beam; expected a group column_<k>")
-    assert found[-1].startswith("column_2_east: at (6.000, ")
-    assert found[-1].endswith("a column along y; expected a group beam_<k>")
+    found = [f"{fault.key}: {fault.expected}" for fault in caught.value.faults]
+    if groups:
+        assert found == expected
+    else:
+        assert found[0].startswith("beam_1_north_east: at (6.000, 4.000, ")
+        assert found[-1].startswith("column_2_east: at (6.000, ")
+        assert (found[0].endswith(expected[0]), found[-1].endswith(expected[1])) == (True, True)
 
 
 def with_materials(structure, *entries):
@@ -200,22 +199,20 @@ LIGHT = {"mass_coefficient": 0.2, "stiffness_coefficient": 1e-3}
 HEAVY = {"mass_coefficient": 2.0, "stiffness_coefficient": 3e-3}
 
 
-def case_of(*entries: dict[str, Any]) -> Case:
+def case_of(*entries):
     case = load_case(GEOMETRY / "frame.toml")
-    assert case.structure is not None
     damping = tuple(Entry(**entry) for entry in entries)
     structure = case.structure.model_copy(update={"damping": damping})
     return case.model_copy(update={"structure": structure})
 
 
-def by_name(parts: BuildingParts, values: Any) -> dict[str, Any]:
+def by_name(parts, values):
     groups = [part.group for part in (*parts.mesh.shell_parts, *parts.mesh.beam_parts)]
     return dict(zip(groups, (*values.shells, *values.beams), strict=True))
 
 
-def test_materials_and_dampings_by_patterns() -> None:
+def test_materials_and_dampings_by_patterns():
     case = case_of({"parts": ("column_1_*", "floor_2*"), **LIGHT}, {"parts": ("beam_*",), **HEAVY})
-    assert case.structure is not None
     soft = with_materials(case.structure, ("storey_*", "column_2_*"))
     parts, _, _ = read_parts(case.model_copy(update={"structure": soft}), FRAME)
     materials, dampings = by_name(parts, parts.materials), by_name(parts, parts.dampings)
@@ -232,10 +229,9 @@ def test_materials_and_dampings_by_patterns() -> None:
     assert plain.dampings is None and len(set(plain.materials.shells)) == 1
 
 
-def test_patterns_that_do_not_fit(house: BuildingParts) -> None:
+def test_patterns_that_do_not_fit(house):
     """All at once, of materials and dampings, with the parts that exist."""
     case = case_of({"parts": ("floor_*", "floor_3"), **LIGHT}, {"parts": ("roof", "*_2"), **HEAVY})
-    assert case.structure is not None
     structure = with_materials(case.structure, ("floor_*", "roof"), ("floor_2",))
     every = (*house.mesh.shell_parts, *house.mesh.beam_parts)
     caught = part_faults(structure, every, case.path)
@@ -253,6 +249,6 @@ def test_patterns_that_do_not_fit(house: BuildingParts) -> None:
     assert faults["buildings.F.structure.damping[1].parts", "floor_2"] == also
 
 
-def test_a_pattern_of_no_part_is_refused_with_the_mesh() -> None:
+def test_a_pattern_of_no_part_is_refused_with_the_mesh():
     with pytest.raises(InputError, match="expected a pattern of the parts of the mesh: floor_1"):
         read_parts(case_of({"parts": ("walls",), **LIGHT}), FRAME)

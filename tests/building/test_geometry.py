@@ -9,13 +9,12 @@ from impactfem.building.geometry import (
     Column,
     Geometry,
     MeshSize,
-    StoreySection,
     Wall,
     storey_sections,
 )
 from impactfem.building.mesh import Part
 from impactfem.building.section import BeamSection, ShellSection
-from impactfem.case import Case, load_case
+from impactfem.case import load_case
 
 
 def test_every_part_has_its_section(small_geometry, small_mesh):
@@ -37,7 +36,7 @@ A, B, T = 10.0, 6.0, 0.4  # of the box: along x, along y, thickness [m]
 
 
 @pytest.fixture
-def box() -> Geometry:
+def box():
     """Four walls around a plan, three storeys of which the last is empty."""
     return Geometry(
         length=A,
@@ -54,11 +53,11 @@ def box() -> Geometry:
     )
 
 
-def first_storey(box: Geometry, **changes) -> StoreySection:
+def first_storey(box, **changes):
     return storey_sections(replace(box, **changes))[1]
 
 
-def test_box(box: Geometry) -> None:
+def test_box(box):
     sections = storey_sections(box)
     section = sections[1]
     areas = (section.A, section.A_vy, section.A_vz)
@@ -73,7 +72,7 @@ def test_box(box: Geometry) -> None:
     assert sections == {1: section, 2: replace(section, cut=1.75)}
 
 
-def test_a_channel_about_its_own_centroid(box: Geometry) -> None:
+def test_a_channel_about_its_own_centroid(box):
     section = first_storey(box, walls=tuple(w for w in box.walls if w.name != "north"))
     area = (A + 2.0 * B) * T
     y_c = 2.0 * B * T * (B / 2.0) / area
@@ -81,7 +80,7 @@ def test_a_channel_about_its_own_centroid(box: Geometry) -> None:
     assert section.I_x == pytest.approx(about_south - area * y_c**2)
 
 
-def test_columns(box: Geometry) -> None:
+def test_columns(box):
     column = Column("one", (1,), (A / 4.0, B / 2.0), 0.8, 1.2)
     both = (column, replace(column, name="two", place=(3.0 * A / 4.0, B / 2.0)))
     plain, section = first_storey(box), first_storey(box, columns=both)
@@ -93,7 +92,7 @@ def test_columns(box: Geometry) -> None:
     assert storey_sections(replace(box, columns=both))[2] == storey_sections(box)[2]
 
 
-def test_the_cut_goes_where_the_bays_leave_least(box: Geometry) -> None:
+def test_the_cut_goes_where_the_bays_leave_least(box):
     bays = (
         Bay("door", "west", 1, 1.0, 0.0, 1.0, 2.0),
         Bay("window", "west", 1, 3.0, 1.2, 1.5, 1.0),  # beside it, from 1.2 m to 2.2 m
@@ -107,14 +106,14 @@ def test_the_cut_goes_where_the_bays_leave_least(box: Geometry) -> None:
     assert section.I_x < plain.I_x
 
 
-def test_rectangles_that_touch_are_one_opening(box: Geometry) -> None:
+def test_rectangles_that_touch_are_one_opening(box):
     one = first_storey(box, bays=(Bay("1", "north", 1, 5.0, 0.0, 4.0, 3.0),))
     halves = tuple(Bay("1", "north", 1, centre, 0.0, 2.0, 3.0) for centre in (4.0, 6.0))
     two = first_storey(box, bays=halves)
     assert one == two
 
 
-def test_the_same_when_turned_and_moved(box: Geometry) -> None:
+def test_the_same_when_turned_and_moved(box):
     """A wall askew: the areas are shared by direction, and x and y may change places."""
     askew = Wall("askew", (1,), (1.0, 1.0), (4.0, 5.0), 0.3)
     bay = Bay("gap", "askew", 1, 2.0, 0.0, 1.0, 3.0)
@@ -131,11 +130,11 @@ def test_the_same_when_turned_and_moved(box: Geometry) -> None:
 
 
 @pytest.fixture(scope="module")
-def paper() -> Case:
+def paper():
     return load_case(Path(__file__).parents[2] / "geometry" / "npp_pair.toml")
 
 
-def test_paper_s_building_against_appendix_a(paper: Case) -> None:
+def test_paper_s_building_against_appendix_a(paper):
     """As far as Table 1 allows; what does not agree is said in npp_building_bays.csv."""
     sections = storey_sections(geometry_of(paper))
     floors = {floor.floor: floor for floor in paper.building("B1").floors}
@@ -151,7 +150,7 @@ def test_paper_s_building_against_appendix_a(paper: Case) -> None:
             assert section.I_y == pytest.approx(floors[k].Iy, rel=0.04)
 
 
-def test_the_table_in_the_file_is_ours(paper: Case) -> None:
+def test_the_table_in_the_file_is_ours(paper):
     sections = storey_sections(geometry_of(paper))
     text = (paper.path.parent / "npp_building_bays.csv").read_text(encoding="utf-8")
     rows = [line for line in text.splitlines() if line.startswith("#   ")][1:]

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impactfem.building.mesh import BuildingMesh, Part
+from impactfem.building.mesh import Part
 from impactfem.building.mesh_checks import (
     check_mesh,
     lines_through_triangles,
@@ -17,59 +17,19 @@ PLACE = r"\(-?\d+\.\d{3}, -?\d+\.\d{3}, -?\d+\.\d{3}\) m"
 SLAB, WALL, BEAM = Part("floor", 1), Part("storey", 1), Part("beam", 1)
 
 
-class Drawing:
-    """A mesh by hand: each cell brings nodes of its own, joined where they are in one place."""
-
-    def __init__(self):
-        self.nodes, self.triangles, self.lines = [], [], []
-
-    def node(self, point, join=True):
-        point = tuple(float(x) for x in point)
-        if not join or point not in self.nodes:
-            self.nodes.append(point)
-            return len(self.nodes) - 1
-        return self.nodes.index(point)
-
-    def cell(self, part, *points, join=True):
-        """A triangle of three points or a line of two."""
-        ends = list(zip(points, [*points[1:], points[0]], strict=True))[: 2 * len(points) - 3]
-        middles = [0.5 * (np.array(a) + np.array(b)) for a, b in ends]
-        nodes = [self.node(p, join) for p in (*points, *middles)]
-        (self.triangles if len(points) == 3 else self.lines).append((part, nodes))
-
-    def rectangle(self, part, corner, a, b, n=(1, 1), join=True):
-        """A parallelogram from a corner along a and b, in n[0] by n[1] pairs of triangles."""
-        corner, a, b = (np.array(v, dtype=float) for v in (corner, a, b))
-        for i in range(n[0]):
-            for j in range(n[1]):
-                p = [corner + a * s / n[0] + b * t / n[1]
-                     for s, t in ((i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1))]  # fmt: skip
-                self.cell(part, p[0], p[1], p[2], join=join)
-                self.cell(part, p[0], p[2], p[3], join=join)
-
-    def mesh(self) -> BuildingMesh:
-        shell_parts = tuple(sorted({part for part, _ in self.triangles}))
-        beam_parts = tuple(sorted({part for part, _ in self.lines}))
-        nodes = np.array(self.nodes)
-        return BuildingMesh(
-            nodes=nodes,
-            triangles=np.array([cell for _, cell in self.triangles]),
-            triangle_part=np.array([shell_parts.index(p) for p, _ in self.triangles], np.int32),
-            lines=np.array([cell for _, cell in self.lines], dtype=np.int64).reshape(-1, 3),
-            line_part=np.array([beam_parts.index(p) for p, _ in self.lines], np.int32),
-            shell_parts=shell_parts,
-            beam_parts=beam_parts,
-            edges={},
-            centres={},
-            base=np.flatnonzero(nodes[:, 2] == 0.0),
-        )
+@pytest.fixture
+def drawing(new_panels):
+    """An empty one; its mesh stands on all nodes at z = 0."""
+    made = new_panels(alternate=False)
+    made.mesh = lambda: made.parts(base=made.at((2, 0.0))).mesh
+    return made
 
 
-def table(n=(2, 2)) -> Drawing:
+@pytest.fixture
+def table(drawing):
     """A slab of 4 m by 2 m at 3 m, on a wall at x = 0."""
-    drawing = Drawing()
-    drawing.rectangle(SLAB, (0, 0, 3), (4, 0, 0), (0, 2, 0), n)
-    drawing.rectangle(WALL, (0, 0, 0), (0, 2, 0), (0, 0, 3), (n[1], 2))
+    drawing.panel((0, 0, 3), (4, 0, 0), (0, 2, 0), (2, 2), SLAB)
+    drawing.panel((0, 0, 0), (0, 2, 0), (0, 0, 3), (2, 2), WALL)
     return drawing
 
 
@@ -80,11 +40,10 @@ def refused(mesh, expected):
     return caught.value.faults
 
 
-def test_a_sound_mesh():
-    drawing = table()
-    drawing.cell(BEAM, (0, 0, 3), (2, 0, 3))
-    drawing.cell(BEAM, (4, 2, 3), (4, 2, 0))  # a post beside the wall, with a foot of its own
-    check_mesh(drawing.mesh(), "own.msh")
+def test_a_sound_mesh(table):
+    table.cell(BEAM, (0, 0, 3), (2, 0, 3))
+    table.cell(BEAM, (4, 2, 3), (4, 2, 0))  # a post beside the wall, with a foot of its own
+    check_mesh(table.mesh(), "own.msh")
 
 
 def test_millimetres(small_mesh):
@@ -125,11 +84,10 @@ def column(top):
         (column(5.0), "1 node lies on floor_1, or its lines pass through it", "column_1"),
     ],
 )
-def test_cells_that_are_refused(cells, expected, group):
-    drawing = table()
+def test_cells_that_are_refused(table, cells, expected, group):
     for part, *points in cells:
-        drawing.cell(part, *points)
-    faults = refused(drawing.mesh(), expected)
+        table.cell(part, *points)
+    faults = refused(table.mesh(), expected)
     assert group in {fault.key for fault in faults if re.search(expected, fault.expected)}
 
 
@@ -149,68 +107,61 @@ def test_a_side_that_is_not_straight(small_mesh, part):
     check_mesh(replace(small_mesh, nodes=nodes), "own.msh")
 
 
-def test_duplicate_nodes():
-    drawing = Drawing()
-    drawing.rectangle(SLAB, (0, 0, 3), (4, 0, 0), (0, 2, 0), (2, 2))
-    own = len(drawing.nodes)
-    drawing.rectangle(WALL, (0, 0, 0), (0, 2, 0), (0, 0, 3), (2, 2))
+def test_duplicate_nodes(drawing):
+    drawing.panel((0, 0, 3), (4, 0, 0), (0, 2, 0), (2, 2), SLAB)
+    own = len(drawing.points)
+    drawing.panel((0, 0, 0), (0, 2, 0), (0, 0, 3), (2, 2), WALL)
     mesh = drawing.mesh()
     # The wall gets nodes of its own where it meets the slab.
-    shared = np.unique([n for part, cell in drawing.triangles if part == WALL for n in cell])
+    shared = np.unique(mesh.triangles[mesh.triangles_of("storey")])
     shared = shared[shared < own]
     number = np.arange(len(mesh.nodes))
     number[shared] = len(mesh.nodes) + np.arange(len(shared))
     triangles = mesh.triangles.copy()
     walls = mesh.triangles_of("storey")
     triangles[walls] = number[triangles[walls]]
-    torn = replace(
-        mesh, nodes=np.vstack([mesh.nodes, mesh.nodes[shared]]), triangles=triangles
-    )  # fmt: skip
+    nodes = np.vstack([mesh.nodes, mesh.nodes[shared]])
+    torn = replace(mesh, nodes=nodes, triangles=triangles)
     (fault,) = refused(torn, rf"{len(shared)} pairs of nodes in one place, the first at {PLACE}")
     assert fault.key == "floor_1, storey_1"
 
 
 @pytest.mark.parametrize(("gap", "sound"), [(0.9e-3, False), (1.1e-3, True)])
-def test_how_near_is_one_place(gap, sound):
-    drawing = table()
+def test_how_near_is_one_place(table, gap, sound):
     # A second table beside the first, on a wall of its own.
     for part, b in ((WALL, (0, 0, 3)), (SLAB, (3, 0, 0))):
         corner = (4 + gap, 0, 0 if part == WALL else 3)
-        drawing.rectangle(part, corner, (0, 2, 0), b, (2, 2))
+        table.panel(corner, (0, 2, 0), b, (2, 2), part)
     if sound:
-        check_mesh(drawing.mesh(), "own.msh")
+        check_mesh(table.mesh(), "own.msh")
     else:
-        refused(drawing.mesh(), "pairs of nodes in one place")
+        refused(table.mesh(), "pairs of nodes in one place")
 
 
-def test_hanging_nodes_on_an_edge():
+def test_hanging_nodes_on_an_edge(drawing):
     """The wall has three sides where the slab has two."""
-    drawing = Drawing()
-    drawing.rectangle(SLAB, (0, 0, 3), (4, 0, 0), (0, 2, 0), (2, 2))
-    drawing.rectangle(WALL, (0, 0, 0), (0, 2, 0), (0, 0, 3), (3, 2))
+    drawing.panel((0, 0, 3), (4, 0, 0), (0, 2, 0), (2, 2), SLAB)
+    drawing.panel((0, 0, 0), (0, 2, 0), (0, 0, 3), (3, 2), WALL)
     faults = refused(drawing.mesh(), rf"storey_1: \d+ nodes lie on floor_1, .*first at {PLACE}")
     assert {fault.key for fault in faults} == {"floor_1", "storey_1"}
 
 
-def test_a_wall_under_the_middle_of_a_slab():
-    drawing = table()
-    drawing.rectangle(WALL, (0.7, 0.3, 0), (0.9, 0.7, 0), (0, 0, 3), (2, 2))
-    faults = refused(drawing.mesh(), rf"storey_1: 5 nodes lie on floor_1, .*the first at {PLACE}")
+def test_a_wall_under_the_middle_of_a_slab(table):
+    table.panel((0.7, 0.3, 0), (0.9, 0.7, 0), (0, 0, 3), (2, 2), WALL)
+    faults = refused(table.mesh(), rf"storey_1: 5 nodes lie on floor_1, .*the first at {PLACE}")
     assert {fault.key for fault in faults} == {"floor_1", "storey_1"}
 
 
-def test_a_wall_that_hangs_on_nothing():
-    drawing = table()
-    drawing.rectangle(Part("storey", 2, "north"), (1, 1, 4), (2, 0, 0), (0, 0, 1))
-    drawing.cell(Part("beam", 2), (1, 1, 4), (1, 0, 4))
-    (fault,) = refused(drawing.mesh(), rf"11 nodes, one at {PLACE}, are not connected to the base")
+def test_a_wall_that_hangs_on_nothing(table):
+    table.panel((1, 1, 4), (2, 0, 0), (0, 0, 1), (1, 1), Part("storey", 2, "north"))
+    table.cell(Part("beam", 2), (1, 1, 4), (1, 0, 4))
+    (fault,) = refused(table.mesh(), rf"11 nodes, one at {PLACE}, are not connected to the base")
     assert fault.key == "beam_2, storey_2_north"
     assert fault.expected.endswith("a mechanism")
 
 
-def test_a_base_that_holds_nothing_else():
-    drawing = table()
-    mesh = drawing.mesh()
+def test_a_base_that_holds_nothing_else(table):
+    mesh = table.mesh()
     (fault,) = refused(replace(mesh, base=mesh.base[:0]), "not connected to the base")
     assert fault.key == "floor_1, storey_1"
     check_mesh(replace(mesh, base=mesh.base[:1]), "own.msh")

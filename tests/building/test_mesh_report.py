@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from impactfem.building.mesh import side_lengths
-from impactfem.building.mesh_report import free_edges, mesh_report
+from impactfem.building.mesh_report import MeshReport, free_edges
 from impactfem.building.section import Material, Sections, ShellSection
 from impactfem.building.shell_model import Shells, shell_model
 from impactfem.verify.shells import panel
@@ -19,7 +19,7 @@ def small_sections(small_geometry, small_mesh):
 
 @pytest.fixture(scope="module")
 def report(small_mesh, small_sections):
-    return mesh_report(small_mesh, small_sections)
+    return MeshReport.of(small_mesh, small_sections)
 
 
 def test_counts(report, small_mesh):
@@ -79,10 +79,10 @@ def test_size_over_thickness(small_mesh, small_sections):
         tuple(replace(s, thickness=1e-3 * s.thickness) for s in small_sections.shells),
         small_sections.beams,
     )
-    before, after = mesh_report(small_mesh, small_sections), mesh_report(small_mesh, thin)
+    before, after = MeshReport.of(small_mesh, small_sections), MeshReport.of(small_mesh, thin)
     even = Sections(tuple(ShellSection(0.5) for _ in small_sections.shells), ())
     longest = side_lengths(small_mesh.nodes, small_mesh.triangles).max()
-    assert mesh_report(small_mesh, even).size_over_thickness == pytest.approx(longest / 0.5)
+    assert MeshReport.of(small_mesh, even).size_over_thickness == pytest.approx(longest / 0.5)
     assert after.size_over_thickness == pytest.approx(1e3 * before.size_over_thickness)
     assert before.size_over_thickness < 8.0
     assert not before.warnings
@@ -101,13 +101,13 @@ def test_facets_too_large_for_a_curved_surface_are_warned_of(thickness, seen):
         lambda a, b: (10.0 * np.cos(0.5 * np.pi * a), 10.0 * np.sin(0.5 * np.pi * a), 5.0 * b),
     )
     parts = shell_model(nodes, Shells(triangles, thickness, Material(33e9, 0.2, 2500.0))).parts
-    text = "\n".join(mesh_report(parts.mesh, parts.sections).warnings)
+    text = "\n".join(MeshReport.of(parts.mesh, parts.sections).warnings)
     assert ("flat facets too large for the curved surface" in text) == seen
 
 
 def test_corners_and_planes_are_not_curved(small_mesh):
     thin = Sections(tuple(ShellSection(0.01) for _ in small_mesh.shell_parts), ())
-    assert "curved" not in "\n".join(mesh_report(small_mesh, thin).warnings)
+    assert "curved" not in "\n".join(MeshReport.of(small_mesh, thin).warnings)
 
 
 def test_dropped_nodes_and_poor_triangles_are_warned_of(small_mesh, small_sections):
@@ -115,20 +115,15 @@ def test_dropped_nodes_and_poor_triangles_are_warned_of(small_mesh, small_sectio
     a, b = small_mesh.triangles[small_mesh.triangles_of("floor", 1)[0], :2]
     nodes[a] = 0.02 * nodes[a] + 0.98 * nodes[b]
     poor = replace(small_mesh, nodes=nodes, dropped=np.array([[1.0, 2.0, 3.0]]))
-    report = mesh_report(poor, small_sections)
-    assert report.dropped == 1
+    report = MeshReport.of(poor, small_sections)
+    assert (report.dropped, report.duplicates) == (1, 0)
+    nodes[0] = nodes[1]
+    assert MeshReport.of(replace(poor, nodes=nodes), small_sections).duplicates == 1
     assert report.quality_min < 0.2
     text = "\n".join(report.warnings)
     assert "have a radius ratio below 0.2, the worst in floor_1 at (" in text
     assert "1 nodes of the file belong to no shell or beam and are dropped" in text
     assert "the first at (1.000, 2.000, 3.000) m" in text
-
-
-def test_duplicates_are_counted(small_mesh, small_sections):
-    assert mesh_report(small_mesh, small_sections).duplicates == 0
-    nodes = small_mesh.nodes.copy()
-    nodes[1] = nodes[0]
-    assert mesh_report(replace(small_mesh, nodes=nodes), small_sections).duplicates == 1
 
 
 def test_text(report):

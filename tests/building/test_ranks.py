@@ -1,7 +1,6 @@
 import json
 import pickle
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -70,30 +69,11 @@ def test_more_ranks_than_cells(of_ranks):
     assert len(rows) == 4 and 0 in rows
 
 
-def test_a_torn_joint_would_be_seen(house, assembled, csr):
-    """The inner wall ends below floor 2 in nodes of its own: another first eigenvalue."""
-    mesh = house.mesh
-    wall = mesh.triangle_part == mesh.shell_parts.index(Part("storey", 2, "inner"))
-    joint = np.unique(mesh.triangles[wall])
-    joint = joint[(mesh.nodes[joint, 2] == 6.5) & (mesh.nodes[joint, 1] > 0.0)]
-    assert len(joint) == 4
-    own = np.arange(len(mesh.nodes))
-    own[joint] = len(mesh.nodes) + np.arange(len(joint))
-    triangles = np.where(wall[:, None], own[mesh.triangles], mesh.triangles)
-    nodes = np.vstack([mesh.nodes, mesh.nodes[joint]])
-    torn = replace(house, mesh=replace(mesh, nodes=nodes, triangles=triangles))
-    right, wrong = (
-        first_eigenvalue({"K": csr(model.stiffness(0.13)), "M": csr(model.mass)})
-        for model in map(assembled, (house, torn))
-    )
-    assert wrong < 0.999 * right
-
-
 FRAME_SCRIPT = Path(__file__).with_name("frame_numbers.py")
 KNOWN = json.loads(FRAME_SCRIPT.with_suffix(".json").read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("ranks", [1, 2, 3, 4])
+@pytest.mark.parametrize("ranks", [1, 4])
 def test_numbers_of_the_frame(ranks, under_mpirun, tmp_path):
     out = tmp_path / "numbers.json"
     ended = under_mpirun(ranks, sys.executable, "-m", "mpi4py", FRAME_SCRIPT, out)

@@ -104,8 +104,5 @@ def test_a_point_off_the_triangles_or_on_two_planes_is_refused(joint):
     first, second = caught.value.faults
     assert first.key == "points[1]" and "a point on one of the field's triangles" in str(first)
     assert second.key == "points[2]" and "one plane only" in str(second)
-
-
-def test_displacements_of_other_nodes_are_refused(joint):
     with pytest.raises(ValueError, match=r"expected \(\.\.\., \d+, 6\)"):
         section_forces(joint, np.zeros((4, 6)))

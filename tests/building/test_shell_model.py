@@ -111,17 +111,6 @@ def test_loads_are_consistent(strip):
         strip.edge_load([0], (1.0, 0.0, 0.0))
 
 
-def test_deflection_of_a_cantilever_of_beams():
-    """P (L³/3EI + L/kGA), from linear lines."""
-    section = BeamSection.beam(0.2, 0.4)
-    points = np.linspace([0.0, 0.0, 0.0], [3.0, 0.0, 0.0], 4)
-    lines = np.column_stack([np.arange(3), np.arange(1, 4)])
-    model = shell_model(points, Beams(lines, section, STEEL)).hold(0)
-    found = model.static(model.nodal_load(3, (0.0, 0.0, -1e4)))[3, UZ]
-    shear = 3.0 / (section.k2 * STEEL.G * section.A)
-    assert found == pytest.approx(-1e4 * (9.0 / (STEEL.E * section.I1) + shear), rel=1e-9)
-
-
 def test_parts_have_their_own_section_material_and_added_mass():
     points, triangles = grid(2)
     halves = np.split(triangles[np.argsort(points[triangles].mean(axis=1)[:, 0])], 2)
@@ -195,6 +184,11 @@ def test_transient_records_all_rows_and_takes_several_loads(clamped):
 
 def test_linear_and_quadratic_cells_share_their_middles():
     points, triangles = grid(2)
+    # A point without a cell is held.
+    loose = shell_model(np.vstack([points, [9.0, 9.0, 9.0]]), Shells(triangles, T, STEEL))
+    assert np.flatnonzero(loose.held.all(axis=1)).tolist() == [len(points)]
+    loose = loose.hold(loose.nodes[:, 0] == 0.0)
+    assert not loose.static(loose.area_load((0.0, 0.0, 1.0)))[len(points)].any()
     whole = shell_model(points, Shells(triangles, T, STEEL))
     half = Shells(whole.triangles[:2], T, STEEL), Shells(whole.triangles[2:, :3], T, STEEL)
     for mixed in (shell_model(whole.nodes, *half), shell_model(whole.nodes, *half[::-1])):
@@ -203,14 +197,6 @@ def test_linear_and_quadratic_cells_share_their_middles():
         first, second = (m.hold(m.nodes[:, 0] == 0.0) for m in (whole, mixed))
         u, v = (m.static(m.area_load((0.0, 0.0, 1.0))) for m in (first, second))
         assert v[: len(points)] == pytest.approx(u[: len(points)], rel=1e-9, abs=1e-15)
-
-
-def test_points_without_a_cell_are_held():
-    points, triangles = grid(1)
-    model = shell_model(np.vstack([points, [9.0, 9.0, 9.0]]), Shells(triangles, T, STEEL))
-    assert np.flatnonzero(model.held.all(axis=1)).tolist() == [4]
-    held = model.hold(model.nodes[:, 0] == 0.0)
-    assert held.static(held.area_load((0.0, 0.0, 1.0)))[4].tolist() == [0.0] * 6
 
 
 @pytest.mark.parametrize(
@@ -226,16 +212,13 @@ def test_points_without_a_cell_are_held():
         ),
     ],
 )
-def test_what_cannot_be_assembled_is_refused(parts, expected):
-    with pytest.raises(ImpactfemError, match=expected):
-        shell_model(grid(2)[0], *parts)
-
-
-def test_masks_of_the_points_alone_are_refused(strip):
+def test_what_cannot_be_assembled_or_held_is_refused(strip, parts, expected):
     with pytest.raises(ImpactfemError, match="middles of sides that were added count"):
         strip.hold(grid(4)[0][:, 0] == 0.0)
     with pytest.raises(ImpactfemError, match="nodes 0 to 999"):
         strip.rows([0, 999])
+    with pytest.raises(ImpactfemError, match=expected):
+        shell_model(grid(2)[0], *parts)
 
 
 def test_a_mesh_file_by_its_groups():

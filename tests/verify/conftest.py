@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from impactfem.building import model, shell
+from impactfem.building import shell
 from impactfem.building.shell_model import Shells
 
 
@@ -57,7 +57,7 @@ def partly_reduced(monkeypatch, tmp_path):
     Without a bubble quadratic triangles cannot follow that many conditions.
     """
 
-    def stiffness(space, fields):
+    def stiffness(fields, space):
         ufl, mesh, t = shell.ufl, space.mesh, fields.thickness
         trial, test = (
             shell._Strains(w, shell._frame(mesh), mesh, fields)
@@ -75,7 +75,7 @@ def partly_reduced(monkeypatch, tmp_path):
         return (plane + (1.0 - alpha) * shear) * few + (alpha * shear + drilling) * many
 
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    monkeypatch.setattr(model, "shell_stiffness", stiffness)
+    monkeypatch.setattr(shell.ShellFields, "stiffness", stiffness)
 
 
 @pytest.fixture

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from petsc4py import PETSc
-from scipy.sparse import csr_matrix
 
 from impactfem._fenicsx import blocked_space, cell_nodes, local_mesh, node_coordinates
 from impactfem.building.mesh import DOFS
@@ -107,27 +106,20 @@ def bisect(points: Array, weights: Array, parts: int) -> Ints:
 
 
 @dataclass(frozen=True)
-class Numbering:
-    """Order of all nodes in the global matrices, the same on all ranks."""
-
-    comm: Any  #: Communicator of the matrices.
-    place: Ints  #: Place of each node among the blocks of rows, shape (n_nodes,).
-    owned: Ints  #: Nodes of this rank's rows in their order, shape (n_owned,).
-
-
-@dataclass(frozen=True)
 class Share:
     """A rank's share of a building."""
 
+    comm: Any  #: Communicator of the matrices.
     kinds: list[Kind]  #: All cells by kind, the same on all ranks.
     cells_here: list[Ints]  #: Of each kind the cells of this rank, by number.
-    numbering: Numbering  #: Order of the rows.
+    place: Ints  #: Place of each node among the blocks of rows, the same on all ranks, (n_nodes,).
+    owned: Ints  #: Nodes of this rank's rows in their order, shape (n_owned,).
     base: Ints  #: Nodes that are clamped.
 
     @property
     def free(self) -> NDArray[np.bool_]:
         """Whether each row of this rank is free, clamped nodes included, shape (n_local,)."""
-        return np.repeat(np.isin(self.numbering.owned, self.base, invert=True), DOFS)
+        return np.repeat(np.isin(self.owned, self.base, invert=True), DOFS)
 
     def free_rows(self, matrix: Any) -> Ints:
         """This rank's free rows of a matrix of all nodes, as global numbers, ascending."""
@@ -138,8 +130,7 @@ class Share:
 def shared_out(comm: Any, parts: BuildingParts) -> Share:
     """Share out the cells of a building, the same on all ranks. Collective.
 
-    Raises:
-        SolutionError: A node belongs to no cell.
+    A node that belongs to no cell is refused.
     """
     mesh, kinds = parts.mesh, parts.kinds()
     centres = np.vstack([mesh.nodes[kind.cells].mean(axis=1) for kind in kinds])
@@ -157,30 +148,23 @@ def shared_out(comm: Any, parts: BuildingParts) -> Share:
     place = np.empty(len(mesh.nodes), dtype=np.int64)
     place[order] = np.arange(len(mesh.nodes))
     first, last = np.searchsorted(owner[order], [comm.rank, comm.rank + 1])
-    numbering = Numbering(comm, place, order[first:last])
     cells_here = [np.flatnonzero(rank == comm.rank) for rank in ranks]
-    return Share(kinds, cells_here, numbering, mesh.base)
+    return Share(comm, kinds, cells_here, place, order[first:last], mesh.base)
 
 
-def global_matrix(local: Any | None, nodes: Ints, numbering: Numbering) -> Any:
-    """Add the ranks' matrices up to one. Collective.
+def global_matrix(local: Any | None, nodes: Ints, share: Share) -> Any:
+    """Add the ranks' matrices up to one, PETSc AIJ, clamped nodes included. Collective.
 
-    Args:
-        local: This rank's matrix, PETSc AIJ on COMM_SELF with six rows for each of its nodes;
-            None on a rank without cells. It is destroyed.
-        nodes: Global numbers of its nodes, shape (n,).
-        numbering: Order of the rows.
-
-    Returns:
-        PETSc AIJ matrix of all nodes, clamped ones included.
+    `local` is this rank's, PETSc AIJ on COMM_SELF with six rows for each of its nodes, whose
+    global numbers are `nodes`, shape (n,); None on a rank without cells. It is destroyed.
     """
-    comm = numbering.comm
+    comm = share.comm
     if local is None:
         local = PETSc.Mat().createAIJ((0, 0), bsize=DOFS, nnz=0, comm=PETSc.COMM_SELF)
         local.assemble()
-    blocks = numbering.place[nodes].astype(PETSc.IntType)
+    blocks = share.place[nodes].astype(PETSc.IntType)
     mapping = PETSc.LGMap().create(blocks, bsize=DOFS, comm=comm)
-    rows = DOFS * len(numbering.owned), DOFS * len(numbering.place)
+    rows = DOFS * len(share.owned), DOFS * len(share.place)
     joined = PETSc.Mat().create(comm)
     joined.setSizes((rows, rows), bsize=DOFS)
     joined.setType("is")
@@ -193,22 +177,10 @@ def global_matrix(local: Any | None, nodes: Ints, numbering: Numbering) -> Any:
     return matrix
 
 
-def without_zeros(local: Any) -> Any:
-    """A matrix on COMM_SELF without the zeros of its pattern; the one given is destroyed."""
-    indptr, indices, values = local.getValuesCSR()
-    matrix = csr_matrix((values, indices, indptr), shape=local.getSize())
-    local.destroy()
-    matrix.eliminate_zeros()
-    arrays = matrix.indptr, matrix.indices, matrix.data
-    smaller = PETSc.Mat().createAIJ(matrix.shape, bsize=DOFS, csr=arrays, comm=PETSc.COMM_SELF)
-    smaller.assemble()
-    return smaller
-
-
-def added(matrices: list[Any], numbering: Numbering) -> Any:
+def added(matrices: list[Any], share: Share) -> Any:
     """Sum of matrices with any patterns, which are destroyed; zero without any. Collective."""
     if not matrices:
-        return global_matrix(None, np.empty(0, dtype=np.int64), numbering)
+        return global_matrix(None, np.empty(0, dtype=np.int64), share)
     total, *others = matrices
     for other in others:
         total.axpy(1.0, other, structure=PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
@@ -217,11 +189,9 @@ def added(matrices: list[Any], numbering: Numbering) -> Any:
 
 
 def without(matrix: Any, free: Ints) -> Any:
-    """Rows and columns of the free degrees of freedom. Collective.
+    """Rows and columns of the free degrees of freedom of a matrix, destroyed. Collective.
 
-    Args:
-        matrix: PETSc AIJ matrix of all nodes; destroyed.
-        free: This rank's rows that stay, as global numbers in ascending order, shape (n,).
+    `free` are this rank's rows that stay, as global numbers in ascending order, shape (n,).
     """
     rows = PETSc.IS().createGeneral(free.astype(PETSc.IntType), comm=matrix.comm)
     rows.setBlockSize(DOFS)

@@ -37,67 +37,49 @@ class BeamFields:
     poisson_ratio: Any  #: ν
     density: Any  #: ρ [kg/m3]
 
+    def stiffness(self, space: Any) -> Any:
+        """Stiffness form on a P2 space on intervals with six components (u, θ)."""
+        A, J, E = self.area, self.torsion, self.young_modulus
+        (I1, I2), (k1, k2) = self.second_moments, self.shear
+        G = E / (2.0 * (1.0 + self.poisson_ratio))
+        frame = self._frame(space.mesh)
+        a, b = (
+            self._strains(w, frame) for w in (ufl.TrialFunction(space), ufl.TestFunction(space))
+        )
+        weights = (E * A, k1 * G * A, k2 * G * A, G * J, E * I1, E * I2)
+        energy = sum(weight * x * y for weight, x, y in zip(weights, a, b, strict=True))
+        return energy * ufl.dx(space.mesh, metadata={"quadrature_degree": REDUCED})
 
-def beam_stiffness(space: Any, fields: BeamFields) -> Any:
-    """Stiffness form of beam cells.
+    def mass(self, space: Any) -> Any:
+        """Consistent mass form: ρ A u_a·v_a + ρ (I1 θ1 ψ1 + I2 θ2 ψ2 + (I1 + I2) θt ψt)."""
+        I1, I2 = self.second_moments
+        t, n1, n2 = self._frame(space.mesh)
+        (u, theta), (v, psi) = halves(ufl.TrialFunction(space)), halves(ufl.TestFunction(space))
+        ua, va = u + ufl.cross(theta, self.offset), v + ufl.cross(psi, self.offset)
+        rotary = sum(
+            inertia * ufl.dot(theta, n) * ufl.dot(psi, n)
+            for inertia, n in ((I1, n1), (I2, n2), (I1 + I2, t))
+        )
+        full = ufl.dx(space.mesh, metadata={"quadrature_degree": FULL})
+        return self.density * (self.area * ufl.inner(ua, va) + rotary) * full
 
-    Args:
-        space: P2 space on intervals with six components (u, θ).
-        fields: Section and material.
-    """
-    A, J, E = fields.area, fields.torsion, fields.young_modulus
-    I1, I2 = fields.second_moments[0], fields.second_moments[1]
-    k1, k2 = fields.shear[0], fields.shear[1]
-    G = E / (2.0 * (1.0 + fields.poisson_ratio))
-    frame = _frame(space.mesh, fields)
-    a = _strains(ufl.TrialFunction(space), fields, frame)
-    b = _strains(ufl.TestFunction(space), fields, frame)
-    weights = (E * A, k1 * G * A, k2 * G * A, G * J, E * I1, E * I2)
-    energy = sum(weight * x * y for weight, x, y in zip(weights, a, b, strict=True))
-    return energy * ufl.dx(space.mesh, metadata={"quadrature_degree": REDUCED})
+    def _frame(self, mesh: Any) -> tuple[Any, Any, Any]:
+        J = ufl.Jacobian(mesh)
+        t = ufl.as_vector([J[i, 0] for i in range(3)])
+        t = t / ufl.sqrt(ufl.dot(t, t))
+        across = self.reference - ufl.dot(self.reference, t) * t
+        n2 = across / ufl.sqrt(ufl.dot(across, across))
+        return t, ufl.cross(n2, t), n2
 
-
-def beam_mass(space: Any, fields: BeamFields) -> Any:
-    """Consistent mass form of beam cells: ρ A u_a·v_a + ρ (I1 θ1 ψ1 + I2 θ2 ψ2 + (I1 + I2) θt ψt).
-
-    Args:
-        space: P2 space on intervals with six components (u, θ).
-        fields: Section and material.
-    """
-    A, rho = fields.area, fields.density
-    I1, I2 = fields.second_moments[0], fields.second_moments[1]
-    t, n1, n2 = _frame(space.mesh, fields)
-    u, theta = halves(ufl.TrialFunction(space))
-    v, psi = halves(ufl.TestFunction(space))
-    ua, va = u + ufl.cross(theta, fields.offset), v + ufl.cross(psi, fields.offset)
-    rotary = sum(
-        inertia * ufl.dot(theta, n) * ufl.dot(psi, n)
-        for inertia, n in ((I1, n1), (I2, n2), (I1 + I2, t))
-    )
-    full = ufl.dx(space.mesh, metadata={"quadrature_degree": FULL})
-    return rho * (A * ufl.inner(ua, va) + rotary) * full
-
-
-def _frame(mesh: Any, fields: BeamFields) -> tuple[Any, Any, Any]:
-    J = ufl.Jacobian(mesh)
-    t = ufl.as_vector([J[i, 0] for i in range(3)])
-    t = t / ufl.sqrt(ufl.dot(t, t))
-    across = fields.reference - ufl.dot(fields.reference, t) * t
-    n2 = across / ufl.sqrt(ufl.dot(across, across))
-    return t, ufl.cross(n2, t), n2
-
-
-def _strains(w: Any, fields: BeamFields, frame: tuple[Any, Any, Any]) -> tuple[Any, ...]:
-    """ε, γ1, γ2, τ, κ1 and κ2 of a six-component field."""
-    t, n1, n2 = frame
-    u, theta = halves(w)
-    dtheta = ufl.dot(ufl.grad(theta), t)
-    dua = ufl.dot(ufl.grad(u), t) + ufl.cross(dtheta, fields.offset)
-    return (
-        ufl.dot(dua, t),
-        ufl.dot(dua, n1) - ufl.dot(theta, n2),
-        ufl.dot(dua, n2) + ufl.dot(theta, n1),
-        ufl.dot(dtheta, t),
-        ufl.dot(dtheta, n1),
-        ufl.dot(dtheta, n2),
-    )
+    def _strains(self, w: Any, frame: tuple[Any, Any, Any]) -> tuple[Any, ...]:
+        """ε, γ1, γ2, τ, κ1 and κ2 of a six-component field."""
+        t, n1, n2 = frame
+        u, theta = halves(w)
+        dtheta = ufl.dot(ufl.grad(theta), t)
+        dua = ufl.dot(ufl.grad(u), t) + ufl.cross(dtheta, self.offset)
+        return (
+            ufl.dot(dua, t),
+            ufl.dot(dua, n1) - ufl.dot(theta, n2),
+            ufl.dot(dua, n2) + ufl.dot(theta, n1),
+            *(ufl.dot(dtheta, n) for n in frame),
+        )

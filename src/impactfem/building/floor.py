@@ -39,14 +39,9 @@ class NodalLoad:
 def edge_load(mesh: BuildingMesh, floor: int, eccentricity: float = 0.0) -> NodalLoad:
     """Consistent nodal forces of a line load with the resultant 1 N on the edge of a floor.
 
-    With the middle s0 of an edge of the length L, the line load is
-    q(s) = (1 + 12 e (s − s0) / L²) / L: uniform, or linear with its resultant at the distance e
-    from the middle. Its nodal forces on quadratic edges are ∫ N q ds.
-
-    Args:
-        mesh: The mesh.
-        floor: Number of the floor.
-        eccentricity: e, from the middle of the edge along its longer axis [m].
+    With the middle s0 of an edge of the length L, the line load is q(s) = (1 + 12 e (s − s0) / L²)
+    / L: uniform, or linear with its resultant at the eccentricity e from the middle along the
+    edge's longer axis [m]. Its nodal forces on quadratic edges are ∫ N q ds.
 
     Raises:
         KeyError: The floor has no edge.

@@ -12,7 +12,7 @@ import numpy as np
 from impactfem.building import geometry
 from impactfem.building.geometry import Geometry
 from impactfem.building.mesh import BuildingMesh, Part, place
-from impactfem.building.mesh_report import MeshReport, mesh_report
+from impactfem.building.mesh_report import MeshReport
 from impactfem.building.parts import BuildingParts, FloorMasses, PartDamping, floor_masses
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection, Material, Materials, Sections, ShellSection
@@ -27,6 +27,7 @@ from impactfem.case.buildings import (
     Structure,
 )
 from impactfem.case.damping import PartDamping as DampingEntry
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import Fault, InputError, SolutionError
 
 HEIGHT = 0.1
@@ -64,16 +65,40 @@ def sections_of(structure: Structure, mesh: BuildingMesh) -> Sections:
         base = float(mesh.nodes[mesh.base, 2].min())
         built = _geometry(structure.mesh, (base, *mesh.elevations.values()))
         return built.sections(mesh.shell_parts, mesh.beam_parts)
-    return _file_sections(structure.mesh, mesh)
+    file_mesh = structure.mesh
+    faults: list[Fault] = []
+    shells = _matched(file_mesh, "shells", file_mesh.shells, mesh.shell_parts, faults)
+    beams = _matched(file_mesh, "beams", file_mesh.beams, mesh.beam_parts, faults)
+    if faults:
+        raise InputError(faults)
+    ends = mesh.nodes[mesh.lines[:, :2]]
+    sections = []
+    for number, (part, entry) in enumerate(zip(mesh.beam_parts, beams, strict=True)):
+        if part.family == "column":
+            section = BeamSection.column(entry.width, entry.depth)
+            upright = "a column along y; expected a group beam_<k>"
+            if entry.offset != 0.0:
+                expected = "an offset; expected none for columns"
+                faults.append(Fault(file_mesh.file, part.group, entry.offset, expected))
+        else:
+            section = BeamSection.beam(entry.width, entry.depth, entry.offset)
+            upright = "a vertical beam; expected a group column_<k>"
+        sections.append(section)
+        # A beam along the direction that its section is turned by has no frame.
+        own = ends[mesh.line_part == number]
+        without = section.along_reference(own[:, 1] - own[:, 0])
+        if without.any():
+            where = place(own[np.argmax(without)].mean(axis=0))
+            faults.append(Fault(file_mesh.file, part.group, None, f"at {where}: {upright}"))
+    if faults:
+        raise InputError(faults)
+    return Sections(tuple(ShellSection(entry.thickness) for entry in shells), tuple(sections))
 
 
 def part_faults(structure: Structure, parts: Sequence[Part], path: Path) -> Iterator[Fault]:
     """What is wrong with the patterns of parts that have their own material or damping.
 
-    Args:
-        structure: The structure.
-        parts: The parts of its mesh.
-        path: The case file, for messages.
+    `parts` are those of the structure's mesh; faults name the case file.
     """
     names = ", ".join(part.group for part in parts)
     # By their patterns alone, entries of both kinds are checked in one way.
@@ -101,66 +126,61 @@ def read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, Mesh
         InputError: The mesh is not usable, or does not go with the case. Of a generated mesh, whose
             file is none of the user's, the case file is named.
     """
+    structure = case.structure
+    if structure is None:
+        raise ValueError("the case has no structure")
+    building = case.building(structure.building)
     try:
-        return _read_parts(case, path)
+        mesh = read_mesh(path)
+        if list(mesh.floors) != [floor.floor for floor in building.floors]:
+            floors = ", ".join(map(str, mesh.floors))
+            expected = f"the floors 1 to {len(building.floors)} of building {building.name}"
+            raise InputError([Fault(path, "centre_<k>", f"floors {floors}", expected)])
+        both = mesh.shell_parts, mesh.beam_parts
+        faults = [
+            *_height_faults(mesh, building, path),
+            *part_faults(structure, [part for some in both for part in some], case.path),
+        ]
+        if faults:
+            raise InputError(faults)
+        sections = sections_of(structure, mesh)
     except InputError as error:
-        if case.structure is None or not isinstance(case.structure.mesh, GeneratedMesh):
+        if not isinstance(structure.mesh, GeneratedMesh):
             raise
         faults = [
-            Fault(case.path, f"{case.structure.key}.mesh, {fault.key}", fault.value, fault.expected)
+            Fault(case.path, f"{structure.key}.mesh, {fault.key}", fault.value, fault.expected)
             if fault.file == path
             else fault
             for fault in error.faults
         ]
         raise InputError(faults) from error
-
-
-def _read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, MeshReport]:
-    structure = case.structure
-    if structure is None:
-        raise ValueError("the case has no structure")
-    building = case.building(structure.building)
-    mesh = read_mesh(path)
-    if list(mesh.floors) != [floor.floor for floor in building.floors]:
-        floors = ", ".join(map(str, mesh.floors))
-        expected = f"the floors 1 to {len(building.floors)} of building {building.name}"
-        raise InputError([Fault(path, "centre_<k>", f"floors {floors}", expected)])
-    both = mesh.shell_parts, mesh.beam_parts
-    faults = [
-        *_height_faults(mesh, building, path),
-        *part_faults(structure, [part for parts in both for part in parts], case.path),
-    ]
-    if faults:
-        raise InputError(faults)
-    sections = sections_of(structure, mesh)
-    materials = Materials(
-        *(
-            tuple(_material(structure, own) for own in _entries(parts, structure.materials))
-            for parts in both
-        )
-    )
-    dampings = PartDamping(
-        *(
-            tuple(own if own is None else own.rayleigh for own in entries)
-            for entries in (_entries(parts, structure.damping) for parts in both)
-        )
-    )
+    materials = list[tuple[Material, ...]]()
+    dampings = list[tuple[Rayleigh | None, ...]]()
+    for some in both:
+        of_parts = list[Material]()
+        for entry in _entries(some, structure.materials):
+            given = structure.material if entry is None else entry.material
+            if given.density is None:
+                raise ValueError("the materials of a structure have a density")
+            of_parts.append(Material(given.young_modulus, given.poisson_ratio, given.density))
+        materials.append(tuple(of_parts))
+        own = _entries(some, structure.damping)
+        dampings.append(tuple(one if one is None else one.rayleigh for one in own))
     required = np.array([f.mass for f in building.floors]) if structure.floor_masses else None
     try:
-        masses = floor_masses(mesh, sections, materials, required)
+        masses = floor_masses(mesh, sections, Materials(*materials), required)
     except SolutionError as error:
-        raise InputError(
-            [Fault(case.path, f"{structure.key}.floor_masses", None, str(error))]
-        ) from error
+        key = f"{structure.key}.floor_masses"
+        raise InputError([Fault(case.path, key, None, str(error))]) from error
     parts = BuildingParts(
         mesh=mesh,
         sections=sections,
-        materials=materials,
+        materials=Materials(*materials),
         added_mass=masses.on_triangles,
         drilling=structure.drilling,
-        dampings=dampings if structure.damping else None,
+        dampings=PartDamping(*dampings) if structure.damping else None,
     )
-    return parts, masses, mesh_report(mesh, sections)
+    return parts, masses, MeshReport.of(mesh, sections)
 
 
 def _height_faults(mesh: BuildingMesh, building: Building, path: Path) -> Iterator[Fault]:
@@ -193,13 +213,6 @@ def _matches(part: Part, patterns: Sequence[str]) -> bool:
 def _entries(parts: Sequence[Part], entries: Sequence[OfParts]) -> list[OfParts | None]:
     """The first entry with a pattern that matches each part; None without one."""
     return [next((e for e in entries if _matches(part, e.parts)), None) for part in parts]
-
-
-def _material(structure: Structure, entry: PartMaterial | None) -> Material:
-    material = structure.material if entry is None else entry.material
-    if material.density is None:
-        raise ValueError("the materials of a structure have a density")
-    return Material(material.young_modulus, material.poisson_ratio, material.density)
 
 
 def _geometry(mesh: GeneratedMesh, levels: Sequence[float]) -> Geometry:
@@ -238,36 +251,6 @@ def _geometry(mesh: GeneratedMesh, levels: Sequence[float]) -> Geometry:
             column=mesh.column_size or mesh.size,
         ),
     )
-
-
-def _file_sections(file_mesh: FileMesh, mesh: BuildingMesh) -> Sections:
-    faults: list[Fault] = []
-    shells = _matched(file_mesh, "shells", file_mesh.shells, mesh.shell_parts, faults)
-    beams = _matched(file_mesh, "beams", file_mesh.beams, mesh.beam_parts, faults)
-    if faults:
-        raise InputError(faults)
-    ends = mesh.nodes[mesh.lines[:, :2]]
-    sections = []
-    for number, (part, entry) in enumerate(zip(mesh.beam_parts, beams, strict=True)):
-        if part.family == "column":
-            section = BeamSection.column(entry.width, entry.depth)
-            upright = "a column along y; expected a group beam_<k>"
-            if entry.offset != 0.0:
-                expected = "an offset; expected none for columns"
-                faults.append(Fault(file_mesh.file, part.group, entry.offset, expected))
-        else:
-            section = BeamSection.beam(entry.width, entry.depth, entry.offset)
-            upright = "a vertical beam; expected a group column_<k>"
-        sections.append(section)
-        # A beam along the direction that its section is turned by has no frame.
-        own = ends[mesh.line_part == number]
-        without = section.along_reference(own[:, 1] - own[:, 0])
-        if without.any():
-            where = place(own[np.argmax(without)].mean(axis=0))
-            faults.append(Fault(file_mesh.file, part.group, None, f"at {where}: {upright}"))
-    if faults:
-        raise InputError(faults)
-    return Sections(tuple(ShellSection(entry.thickness) for entry in shells), tuple(sections))
 
 
 def _matched(

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from impactfem.building.geometry import ACROTERION, SIDES, Geometry, Wall
-from impactfem.building.mesh import Mark, Part, place, usable_name
+from impactfem.building.mesh import NAME, Mark, Part, place
 from impactfem.building.read_mesh import gmsh_session
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.files import atomic
@@ -46,7 +46,29 @@ def generate(geometry: Geometry, path: Path, *, source: str = "", binary: bool =
         ImpactfemError: The file cannot be written, or gmsh failed.
     """
     source = source or str(path)
-    faults = _name_faults(geometry, source)
+    # Faults that would make groups wrong: names, doubles, floors that are not there.
+    faults = []
+    seen: set[Part] = set()
+    levels = set(geometry.floors)
+    if geometry.impact_edge not in SIDES:
+        expected = f"expected one of {', '.join(SIDES)}"
+        faults.append(Fault(source, "impact_edge", geometry.impact_edge, expected))
+    for family, name, numbers in (
+        *(("storey", w.name, w.storeys) for w in geometry.walls),
+        *(("beam", b.name, b.floors) for b in geometry.beams),
+        *(("column", c.name, c.storeys) for c in geometry.columns),
+    ):
+        if not NAME.fullmatch(name):
+            expected = f"the name of a {family} has a-z, 0-9 and single _ only"
+            faults.append(Fault(source, family, name, expected))
+        for k in numbers:
+            part = Part(family, k, name)
+            if k not in levels:
+                expected = f"expected a {family} at 1 to {max(levels, default=0)}"
+                faults.append(Fault(source, part.group, None, expected))
+            elif part in seen:
+                faults.append(Fault(source, part.group, None, "duplicate name"))
+            seen.add(part)
     if faults:
         raise InputError(faults)
     with atomic(path) as temporary:
@@ -69,7 +91,26 @@ def _generate(geometry: Geometry, path: Path, source: str, binary: bool) -> None
             for name in sorted(groups, key=lambda name: name.group):
                 for dimension, tags in sorted(groups[name].items()):
                     gmsh.model.addPhysicalGroup(dimension, sorted(tags), name=name.group)
-            _set_sizes(gmsh, geometry, groups)
+            # One constant size a family, on its entities and their boundaries; the least counts.
+            field, sizes, fields = gmsh.model.mesh.field, asdict(geometry.size), []
+            for family, size in sizes.items():
+                tags_of: dict[int, set[int]] = {1: set(), 2: set()}
+                for name, by_dimension in groups.items():
+                    if isinstance(name, Part) and name.family == family:
+                        for dimension, tags in by_dimension.items():
+                            tags_of[dimension] |= tags
+                if not tags_of[1] | tags_of[2]:
+                    continue
+                fields.append(field.add("Constant"))
+                field.setNumber(fields[-1], "VIn", size)
+                field.setNumber(fields[-1], "VOut", max(sizes.values()))
+                field.setNumbers(fields[-1], "CurvesList", sorted(tags_of[1]))
+                field.setNumbers(fields[-1], "SurfacesList", sorted(tags_of[2]))
+            least = field.add("Min")
+            field.setNumbers(least, "FieldsList", fields)
+            field.setAsBackgroundMesh(least)
+            gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
+            gmsh.option.setNumber("Mesh.MeshSizeMax", max(sizes.values()))
             gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL_DELAUNAY)
             gmsh.option.setNumber("Mesh.SecondOrderLinear", 1)
             gmsh.option.setNumber("Mesh.MshFileVersion", 4.1)
@@ -178,58 +219,3 @@ def _groups(
                 if abs(box[2] - foot) < _NEAR and abs(box[5] - foot) < _NEAR:
                     groups[base][d].add(tag)
     return groups
-
-
-def _set_sizes(gmsh: Any, geometry: Geometry, groups: Groups) -> None:
-    """One constant field a family, on its entities and their boundaries; the least one counts."""
-    mesh = gmsh.model.mesh
-    fields = []
-    sizes = asdict(geometry.size)
-    largest = max(sizes.values())
-    for family, size in sizes.items():
-        tags_of: dict[int, set[int]] = {1: set(), 2: set()}
-        for name, by_dimension in groups.items():
-            if isinstance(name, Part) and name.family == family:
-                for dimension, tags in by_dimension.items():
-                    tags_of[dimension] |= tags
-        if not tags_of[1] | tags_of[2]:
-            continue
-        constant = mesh.field.add("Constant")
-        mesh.field.setNumber(constant, "VIn", size)
-        mesh.field.setNumber(constant, "VOut", largest)
-        mesh.field.setNumbers(constant, "CurvesList", sorted(tags_of[1]))
-        mesh.field.setNumbers(constant, "SurfacesList", sorted(tags_of[2]))
-        fields.append(constant)
-    least = mesh.field.add("Min")
-    mesh.field.setNumbers(least, "FieldsList", fields)
-    mesh.field.setAsBackgroundMesh(least)
-    gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
-    gmsh.option.setNumber("Mesh.MeshSizeMax", largest)
-
-
-def _name_faults(geometry: Geometry, source: str) -> list[Fault]:
-    """Faults that would make groups wrong: names, doubles, floors that are not there."""
-    faults = []
-    seen: set[Part] = set()
-    levels = set(geometry.floors)
-    if geometry.impact_edge not in SIDES:
-        expected = f"expected one of {', '.join(SIDES)}"
-        faults.append(Fault(source, "impact_edge", geometry.impact_edge, expected))
-    named = [
-        *(("storey", w.name, w.storeys) for w in geometry.walls),
-        *(("beam", b.name, b.floors) for b in geometry.beams),
-        *(("column", c.name, c.storeys) for c in geometry.columns),
-    ]
-    for family, name, numbers in named:
-        if not usable_name(name):
-            expected = f"the name of a {family} has a-z, 0-9 and single _ only"
-            faults.append(Fault(source, family, name, expected))
-        for k in numbers:
-            part = Part(family, k, name)
-            if k not in levels:
-                expected = f"expected a {family} at 1 to {max(levels, default=0)}"
-                faults.append(Fault(source, part.group, None, expected))
-            elif part in seen:
-                faults.append(Fault(source, part.group, None, "duplicate name"))
-            seen.add(part)
-    return faults

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -182,12 +182,21 @@ def _section(
 ) -> StoreySection | None:
     """The section at a height; of rectangles a by b, a along (c, s), with their centres x, y."""
     opened = [bay for bay in bays if bay.sill < cut < bay.sill + bay.height]
-    panels = [
-        panel
-        for wall in geometry.walls
-        if storey in wall.storeys
-        for panel in _panels(wall, [bay for bay in opened if bay.wall == wall.name])
-    ]
+    # What stands of each wall between its bays.
+    panels = []
+    for wall in geometry.walls:
+        if storey not in wall.storeys:
+            continue
+        (x1, y1), (x2, y2) = wall.start, wall.end
+        L, begin = math.dist(wall.start, wall.end), 0.0
+        c, s = (x2 - x1) / L, (y2 - y1) / L
+        own = [bay for bay in opened if bay.wall == wall.name]
+        ends = sorted((b.centre - b.width / 2.0, b.centre + b.width / 2.0) for b in own)
+        for left, right in [*ends, (L, L)]:
+            if left > begin:
+                at = 0.5 * (begin + left)
+                panels.append((x1 + c * at, y1 + s * at, left - begin, wall.thickness, c, s))
+            begin = max(begin, right)
     posts = [
         (*column.place, column.width_x, column.width_y, 1.0, 0.0)
         for column in geometry.columns
@@ -210,17 +219,3 @@ def _section(
         I_x=float(area @ (((a * s) ** 2 + (b * c) ** 2) / 12.0 + dy**2)),
         I_y=float(area @ (((a * c) ** 2 + (b * s) ** 2) / 12.0 + dx**2)),
     )
-
-
-def _panels(wall: Wall, bays: Iterable[Bay]) -> Iterator[tuple[float, ...]]:
-    """What stands of a wall between its bays: (x, y, a, b, c, s) of each rectangle."""
-    (x1, y1), (x2, y2) = wall.start, wall.end
-    L = math.dist(wall.start, wall.end)
-    c, s = (x2 - x1) / L, (y2 - y1) / L
-    begin = 0.0
-    openings = sorted((bay.centre - bay.width / 2.0, bay.centre + bay.width / 2.0) for bay in bays)
-    for left, right in [*openings, (L, L)]:
-        if left > begin:
-            middle = 0.5 * (begin + left)
-            yield x1 + c * middle, y1 + s * middle, left - begin, wall.thickness, c, s
-        begin = max(begin, right)

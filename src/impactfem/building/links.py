@@ -38,19 +38,29 @@ def linked(
 ) -> tuple[BuildingModel, Any]:
     """The building with its followers taken out: Tᵀ K T and Tᵀ M T. Collective.
 
-    Args:
-        model: The building without the links; its matrices stay as they are.
-        links: The links, the same on all ranks.
-        coordinates: Coordinates of all nodes of the mesh, shape (n_nodes, 3) [m].
-
-    Returns:
-        The building on the remaining nodes, and T, which gives all free degrees of freedom from
-        those of the remaining ones.
+    The matrices of the building without the links stay as they are. The links are the same on all
+    ranks; coordinates are those of all nodes of the mesh, shape (n_nodes, 3) [m]. Also gives T,
+    from which all free degrees of freedom follow from those of the remaining nodes.
 
     Raises:
         SolutionError: A node follows two masters or itself, or is clamped.
     """
-    master_of = _masters(model, links)
+    free = np.zeros(model.n_nodes, dtype=np.int64)
+    for nodes in model.comm.allgather(model.nodes):
+        free[nodes] = 1
+    # Master of each node, −1 where it follows none; the same on all ranks.
+    master_of = np.full(model.n_nodes, -1, dtype=np.int64)
+    for link in links:
+        followers = link.followers
+        if np.any(master_of[followers] >= 0) or len(np.unique(followers)) != len(followers):
+            raise SolutionError(f"a node follows two masters, one of them {link.master}")
+        master_of[followers] = link.master
+    for link in links:
+        if master_of[link.master] >= 0:
+            raise SolutionError(f"node {link.master} follows another one and cannot be a master")
+        for node in (link.master, *link.followers):
+            if not free[node]:
+                raise SolutionError(f"node {node} is clamped and cannot be part of a rigid link")
     following = master_of[model.nodes] >= 0
     remaining = model.nodes[~following]
     # Place of each remaining node among the blocks of rows of the smaller matrices.
@@ -91,26 +101,6 @@ def _reduced(A: Any, T: Any) -> Any:
     reduced = product.copy()
     product.destroy()
     return reduced
-
-
-def _masters(model: BuildingModel, links: Sequence[RigidLink]) -> Ints:
-    """Master of each node, −1 where it follows none; the same on all ranks."""
-    free = np.zeros(model.n_nodes, dtype=np.int64)
-    for nodes in model.comm.allgather(model.nodes):
-        free[nodes] = 1
-    master_of = np.full(model.n_nodes, -1, dtype=np.int64)
-    for link in links:
-        followers = link.followers
-        if np.any(master_of[followers] >= 0) or len(np.unique(followers)) != len(followers):
-            raise SolutionError(f"a node follows two masters, one of them {link.master}")
-        master_of[followers] = link.master
-    for link in links:
-        if master_of[link.master] >= 0:
-            raise SolutionError(f"node {link.master} follows another one and cannot be a master")
-        for node in (link.master, *link.followers):
-            if not free[node]:
-                raise SolutionError(f"node {node} is clamped and cannot be part of a rigid link")
-    return master_of
 
 
 def carried(T: Any, forces: Array) -> Array:
@@ -196,8 +186,7 @@ class Displacements:
     def of(self, rows: Callable[[Ints], Array]) -> Array:
         """The displacements in some vectors, shape (n, 3, k), the same on all ranks. Collective.
 
-        Args:
-            rows: Gives this rank's rows of the k vectors, shape (number of rows, k).
+        `rows` gives this rank's rows of the k vectors, shape (number of rows, k).
         """
         here = rows(self._local)
         values = np.zeros((len(self.rows), here.shape[1]))
@@ -240,62 +229,56 @@ class BasePlate:
         """S of the anchor's motion by the master's: u + θ × offset and θ, shape (6, 6)."""
         return rigid_body(self.offset[None], np.zeros(3))
 
+    @classmethod
+    def find(
+        cls, mesh: BuildingMesh, name: str, point: tuple[float, float, float], radius: float
+    ) -> BasePlate:
+        """Find the nodes within a radius [m] of the anchor of a device, a point on a floor [m].
 
-def find_base_plate(
-    mesh: BuildingMesh, name: str, point: tuple[float, float, float], radius: float
-) -> BasePlate:
-    """Find the nodes within a radius [m] of the anchor of a device, a point on a floor [m].
+        Raises:
+            SolutionError: The anchor is on no floor, over a hole of it or beside its slab; or no
+                node of the floor is within the radius.
+        """
+        at = np.array(point, dtype=np.float64)
+        floor = min(mesh.elevations, key=lambda k: abs(mesh.elevations[k] - at[2]))
+        if abs(mesh.elevations[floor] - at[2]) > LEVEL:
+            raise SolutionError(
+                f"device {name}: its anchor at z = {at[2]:g} m is on no floor; the nearest one, "
+                f"floor {floor}, is at {mesh.elevations[floor]:g} m"
+            )
+        slab = mesh.triangles[mesh.triangles_of("floor", floor)]
+        flat = slab[np.ptp(mesh.nodes[slab[:, :3], 2], axis=1) < 1e-6]  # without upstands
+        nodes = np.unique(flat)
+        # Of each triangle, the parts that the anchor and two of the corners make.
+        a, b, c = np.moveaxis(mesh.nodes[flat[:, :3], :2], 1, 0)
 
-    Raises:
-        SolutionError: The anchor is on no floor, over a hole of it or beside its slab; or no node
-            of the floor is within the radius.
-    """
-    at = np.array(point, dtype=np.float64)
-    floor = min(mesh.elevations, key=lambda k: abs(mesh.elevations[k] - at[2]))
-    if abs(mesh.elevations[floor] - at[2]) > LEVEL:
-        raise SolutionError(
-            f"device {name}: its anchor at z = {at[2]:g} m is on no floor; the nearest one, floor "
-            f"{floor}, is at {mesh.elevations[floor]:g} m"
+        def turned(p: Array, q: Array) -> Array:
+            return np.asarray(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
+
+        parts = np.stack([turned(q - p, at[:2] - p) for p, q in ((a, b), (b, c), (c, a))])
+        if not np.any((parts / turned(b - a, c - a)).min(axis=0) >= -INSIDE):
+            raise SolutionError(
+                f"device {name}: its anchor at ({at[0]:g}, {at[1]:g}) m stands over a hole of "
+                f"floor {floor}, or beside its slab; expected a point on the slab"
+            )
+        away = np.linalg.norm(mesh.nodes[nodes, :2] - at[:2], axis=1)
+        within = nodes[away <= radius * (1.0 + 1e-9)]
+        master = int(nodes[np.argmin(away)])
+        if not within.size:
+            x, y, z = mesh.nodes[master]
+            raise SolutionError(
+                f"device {name}: no node of floor {floor} is within {radius:g} m of its anchor at "
+                f"({at[0]:g}, {at[1]:g}) m; the nearest one, at ({x:.4g}, {y:.4g}, {z:.4g}) m, is "
+                f"{away.min():.3g} m away: the mesh is too coarse for the radius"
+            )
+        return cls(
+            name=name,
+            floor=floor,
+            point=at,
+            master=master,
+            followers=np.asarray(within[within != master], dtype=np.int64),
+            offset=at - mesh.nodes[master],
         )
-    slab = mesh.triangles[mesh.triangles_of("floor", floor)]
-    flat = slab[np.ptp(mesh.nodes[slab[:, :3], 2], axis=1) < 1e-6]  # without upstands
-    nodes = np.unique(flat)
-    if not _on_slab(mesh.nodes[flat[:, :3], :2], at[:2]):
-        raise SolutionError(
-            f"device {name}: its anchor at ({at[0]:g}, {at[1]:g}) m stands over a hole of floor "
-            f"{floor}, or beside its slab; expected a point on the slab"
-        )
-    away = np.linalg.norm(mesh.nodes[nodes, :2] - at[:2], axis=1)
-    within = nodes[away <= radius * (1.0 + 1e-9)]
-    master = int(nodes[np.argmin(away)])
-    if not within.size:
-        x, y, z = mesh.nodes[master]
-        raise SolutionError(
-            f"device {name}: no node of floor {floor} is within {radius:g} m of its anchor at "
-            f"({at[0]:g}, {at[1]:g}) m; the nearest one, at ({x:.4g}, {y:.4g}, {z:.4g}) m, is "
-            f"{away.min():.3g} m away: the mesh is too coarse for the radius"
-        )
-    return BasePlate(
-        name=name,
-        floor=floor,
-        point=at,
-        master=master,
-        followers=np.asarray(within[within != master], dtype=np.int64),
-        offset=at - mesh.nodes[master],
-    )
-
-
-def _on_slab(corners: Array, at: Array) -> bool:
-    """Whether a point is in one of the triangles, corners of shape (n, 3, 2), or on their edges."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-
-    def turned(p: Array, q: Array) -> Array:
-        return np.asarray(p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0])
-
-    # Of each triangle, the parts that the point and two of the corners make.
-    area = turned(b - a, c - a)
-    parts = np.stack([turned(q - p, at - p) for p, q in ((a, b), (b, c), (c, a))]) / area
-    return bool(np.any(parts.min(axis=0) >= -INSIDE))
 
 
 def find_base_plates(case: Case, mesh: BuildingMesh) -> tuple[BasePlate, ...]:
@@ -312,7 +295,7 @@ def find_base_plates(case: Case, mesh: BuildingMesh) -> tuple[BasePlate, ...]:
             if device.supports:
                 key, name = f"{key}.supports[{number - 1}]", f"{name}, support {number}"
             try:
-                base_plate = find_base_plate(mesh, name, anchor.point, anchor.radius)
+                base_plate = BasePlate.find(mesh, name, anchor.point, anchor.radius)
             except SolutionError as error:
                 faults.append(Fault(case.path, f"{key}.point", anchor.point, str(error)))
                 continue

@@ -18,8 +18,9 @@ SHELLS = ("floor", "storey")
 FLAT = 1e-6
 """A slab is flat: the part of a triangle's height in its size that counts as none."""
 
-_NAME = re.compile(r"[a-z0-9]+(?:_[a-z0-9]+)*")
-_GROUP = re.compile(rf"(floor|storey|beam|column)_([1-9][0-9]*)(?:_({_NAME.pattern}))?")
+NAME = re.compile(r"[a-z0-9]+(?:_[a-z0-9]+)*")
+"""What can stand behind the number of a group."""
+_GROUP = re.compile(rf"(floor|storey|beam|column)_([1-9][0-9]*)(?:_({NAME.pattern}))?")
 _MARK = re.compile(r"(edge|centre)_([1-9][0-9]*)")
 SCHEME = (
     "floor_<k>[_<part>], storey_<k>[_<part>], beam_<k>[_<part>], column_<k>[_<part>], "
@@ -76,11 +77,6 @@ def parse_group(group: str) -> Part | Mark | None:
     return None
 
 
-def usable_name(name: str) -> bool:
-    """Whether a name can stand behind the number of a group."""
-    return _NAME.fullmatch(name) is not None
-
-
 @dataclass(frozen=True, eq=False)
 class BuildingMesh:
     """Six-node triangles and three-node lines that share their nodes.
@@ -122,7 +118,13 @@ class BuildingMesh:
 
     def triangles_of(self, family: str, level: int | None = None) -> Ints:
         """Indices of the triangles of a family of parts, of one level or of all."""
-        return _of(self.shell_parts, self.triangle_part, family, level)
+        chosen = [p.family == family and level in (None, p.level) for p in self.shell_parts]
+        return np.flatnonzero(np.array(chosen, dtype=bool)[self.triangle_part])
+
+    def lines_of(self, family: str, level: int | None = None) -> Ints:
+        """Indices of the lines of a family of parts, of one level or of all."""
+        chosen = [p.family == family and level in (None, p.level) for p in self.beam_parts]
+        return np.flatnonzero(np.array(chosen, dtype=bool)[self.line_part])
 
     def slab(self, floor: int) -> Ints:
         """Indices of the flat triangles of a floor: its slab, without what stands upright on it."""
@@ -134,10 +136,6 @@ class BuildingMesh:
     def edge_axis(self, floor: int) -> int:
         """The axis along the edge of a floor: 0 for x, 1 for y."""
         return int(np.argmax(np.ptp(self.nodes[np.unique(self.edges[floor]), :2], axis=0)))
-
-    def lines_of(self, family: str, level: int | None = None) -> Ints:
-        """Indices of the lines of a family of parts, of one level or of all."""
-        return _of(self.beam_parts, self.line_part, family, level)
 
 
 def outward_normal(mesh: BuildingMesh, floor: int) -> Array:
@@ -232,9 +230,3 @@ def rigid_body(points: Array, origin: Array) -> Array:
     motions[:, [0, 2], 4] = np.column_stack([z, -x])
     motions[:, [0, 1], 5] = np.column_stack([-y, x])
     return motions.reshape(-1, 6)
-
-
-def _of(parts: tuple[Part, ...], part: NDArray[np.int32], family: str, level: int | None) -> Ints:
-    """Indices of the cells of a family of parts, of one level or of all."""
-    chosen = [p.family == family and level in (None, p.level) for p in parts]
-    return np.flatnonzero(np.array(chosen, dtype=bool)[part])

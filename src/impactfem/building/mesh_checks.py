@@ -33,9 +33,8 @@ STRAIGHT = 1e-6
 def check_mesh(mesh: BuildingMesh, file: Path | str) -> None:
     """Check that a mesh is in metres, has usable cells, holds together and stands on its base.
 
-    Raises:
-        InputError: One fault for each kind of fault and pair of parts, with the group and the first
-            place; it names the file.
+    Raises InputError, with one fault for each kind of fault and pair of parts, with the group and
+    the first place, that names the file.
     """
     for check in (_extent, _cells, _duplicates, _conforming, _standing):
         # The later checks need what the earlier ones have seen to.

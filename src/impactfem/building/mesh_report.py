@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,6 +79,48 @@ class MeshReport:
     dropped: int  #: Number of nodes of the file that no shell or beam uses.
     warnings: tuple[str, ...]  #: What is worth a look, in words.
 
+    @classmethod
+    def of(cls, mesh: BuildingMesh, sections: Sections) -> MeshReport:
+        """Describe a mesh; the sections give the thicknesses."""
+        q = radius_ratio(mesh.nodes, mesh.triangles)
+        lengths, of_lines = side_lengths(mesh.nodes, mesh.triangles), line_lengths(mesh)
+        thickness = np.array([section.thickness for section in sections.shells])[mesh.triangle_part]
+        slender = lengths.max(axis=1) / thickness
+        levels = []
+        for family, k in itertools.product(("floor", "storey", "beam", "column"), mesh.floors):
+            shells = family in SHELLS
+            cells = mesh.triangles_of(family, k) if shells else mesh.lines_of(family, k)
+            if not len(cells):
+                continue
+            nodes, size = (mesh.triangles, lengths) if shells else (mesh.lines, of_lines)
+            quality = (
+                {
+                    "quality_min": float(q[cells].min()),
+                    "quality_mean": float(q[cells].mean()),
+                    "size_over_thickness": float(slender[cells].max()),
+                }
+                if shells
+                else {}
+            )
+            used, mean = len(np.unique(nodes[cells])), float(size[cells].mean())
+            levels.append(LevelReport(f"{family}_{k}", len(cells), used, mean, **quality))
+        worst = int(np.argmin(q))
+        return cls(
+            levels=tuple(levels),
+            shells=len(mesh.triangles),
+            beams=len(mesh.lines),
+            nodes=len(mesh.nodes),
+            free_dofs=DOFS * (len(mesh.nodes) - len(mesh.base)),
+            quality_min=float(q[worst]),
+            quality_mean=float(q.mean()),
+            worst=place(mesh.nodes[mesh.triangles[worst, :3]].mean(axis=0)),
+            size_over_thickness=float(slender.max()),
+            free_edges=free_edges(mesh),
+            duplicates=len(cKDTree(mesh.nodes).query_pairs(NEAR, output_type="ndarray")),
+            dropped=len(mesh.dropped),
+            warnings=tuple(_warnings(mesh, q, slender, lengths.max(axis=1))),
+        )
+
     @property
     def elements(self) -> int:
         """Number of shell and beam elements."""
@@ -102,51 +144,6 @@ class MeshReport:
         return "\n".join(lines)
 
 
-def mesh_report(mesh: BuildingMesh, sections: Sections) -> MeshReport:
-    """Describe a mesh; the sections give the thicknesses."""
-    q = radius_ratio(mesh.nodes, mesh.triangles)
-    lengths, of_lines = side_lengths(mesh.nodes, mesh.triangles), line_lengths(mesh)
-    thickness = np.array([section.thickness for section in sections.shells])[mesh.triangle_part]
-    slender = lengths.max(axis=1) / thickness
-    levels = []
-    for family, k in itertools.product(("floor", "storey", "beam", "column"), mesh.floors):
-        shells = family in SHELLS
-        cells = mesh.triangles_of(family, k) if shells else mesh.lines_of(family, k)
-        if not len(cells):
-            continue
-        nodes, size = (mesh.triangles, lengths) if shells else (mesh.lines, of_lines)
-        level = LevelReport(
-            group=f"{family}_{k}",
-            elements=len(cells),
-            nodes=len(np.unique(nodes[cells])),
-            size=float(size[cells].mean()),
-        )
-        if shells:
-            level = replace(
-                level,
-                quality_min=float(q[cells].min()),
-                quality_mean=float(q[cells].mean()),
-                size_over_thickness=float(slender[cells].max()),
-            )
-        levels.append(level)
-    worst = int(np.argmin(q))
-    return MeshReport(
-        levels=tuple(levels),
-        shells=len(mesh.triangles),
-        beams=len(mesh.lines),
-        nodes=len(mesh.nodes),
-        free_dofs=DOFS * (len(mesh.nodes) - len(mesh.base)),
-        quality_min=float(q[worst]),
-        quality_mean=float(q.mean()),
-        worst=place(mesh.nodes[mesh.triangles[worst, :3]].mean(axis=0)),
-        size_over_thickness=float(slender.max()),
-        free_edges=free_edges(mesh),
-        duplicates=len(cKDTree(mesh.nodes).query_pairs(NEAR, output_type="ndarray")),
-        dropped=len(mesh.dropped),
-        warnings=tuple(_warnings(mesh, q, slender, _curved(mesh, lengths.max(axis=1) * slender))),
-    )
-
-
 def free_edges(mesh: BuildingMesh) -> dict[str, float]:
     """Length of the sides that belong to one triangle and are not clamped [m].
 
@@ -167,13 +164,10 @@ def free_edges(mesh: BuildingMesh) -> dict[str, float]:
     return total
 
 
-def _curved(mesh: BuildingMesh, size: Array) -> Array:
-    """h² / (R t) of each triangle on a curved surface, 0 on a plane, shape (n_triangles,).
-
-    h is the longest side, `size` h² / t; 1 / R the angle between two facets, no corner, over the
-    distance of their centres, the largest over the sides that two triangles share.
-    """
+def _warnings(mesh: BuildingMesh, q: Array, slender: Array, longest: Array) -> Iterator[str]:
+    """By radius ratio, longest side h and h / t of each triangle."""
     vertices = mesh.nodes[mesh.triangles[:, :3]]
+    centre = vertices.mean(axis=1)
     normal = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
     # Sides that two triangles share have one middle node.
@@ -183,19 +177,15 @@ def _curved(mesh: BuildingMesh, size: Array) -> Array:
     _, first, counts = np.unique(middles[order], return_index=True, return_counts=True)
     pairs = first[counts == 2]
     a, b = triangle_of_side[order[pairs]], triangle_of_side[order[pairs + 1]]
+    # h² / (R t) of triangles on a curved surface, 0 on a plane: 1 / R is the angle between two
+    # facets, no corner, over the distance of their centres, the largest over the shared sides.
     across = np.linalg.norm(np.cross(normal[a], normal[b]), axis=1)
-    angle = np.arcsin(np.minimum(across, 1.0))
-    distance = np.linalg.norm(vertices[a].mean(axis=1) - vertices[b].mean(axis=1), axis=1)
     smooth = (across > np.sin(FOLD / 1e3)) & (across < np.sin(FOLD))
-    bend = (angle / distance)[smooth]
+    a, b = a[smooth], b[smooth]
+    bend = np.arcsin(across[smooth]) / np.linalg.norm(centre[a] - centre[b], axis=1)
     curved = np.zeros(len(mesh.triangles))
-    for triangle in (a[smooth], b[smooth]):
-        np.maximum.at(curved, triangle, size[triangle] * bend)
-    return curved
-
-
-def _warnings(mesh: BuildingMesh, q: Array, slender: Array, curved: Array) -> Iterator[str]:
-    centre = mesh.nodes[mesh.triangles[:, :3]].mean(axis=1)
+    for triangle in (a, b):
+        np.maximum.at(curved, triangle, longest[triangle] * slender[triangle] * bend)
 
     def worst(triangle: int) -> str:
         group = mesh.shell_parts[mesh.triangle_part[triangle]].group

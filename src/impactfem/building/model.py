@@ -19,13 +19,12 @@ from impactfem.building.assembly import (
     local_cells,
     shared_out,
     without,
-    without_zeros,
 )
-from impactfem.building.beam import BeamFields, beam_mass, beam_stiffness
+from impactfem.building.beam import BeamFields
 from impactfem.building.mesh import DOFS, rigid_body
 from impactfem.building.parts import BuildingParts, Kind, PartDamping
 from impactfem.building.section import Material
-from impactfem.building.shell import ShellFields, shell_mass, shell_stiffness
+from impactfem.building.shell import ShellFields
 from impactfem.dynamics.columns import product
 from impactfem.dynamics.damping import Rayleigh
 
@@ -77,11 +76,7 @@ class BuildingModel:
         return K
 
     def about(self, origin: Array) -> tuple[Array, Array]:
-        """`ground` and `total` for rotations about another point: r S, with S = [I, -e × x0; 0, I].
-
-        Args:
-            origin: x0, shape (3,) [m].
-        """
+        """`ground` and `total` about x0, shape (3,) [m]: r S, with S = [I, -e × x0; 0, I]."""
         S = rigid_body(-np.asarray(origin)[None], np.zeros(3))
         return self.ground @ S, S.T @ self.total @ S
 
@@ -110,9 +105,7 @@ class BuildingModel:
     def along(self, nodes: Ints, direction: Sequence[float] | Array) -> scipy.sparse.csr_matrix:
         """What gives n · u of nodes, as columns at this rank's rows, shape (n_local, n), sparse.
 
-        Args:
-            nodes: Nodes, shape (n,); those that are clamped or on another rank have no entries.
-            direction: n, a unit vector.
+        Nodes that are clamped or on another rank have no entries; n is a unit vector.
         """
         row = self.rows(nodes)
         here = np.flatnonzero(row >= 0)
@@ -125,27 +118,22 @@ class BuildingModel:
 
 
 def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
-    """Assemble the matrices of a building. Collective.
-
-    Args:
-        comm: Communicator.
-        parts: Mesh, sections, materials and added mass, the same on all ranks.
+    """Assemble the matrices of a building, the same on all ranks. Collective.
 
     Raises:
         SolutionError: A node belongs to no cell, or mid nodes are not in the middle.
     """
     share = shared_out(comm, parts)
-    numbering = share.numbering
     stiffness: dict[bool, list[Any]] = {False: [], True: []}
     masses: list[Any] = []
     for kind, cells in zip(share.kinds, share.cells_here, strict=True):
         K, M, local_nodes = _local_matrices(parts, kind, cells)
-        stiffness[kind.storey].append(global_matrix(K, local_nodes, numbering))
-        masses.append(global_matrix(M, local_nodes, numbering))
-    fixed, storeys = (added(stiffness[storey], numbering) for storey in (False, True))
-    mass = added(masses, numbering)
+        stiffness[kind.storey].append(global_matrix(K, local_nodes, share))
+        masses.append(global_matrix(M, local_nodes, share))
+    fixed, storeys = (added(stiffness[storey], share) for storey in (False, True))
+    mass = added(masses, share)
     # Of the whole mass, clamped nodes included, what moves with the ground: M r.
-    owned = numbering.owned
+    owned = share.owned
     r = rigid_body(parts.mesh.nodes[owned], np.zeros(3))
     Mr = product(mass, r)
     free = share.free_rows(mass)
@@ -158,30 +146,23 @@ def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
         storeys=without(storeys, free),
         mass=without(mass, free),
         ground=Mr[share.free],
-        total=numbering.comm.allreduce(r.T @ Mr),
+        total=share.comm.allreduce(r.T @ Mr),
         n_nodes=len(parts.mesh.nodes),
     )
 
 
 def _local_matrices(parts: BuildingParts, kind: Kind, cells: Ints) -> tuple[Any, Any, Ints]:
-    """Stiffness and mass of some cells of a kind on this rank. Not collective.
+    """Stiffness and mass of some cells of a kind on this rank, and their nodes. Not collective.
 
-    Returns:
-        Both as PETSc AIJ on COMM_SELF, at the storey factor 1, and the nodes of their blocks of
-        rows; None, None where there is no cell.
-
-    Raises:
-        SolutionError: Mid nodes are not in the middle.
+    Both are PETSc AIJ on COMM_SELF, at the storey factor 1; None where there is no cell.
     """
     if cells.size == 0:
         return None, None, cells
     local = local_cells(parts.mesh.nodes, kind.cells[cells])
     chosen = cells[local.cells]
+    fields: ShellFields | BeamFields
     if kind.shells:
-        number = kind.number[chosen]
-        thickness, added_mass = parts.thickness()[number], parts.added_mass[number]
-        shell = shell_fields(local, kind.material, thickness, added_mass, parts.drilling)
-        forms = shell_stiffness(local.space, shell), shell_mass(local.space, shell)
+        fields = shell_fields(parts, local, kind.material, kind.number[chosen])
     else:
         sections = [parts.sections.beams[i] for i in kind.part[chosen]]
         values: dict[str, list[Any]] = {
@@ -192,29 +173,35 @@ def _local_matrices(parts: BuildingParts, kind: Kind, cells: Ints) -> tuple[Any,
             "reference": [s.reference for s in sections],
             "offset": [s.offset for s in sections],
         }
-        beam = BeamFields(
+        fields = BeamFields(
             **{name: cellwise(local.mesh, np.array(value)) for name, value in values.items()},
             young_modulus=constant(local.mesh, kind.material.E),
             poisson_ratio=constant(local.mesh, kind.material.nu),
             density=constant(local.mesh, kind.material.rho),
         )
-        forms = beam_stiffness(local.space, beam), beam_mass(local.space, beam)
-    K, M = (assembled(compiled(form)) for form in forms)
+    K, M = (assembled(compiled(form(local.space))) for form in (fields.stiffness, fields.mass))
     # Five of six entries of the mass are zero; in K they keep the blocks of a node whole.
-    return K, without_zeros(M), local.nodes
+    indptr, indices, values_of_M = M.getValuesCSR()
+    mass = scipy.sparse.csr_matrix((values_of_M, indices, indptr), shape=M.getSize())
+    M.destroy()
+    mass.eliminate_zeros()
+    arrays = mass.indptr, mass.indices, mass.data
+    M = PETSc.Mat().createAIJ(mass.shape, bsize=DOFS, csr=arrays, comm=PETSc.COMM_SELF)
+    M.assemble()
+    return K, M, local.nodes
 
 
 def shell_fields(
-    local: LocalCells, material: Material, thickness: Array, added_mass: Array, drilling: float
+    parts: BuildingParts, local: LocalCells, material: Material, number: Ints
 ) -> ShellFields:
-    """Section and material of shells on their mesh; thickness and added mass of each cell of it."""
+    """Section and material of shells on their mesh; `number` is the triangle of each cell of it."""
     return ShellFields(
-        thickness=cellwise(local.mesh, thickness),
-        added_mass=cellwise(local.mesh, added_mass),
+        thickness=cellwise(local.mesh, parts.thickness()[number]),
+        added_mass=cellwise(local.mesh, parts.added_mass[number]),
         young_modulus=constant(local.mesh, material.E),
         poisson_ratio=constant(local.mesh, material.nu),
         density=constant(local.mesh, material.rho),
-        drilling=constant(local.mesh, drilling),
+        drilling=constant(local.mesh, parts.drilling),
     )
 
 
@@ -234,16 +221,7 @@ def damping_matrix(
         C₊ = Σ_p (α_p − α) M_p + (β_p − β) φ_p K_p
 
     over the parts with a damping. M_p holds what of the added mass of a floor lies on the slab p.
-
-    Args:
-        comm: Communicator.
-        parts: The building, the same on all ranks.
-        dampings: Dampings of its parts.
-        storey_factor: φ, the factor on the stiffness of walls and columns.
-        whole: α and β, the damping of the building.
-
-    Returns:
-        C₊, PETSc AIJ matrix on the rows of `assemble_building`.
+    C₊ is a PETSc AIJ matrix on the rows of `assemble_building`.
     """
     share = shared_out(comm, parts)
     matrices = []
@@ -258,6 +236,6 @@ def damping_matrix(
                 K.scale((damping.beta - whole.beta) * factor)
                 K.axpy(damping.alpha - whole.alpha, M, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
                 M.destroy()
-            matrices.append(global_matrix(K, nodes, share.numbering))
-    C = added(matrices, share.numbering)
+            matrices.append(global_matrix(K, nodes, share))
+    C = added(matrices, share)
     return without(C, share.free_rows(C))

@@ -113,13 +113,9 @@ class FloorMasses:
 def floor_masses(
     mesh: BuildingMesh, sections: Sections, materials: Materials, required: Array | None = None
 ) -> FloorMasses:
-    """Masses of the floors; with given masses, what must be added evenly on the slabs.
+    """Masses of the floors 1 to n_floors; what must be added evenly on the slabs for required ones.
 
-    Args:
-        mesh: The mesh; its floors are 1 to n_floors.
-        sections: Sections of its parts.
-        materials: Their materials.
-        required: Masses of the floors, bottom to top, shape (n_floors,) [kg]; None adds nothing.
+    These are given bottom to top, shape (n_floors,) [kg]; None adds nothing.
 
     Raises:
         SolutionError: A floor's parts weigh more than is required, or it has no slab.

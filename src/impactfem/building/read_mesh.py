@@ -141,12 +141,21 @@ class RawMesh:
 
 
 def read_raw(path: Path) -> RawMesh:
-    """Read a file with gmsh; to be run inside `in_own_process`.
-
-    Raises:
-        InputError: The file is not a mesh that gmsh reads.
-    """
-    _check_header(path)
+    """Read a file with gmsh, which must be a mesh; to be run inside `in_own_process`."""
+    try:
+        with path.open("rb") as stream:
+            head = stream.read(65536)
+    except OSError as error:
+        fault = Fault(path, "", None, f"{error.strerror}; expected {EXPECTED}")
+        raise InputError([fault]) from error
+    # What else it begins with, gmsh would run as a script.
+    start = head.find(b"$MeshFormat") if head.startswith((b"$MeshFormat", b"$Comments")) else -1
+    words = head[start:].split()[1:2] if start >= 0 else []
+    version = words[0].decode(errors="replace") if words else ""
+    if not version:
+        raise InputError([Fault(path, "", None, f"no $MeshFormat; expected {EXPECTED}")])
+    if version.split(".")[0] not in ("2", "4"):
+        raise InputError([Fault(path, "$MeshFormat", version, f"expected {EXPECTED}")])
     try:
         with gmsh_session() as gmsh:
             return _read(gmsh, path)
@@ -187,24 +196,6 @@ def _read(gmsh: Any, path: Path) -> RawMesh:
             blocks.append(Block(dimension, name, indices, groups))
     every = tuple((name, dimension) for (dimension, _), name in sorted(names.items()))
     return RawMesh(np.ascontiguousarray(nodes), tuple(blocks), every)
-
-
-def _check_header(path: Path) -> None:
-    """Refuse what gmsh would take for something else: it runs a text file as a script."""
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(65536)
-    except OSError as error:
-        fault = Fault(path, "", None, f"{error.strerror}; expected {EXPECTED}")
-        raise InputError([fault]) from error
-    # What else it begins with, gmsh would run as a script.
-    start = head.find(b"$MeshFormat") if head.startswith((b"$MeshFormat", b"$Comments")) else -1
-    words = head[start:].split()[1:2] if start >= 0 else []
-    version = words[0].decode(errors="replace") if words else ""
-    if not version:
-        raise InputError([Fault(path, "", None, f"no $MeshFormat; expected {EXPECTED}")])
-    if version.split(".")[0] not in ("2", "4"):
-        raise InputError([Fault(path, "$MeshFormat", version, f"expected {EXPECTED}")])
 
 
 def assemble(raw: RawMesh, file: Path) -> BuildingMesh:

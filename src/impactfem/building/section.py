@@ -87,12 +87,9 @@ class BeamSection:
 
     @classmethod
     def beam(cls, width: float, depth: float, offset: float = 0.0) -> BeamSection:
-        """A rectangular beam that is not vertical: the depth in the vertical plane.
+        """A rectangular beam that is not vertical: the depth in the vertical plane [m].
 
-        Args:
-            width: Horizontal side [m].
-            depth: The other side, vertical for a horizontal beam [m].
-            offset: Axis above the node line, negative below [m].
+        The offset is that of the axis above the node line, negative below [m].
         """
         return cls.rectangle(width, depth, reference=E_Z, offset=(0.0, 0.0, offset))
 
@@ -102,13 +99,10 @@ class BeamSection:
         return cls.rectangle(width_x, width_y, reference=E_Y)
 
     def frame(self, tangents: ArrayLike) -> tuple[Array, Array]:
-        """Directions n1 and n2 of the section: n2 = r - (r·t) t over its norm, n1 = n2 × t.
+        """Directions n1 and n2 of the section by unit tangents t, shape (..., 3) each.
 
-        Args:
-            tangents: Unit tangents t, shape (..., 3), which is that of n1 and n2.
-
-        Raises:
-            ValueError: A tangent is along the reference r, within about 0.1°.
+        n2 = r - (r·t) t over its norm, n1 = n2 × t. A tangent along r, within about 0.1°, is
+        refused.
         """
         if np.any(self.along_reference(tangents)):
             raise ValueError(f"a beam is parallel to the reference {self.reference} of its section")

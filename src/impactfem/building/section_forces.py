@@ -13,11 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem._fenicsx import cell_nodes, cellwise, evaluator, function
-from impactfem.building.assembly import LocalCells, local_cells
+from impactfem.building.assembly import local_cells
 from impactfem.building.mesh import DOFS, BuildingMesh, place
 from impactfem.building.model import shell_fields
 from impactfem.building.parts import BuildingParts
-from impactfem.building.shell import ShellFields, section_force_vector
 from impactfem.system.errors import Fault, InputError
 
 Array = NDArray[np.float64]
@@ -70,15 +69,27 @@ class SectionForceField:
                 the field is made.
         """
         values, axes, faults = [], [], []
-        corners = self.mesh.nodes[self.mesh.triangles[self.triangles, :3]]
+        p, q, r = np.moveaxis(self.mesh.nodes[self.mesh.triangles[self.triangles, :3]], 1, 0)
+        a, b = q - p, r - p
+        normal = np.cross(a, b)
+        twice = np.linalg.norm(normal, axis=1)
+        normal /= twice[:, None]
+        sides = np.linalg.norm(np.stack([r - q, b, a], axis=1), axis=2)
         for i, point in enumerate(np.asarray(points, dtype=np.float64)):
-            here, coordinates = _containing(corners, point)
+            away = point - p
+            second = np.einsum("ij,ij->i", np.cross(normal, away), b) / twice
+            third = np.einsum("ij,ij->i", np.cross(normal, a), away) / twice
+            coordinates = np.column_stack([1.0 - second - third, second, third])
+            # A coordinate times the triangle's height is a distance from a side.
+            outside = -(coordinates * (twice[:, None] / sides)).min(axis=1)
+            height = np.abs(np.einsum("ij,ij->i", normal, away))
+            here = np.flatnonzero((height < NEAR) & (outside < NEAR))
             if not here.size:
                 faults.append(_fault(i, point, "a point on one of the field's triangles"))
             elif np.ptp(self.axes[here], axis=0).max() > 1e-6:
                 faults.append(_fault(i, point, "triangles of one plane only: name them"))
             else:
-                weights = _quadratic(coordinates)
+                weights = _quadratic(coordinates[here])
                 each = np.einsum("jn,...jnc->...jc", weights, self.values[..., here, :, :])
                 values.append(each.mean(axis=-2))
                 axes.append(self.axes[here[0]])
@@ -102,11 +113,8 @@ def section_forces(
             ones, shape (..., n_nodes, 6). Of a vector x of the free rows of a `BuildingModel` on
             one rank: ``full[model.nodes] = x.reshape(-1, 6)`` in zeros. Where rotations are left
             zero, the membrane forces are right all the same.
-        triangles: Which triangles, for example ``mesh.triangles_of("floor", 3)``; all when None.
+        triangles: Which, for example ``mesh.triangles_of("floor", 3)``; all when None.
         storey_factor: Factor on the stiffness of walls that the displacements belong to.
-
-    Raises:
-        ValueError: The displacement is not that of all nodes.
     """
     mesh = parts.mesh
     given = np.asarray(displacement, dtype=np.float64)
@@ -126,11 +134,17 @@ def section_forces(
         if not some.size:
             continue
         local = local_cells(mesh.nodes, cells[some])
-        number = chosen[some][local.cells]
-        fields = shell_fields(
-            local, material, parts.thickness()[number], parts.added_mass[number], parts.drilling
-        )
-        values[:, some] = _values(fields, cells[some], local, axes[some], vectors)
+        fields = shell_fields(parts, local, material, chosen[some][local.cells])
+        plane = cellwise(local.mesh, axes[some][local.cells, :2].reshape(-1, 6))
+        w = function(local.space)
+        evaluate = evaluator(fields.section_forces(w, plane), local.mesh, _NODES)
+        # Where the mesh has each node that dolfinx's cell has.
+        numbers = local.nodes[cell_nodes(local.space)]
+        order = np.argmax(numbers[:, None, :] == cells[some][local.cells][:, :, None], axis=2)
+        for vector, of_vector in zip(vectors, values, strict=True):
+            w.x.array[:] = vector[local.nodes].ravel()
+            found = np.take_along_axis(evaluate(), order[:, :, None], axis=1)
+            of_vector[some[local.cells]] = found
     scaled = np.array([one.scaled for one in mesh.shell_parts], dtype=bool)[part]
     values[:, scaled] *= storey_factor
     return SectionForceField(
@@ -165,47 +179,12 @@ def facet_axes(nodes: Array, triangles: Index) -> Array:
     return np.stack([first, second, np.cross(first, second)], axis=1)
 
 
-def _values(
-    fields: ShellFields, cells: Index, local: LocalCells, axes: Array, vectors: Array
-) -> Array:
-    """Section forces at the nodes of cells, in the mesh's order, shape (k, m, 6, 8)."""
-    plane = cellwise(local.mesh, axes[local.cells, :2].reshape(-1, 6))
-    w = function(local.space)
-    evaluate = evaluator(section_force_vector(w, plane, fields), local.mesh, _NODES)
-    # Where the mesh has each node that dolfinx's cell has.
-    numbers = local.nodes[cell_nodes(local.space)]
-    order = np.argmax(numbers[:, None, :] == cells[local.cells][:, :, None], axis=2)
-    values = np.zeros((len(vectors), len(local.cells), 6, 8))
-    for vector, of_vector in zip(vectors, values, strict=True):
-        w.x.array[:] = vector[local.nodes].ravel()
-        of_vector[local.cells] = np.take_along_axis(evaluate(), order[:, :, None], axis=1)
-    return values
-
-
 def _quadratic(barycentric: Array) -> Array:
     """The six shape functions in the mesh's order, shape (m, 6)."""
     a, b, c = barycentric.T
     return np.column_stack(
         [a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a]
     )
-
-
-def _containing(corners: Array, point: Array) -> tuple[Index, Array]:
-    """The triangles within `NEAR` of a point, and its area coordinates in them."""
-    p, q, r = np.moveaxis(corners, 1, 0)
-    a, b, away = q - p, r - p, point - p
-    normal = np.cross(a, b)
-    twice = np.linalg.norm(normal, axis=1)
-    normal /= twice[:, None]
-    second = np.einsum("ij,ij->i", np.cross(normal, away), b) / twice
-    third = np.einsum("ij,ij->i", np.cross(normal, a), away) / twice
-    height = np.abs(np.einsum("ij,ij->i", normal, away))
-    coordinates = np.column_stack([1.0 - second - third, second, third])
-    # A coordinate times the triangle's height is a distance from a side.
-    sides = np.linalg.norm(np.stack([r - q, b, a], axis=1), axis=2)
-    outside = -(coordinates * (twice[:, None] / sides)).min(axis=1)
-    near = np.flatnonzero((height < NEAR) & (outside < NEAR))
-    return near, coordinates[near]
 
 
 def _fault(number: int, point: Array, expected: str) -> Fault:

@@ -74,61 +74,47 @@ class ShellFields:
         """E t³ / (12 (1 − ν²)) [N m]."""
         return self.young_modulus * self.thickness**3 / (12.0 * (1.0 - self.poisson_ratio**2))
 
+    def stiffness(self, space: Any) -> Any:
+        """Stiffness form on a P2 space on triangles with six components (u, θ)."""
+        mesh = space.mesh
+        trial, test = (
+            _Strains(w, _frame(mesh), mesh, self)
+            for w in (ufl.TrialFunction(space), ufl.TestFunction(space))
+        )
+        full, reduced = (
+            ufl.dx(mesh, metadata={"quadrature_degree": degree}) for degree in (FULL, REDUCED)
+        )
+        N, M, Q = trial.forces()
+        drilling = self.drilling * self.shear_modulus * self.thickness
+        return (
+            ufl.inner(N, test.membrane)
+            + ufl.inner(M, test.bending)
+            - ufl.inner(ufl.dot(trial.tau, trial.moment_divergence), test.moment_divergence)
+        ) * reduced + (
+            ufl.inner(Q, test.stabilised_shear) + drilling * trial.drilling * test.drilling
+        ) * full
 
-def shell_stiffness(space: Any, fields: ShellFields) -> Any:
-    """Stiffness form of shell cells.
+    def mass(self, space: Any) -> Any:
+        """Consistent mass form on such a space: (ρ t + added) u·v + ρ t³/12 θ·ψ.
 
-    Args:
-        space: P2 space on triangles with six components (u, θ).
-        fields: Section and material.
-    """
-    mesh = space.mesh
-    frame = _frame(mesh)
-    trial = _Strains(ufl.TrialFunction(space), frame, mesh, fields)
-    test = _Strains(ufl.TestFunction(space), frame, mesh, fields)
-    full = ufl.dx(mesh, metadata={"quadrature_degree": FULL})
-    reduced = ufl.dx(mesh, metadata={"quadrature_degree": REDUCED})
-    N, M, Q = trial.forces()
-    return (
-        ufl.inner(N, test.membrane)
-        + ufl.inner(M, test.bending)
-        - ufl.inner(ufl.dot(trial.tau, trial.moment_divergence), test.moment_divergence)
-    ) * reduced + (
-        ufl.inner(Q, test.stabilised_shear)
-        + fields.drilling * fields.shear_modulus * fields.thickness * trial.drilling * test.drilling
-    ) * full
+        The rotary inertia acts on all of θ, drilling included, so that M is positive definite.
+        """
+        t, rho = self.thickness, self.density
+        (u, theta), (v, psi) = halves(ufl.TrialFunction(space)), halves(ufl.TestFunction(space))
+        translation = (rho * t + self.added_mass) * ufl.inner(u, v)
+        full = ufl.dx(space.mesh, metadata={"quadrature_degree": FULL})
+        return (translation + rho * t**3 / 12.0 * ufl.inner(theta, psi)) * full
 
+    def section_forces(self, w: Any, plane: Any) -> Any:
+        """N11, N22, N12 [N/m], M11, M22, M12 [N], Q1, Q2 [N/m] of a displacement, as one vector.
 
-def shell_mass(space: Any, fields: ShellFields) -> Any:
-    """Consistent mass form of shell cells: (ρ t + added) u·v + ρ t³/12 θ·ψ.
-
-    The rotary inertia acts on all of θ, drilling included, so that M is positive definite.
-
-    Args:
-        space: P2 space on triangles with six components (u, θ).
-        fields: Section and material.
-    """
-    t, rho = fields.thickness, fields.density
-    u, theta = halves(ufl.TrialFunction(space))
-    v, psi = halves(ufl.TestFunction(space))
-    full = ufl.dx(space.mesh, metadata={"quadrature_degree": FULL})
-    return (
-        (rho * t + fields.added_mass) * ufl.inner(u, v) + rho * t**3 / 12.0 * ufl.inner(theta, psi)
-    ) * full
-
-
-def section_force_vector(w: Any, plane: Any, fields: ShellFields) -> Any:
-    """N11, N22, N12 [N/m], M11, M22, M12 [N], Q1, Q2 [N/m] of a displacement, as one vector.
-
-    Args:
-        w: Function of a P2 space on triangles with six components (u, θ).
-        plane: Orthonormal vectors e1 and e2 in the plane of each facet, as six components.
-        fields: Section and material.
-    """
-    e1, e2 = (ufl.as_vector([plane[k + i] for i in range(3)]) for k in (0, 3))
-    frame = e1, e2, ufl.cross(e1, e2)
-    N, M, Q = _Strains(w, frame, w.function_space.mesh, fields).forces()
-    return ufl.as_vector([N[0, 0], N[1, 1], N[0, 1], M[0, 0], M[1, 1], M[0, 1], Q[0], Q[1]])
+        `w` is a function of such a space, `plane` orthonormal vectors e1 and e2 in the plane of
+        each facet, as six components.
+        """
+        e1, e2 = (ufl.as_vector([plane[k + i] for i in range(3)]) for k in (0, 3))
+        frame = e1, e2, ufl.cross(e1, e2)
+        N, M, Q = _Strains(w, frame, w.function_space.mesh, self).forces()
+        return ufl.as_vector([N[0, 0], N[1, 1], N[0, 1], M[0, 0], M[1, 1], M[0, 1], Q[0], Q[1]])
 
 
 def halves(w: Any) -> tuple[Any, Any]:
@@ -164,7 +150,14 @@ class _Strains:
         d_beta = ufl.as_matrix(
             [[ufl.dot(a, ufl.dot(grad_theta, b)) for b in plane] for a in turned]
         )
-        dd_beta = _second_derivatives(theta, turned, plane)
+        # ∂b ∂c β_a as a tensor [a, b, c].
+        second = ufl.grad(grad_theta)
+        dd_beta = ufl.as_tensor(
+            [
+                [[ufl.dot(a, ufl.dot(ufl.dot(second, c), b)) for c in plane] for b in plane]
+                for a in turned
+            ]
+        )
         du = ufl.as_matrix([[ufl.dot(a, ufl.dot(grad_u, b)) for b in plane] for a in plane])
         self.shear = ufl.as_vector(
             [ufl.dot(e3, ufl.dot(grad_u, a)) + b for a, b in zip(plane, beta, strict=True)]
@@ -174,7 +167,15 @@ class _Strains:
         self.bending = ufl.sym(d_beta)
         self.drilling = 0.5 * (du[1, 0] - du[0, 1]) - ufl.dot(theta, e3)
         self.tau = _flexibility(triangle, fields)
-        self.moment_divergence = _moment_divergence(dd_beta, fields)
+        # div M = D_b ((1 − ν)/2 Δβ + (1 + ν)/2 ∇ div β).
+        nu = fields.poisson_ratio
+        self.moment_divergence = fields.bending_stiffness * ufl.as_vector(
+            [
+                0.5 * (1.0 - nu) * (dd_beta[a, 0, 0] + dd_beta[a, 1, 1])
+                + 0.5 * (1.0 + nu) * (dd_beta[0, a, 0] + dd_beta[1, a, 1])
+                for a in range(2)
+            ]
+        )
         self.stabilised_shear = _reduced(self.shear, dd_beta, triangle) + ufl.dot(
             self.tau, self.moment_divergence
         )
@@ -212,30 +213,6 @@ class _Triangle:
         away = ufl.SpatialCoordinate(mesh) - (x[0] + x[1] + x[2]) / 3.0
         place = ufl.as_vector([ufl.dot(a, away) for a in plane])
         self.coordinates = [1.0 / 3.0 + ufl.dot(g, place) for g in self.gradients]
-
-
-def _second_derivatives(theta: Any, turned: tuple[Any, Any], plane: tuple[Any, Any]) -> Any:
-    """∂b ∂c β_a as a tensor [a, b, c]."""
-    second = ufl.grad(ufl.grad(theta))
-    return ufl.as_tensor(
-        [
-            [[ufl.dot(a, ufl.dot(ufl.dot(second, c), b)) for c in plane] for b in plane]
-            for a in turned
-        ]
-    )
-
-
-def _moment_divergence(dd_beta: Any, fields: ShellFields) -> Any:
-    """Divergence of M, D_b ((1 − ν)/2 Δβ + (1 + ν)/2 ∇ div β), D_b the bending stiffness."""
-    nu = fields.poisson_ratio
-    laplacian = [dd_beta[a, 0, 0] + dd_beta[a, 1, 1] for a in range(2)]
-    of_divergence = [dd_beta[0, a, 0] + dd_beta[1, a, 1] for a in range(2)]
-    return fields.bending_stiffness * ufl.as_vector(
-        [
-            0.5 * (1.0 - nu) * p + 0.5 * (1.0 + nu) * q
-            for p, q in zip(laplacian, of_divergence, strict=True)
-        ]
-    )
 
 
 def _flexibility(triangle: _Triangle, fields: ShellFields) -> Any:

@@ -119,9 +119,8 @@ class ShellModel:
     def edge_load(self, nodes: ArrayLike, force: Vector) -> Array:
         """An even line load on the sides of triangles and on the beams between some nodes.
 
-        Args:
-            nodes: As of `rows`; each side with all three of its nodes among them is loaded.
-            force: Resultant [N].
+        The nodes are given as for `rows`; each side with all three of its nodes among them is
+        loaded. The force is the resultant [N].
 
         Raises:
             ImpactfemError: There is no such side.
@@ -139,12 +138,9 @@ class ShellModel:
         return load
 
     def area_load(self, pressure: Vector, part: int | None = None) -> Array:
-        """An even load along x, y, z on the area of triangles [N/m2].
+        """An even load along x, y, z on the area of the triangles of a part [N/m2].
 
-        Args:
-            pressure: Force on the area.
-            part: Number of the part that is loaded, in the order given to `shell_model`; all when
-                None.
+        The part is its number in the order given to `shell_model`; all when None.
 
         Raises:
             ImpactfemError: The part has no triangles.
@@ -193,11 +189,9 @@ class ShellModel:
         return section_forces(self.parts, displacement.reshape(-1, 6)[self.used])
 
     def prescribed(self, values: Array, given: Ints) -> Array:
-        """Displacement without loads where the rows `given` have prescribed values, shape (6 n,).
+        """Displacement without loads where the rows `given` have their values, shape (6 n,).
 
-        Args:
-            values: Shape (6 n,), of which the given rows count [m, rad].
-            given: Their numbers.
+        Of the values, of the same shape [m, rad], the given rows count.
         """
         known = np.zeros(len(values))
         known[given] = values[given]
@@ -208,14 +202,10 @@ class ShellModel:
     def modes(self, count: int, *, shift: float = 0.0) -> tuple[Array, Array]:
         """The lowest natural modes; none is missed (`impactfem.dynamics.modes`).
 
-        Args:
-            count: How many.
-            shift: Of a model that nothing holds: a frequency near that of its first elastic mode,
-                f₀. The modes of K + (2π f₀)² M are those of K, and that matrix is definite [Hz].
-
-        Returns:
-            Frequencies, ascending, shape (count,) [Hz], and shapes with φᵀ M φ = 1, shape
-            (count, n, 6). A frequency below zero stands for an eigenvalue ω² below zero.
+        Of a model that nothing holds, the shift is a frequency f₀ near that of its first elastic
+        mode [Hz]: the modes of K + (2π f₀)² M are those of K, and that matrix is definite. Gives
+        frequencies, ascending, shape (count,) [Hz], below zero for an eigenvalue ω² below zero, and
+        shapes with φᵀ M φ = 1, shape (count, n, 6).
 
         Raises:
             SingularMatrixError: The model is a mechanism: hold more of it, or give a shift.

@@ -10,7 +10,7 @@ from scipy.sparse.linalg import splu
 
 from impactfem.building.floor import edge_load
 from impactfem.building.from_case import read_parts
-from impactfem.building.links import find_base_plate, linked
+from impactfem.building.links import BasePlate, linked
 from impactfem.building.model import assemble_building
 from impactfem.case import load_case
 from impactfem.device.device import coupled
@@ -43,7 +43,7 @@ def device():
 
 @pytest.fixture(scope="session")
 def base_plate(frame):
-    return find_base_plate(frame[1].mesh, "pump", POINT, 0.8)
+    return BasePlate.find(frame[1].mesh, "pump", POINT, 0.8)
 
 
 def shaken_and_hit():

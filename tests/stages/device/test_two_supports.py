@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from impactfem.building.links import find_base_plate
+from impactfem.building.links import BasePlate
 from impactfem.building.model import assemble_building
 from impactfem.coupling.body import reduced_body
 from impactfem.device.models import from_matrices, on_springs
@@ -59,7 +59,7 @@ def pipe():
 
 @pytest.fixture(scope="module")
 def base_plates(frame):
-    return [find_base_plate(frame[1].mesh, "pipe", tuple(point), 0.4) for point in POINTS]
+    return [BasePlate.find(frame[1].mesh, "pipe", tuple(point), 0.4) for point in POINTS]
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,6 @@
 import pytest
 
-from impactfem.building import section_forces
+from impactfem.building import shell
 from impactfem.verify import shells
 from impactfem.verify.shells import curved, plates
 
@@ -27,13 +27,13 @@ def test_other_forces_are_seen(wrong, monkeypatch):
     """The shear 5 % too large."""
 
     def make(right):
-        def larger(w, plane, fields):
-            found = right(w, plane, fields)
+        def larger(fields, w, plane):
+            found = right(fields, w, plane)
             return type(found)(*[found[i] if i < 6 else 1.05 * found[i] for i in range(8)])
 
         return larger
 
-    wrong(section_forces, "section_force_vector", make)
+    wrong(shell.ShellFields, "section_forces", make)
     monkeypatch.setattr(plates, "RATIOS", (0.1,))
     failed = [row.quantity for row in plates.plate_forces() if not row.passed]
     assert failed and all("shear" in quantity or "Q1" in quantity for quantity in failed)
