@@ -6,12 +6,12 @@ import pytest
 from impactfem.case import ContactPoint
 from impactfem.case.facing import Facing
 from impactfem.coupling.contact import kelvin_voigt
-from impactfem.coupling.impacts import Separation, approaches, impact_checks, impacts, separations
+from impactfem.coupling.impacts import approaches, impact_checks, impacts, separations
 from impactfem.coupling.pounding import End, Pair, Response, System, simulate
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.energy import Energy
 from impactfem.sticks.element import Section
-from impactfem.sticks.stick import Floor, Stick, build_stick
+from impactfem.sticks.stick import Floor, build_stick
 
 UY = 1
 STRENGTH = {"a": 30e6, "b": 25e6}
@@ -66,17 +66,6 @@ def test_the_storey_with_the_largest_stress_counts(row):
     assert check(loaded(system)).shear_stress == pytest.approx(P / 0.45, rel=1e-8)
 
 
-@pytest.mark.parametrize(("component", "area"), [(0, 1.1), (1, 0.9)])
-def test_area_goes_with_the_normal(row, component, area):
-    system = row()
-    normal = np.eye(3)[component]
-    turned = System(system.sticks, tuple(replace(p, normal=-normal) for p in system.pairs))
-    found = check(loaded(turned, component))
-    assert found.shear_stress == pytest.approx(P / area, rel=1e-8)
-    # A load across the normal is no shear along it.
-    assert check(loaded(turned, (component + 1) % 3)).storey_shear < 1e-6 * P
-
-
 def turned_to(system, normal):
     normal = np.array(normal) / np.linalg.norm(normal)
     return System(system.sticks, tuple(replace(p, normal=normal) for p in system.pairs))
@@ -87,6 +76,8 @@ def test_oblique_normal(row):
     found = check(loaded(turned_to(row(), (3.0, 4.0, 0.0))))
     assert found.storey_shear == pytest.approx(0.8 * P, rel=1e-8)
     assert found.shear_stress == pytest.approx(0.8 * P / (0.36 * 1.1 + 0.64 * 0.9), rel=1e-8)
+    across = loaded(turned_to(row(), (1.0, 0.0, 0.0)))
+    assert check(across).storey_shear < 1e-6 * P
     # The vertical part of a normal shears nothing: its horizontal part counts.
     for vertical in (1.0, -20.0):
         inclined = check(loaded(turned_to(row(), (3.0, 4.0, vertical))))
@@ -119,11 +110,9 @@ def test_a_blow_inside_a_storey(floors):
 
 
 def test_cracking_ratio_is_the_largest_known(row):
-    # Building b is sheared, and of a alone the strength is known: a is not sheared.
+    # Building b is sheared; of a alone the strength is known, which is not.
     response = loaded(row(), peak_of="b")
-    found = check(response, {"a": 30e6, "b": None})
-    assert found.shear_stress == pytest.approx(P / 0.9, rel=1e-8)
-    assert found.cracking_ratio == 0.0
+    assert check(response, {"a": 30e6, "b": None}).cracking_ratio == 0.0
     assert check(response, {"a": None, "b": 25e6}).cracking_ratio > 0.5
 
 
@@ -161,10 +150,6 @@ def test_what_is_not_known_is_nan(row):
     assert found.bearing_ratio == pytest.approx(PEAK / 5.0 / 30e6)
 
 
-def test_no_impact_no_check(row):
-    assert impact_checks(loaded(row()), [], STRENGTH) == []
-
-
 def test_separation_by_hand(row):
     system = row(0.01)
     u = np.zeros((5, 24))
@@ -194,10 +179,9 @@ def test_the_required_separation_is_just_enough(row, shake):
     required = at(0.003).required
     assert at(0.003).touched and at(0.003).margin < 0.0
     assert not at(required + 1e-9).touched and at(required - 1e-6).touched
-    assert isinstance(at(required), Separation)
 
 
-def tower(name: str, points: tuple[tuple[int, float], ...] = ()) -> Stick:
+def tower(name, points=()):
     """Two storeys of 4 m and 3 m, flexible over 3.4 m and 2.2 m."""
     section = Section(E=30e9, G=12e9, A=2.0, Avx=0.7, Avy=1.0, Ix=0.5, Iy=0.8, Iz=0.6)
     floors = [
@@ -209,9 +193,7 @@ def tower(name: str, points: tuple[tuple[int, float], ...] = ()) -> Stick:
 
 @pytest.mark.parametrize(("storey", "s"), [(1, 0.3), (2, 0.7), (2, 0.5), (1, 0.9)])
 @pytest.mark.parametrize("known", [(), ((2, 0.5),), ((1, 0.2), (1, 0.6), (2, 0.5))])
-def test_motion_inside_a_storey(
-    storey: int, s: float, known: tuple[tuple[int, float], ...]
-) -> None:
+def test_motion_inside_a_storey(storey, s, known):
     """As a node of the stick there moves under loads at the other nodes, in all six components."""
     full = tower("a", (*known, (storey, s)))
     plain = tower("a", known)
@@ -230,7 +212,7 @@ def test_motion_inside_a_storey(
     assert found == pytest.approx(exact, rel=1e-9, abs=1e-12 * np.abs(exact).max())
 
 
-def test_rigid_motion_inside_a_storey() -> None:
+def test_rigid_motion_inside_a_storey():
     """A floor that leans takes the storey above along, up to the next floor that leans as it."""
     stick = tower("a")
     body = stick.rigid_body()
@@ -240,19 +222,19 @@ def test_rigid_motion_inside_a_storey() -> None:
     assert stick.storey_motion(2, 0.25) @ body == pytest.approx(expected, abs=1e-12)
 
 
-def point(building: str, floor: int | None, offset: tuple[float, float, float]) -> ContactPoint:
+def point(building, floor, offset):
     inside = {"storey": None, "relative_height": None}
     if floor is None:
         inside = {"storey": 2, "relative_height": 0.5}
     return ContactPoint(building=building, floor=floor, offset=offset, **inside)
 
 
-def facing(a: ContactPoint, b: ContactPoint, half: float = 0.0, axis: int = 1) -> Facing:
+def facing(a, b, half=0.0, axis=1):
     normal = tuple(float(c == axis) for c in range(3))
     return Facing(a=a, b=b, normal=normal, gap=0.03, level=7.0, half=half, reach=0.3)
 
 
-def response(u: dict[tuple[int, int, int], float]) -> Response:
+def response(u):
     """Motions of two towers by time, master and component; the masters of b come last."""
     system = System((tower("a"), tower("b")), ())
     values = np.zeros((4, 24))
@@ -262,7 +244,7 @@ def response(u: dict[tuple[int, int, int], float]) -> Response:
     return Response(system, 0.5, values, np.zeros_like(values), nothing, np.zeros((4, 3)), ENERGY)
 
 
-def test_translation() -> None:
+def test_translation():
     """Towards each other they lose distance, away from each other they win it."""
     run = response({(1, 1, 1): 0.04, (1, 3, 1): 0.02, (2, 1, 1): 0.02, (2, 3, 1): -0.03})
     pair = facing(point("a", 2, (0, 4, 0)), point("b", 2, (0, -4, 0)))
@@ -274,7 +256,7 @@ def test_translation() -> None:
     assert approaches(run, []) == []
 
 
-def test_torsion_brings_an_end_near() -> None:
+def test_torsion_brings_an_end_near():
     """Both turn about z: edges that face each other over 2 h lose h (rz_a + rz_b') at one end."""
     run = response({(3, 1, 5): 2e-3, (3, 3, 5): -1e-3})
     ends = point("a", 2, (1, 4, 0)), point("b", 2, (-1, -4, 0))
@@ -283,16 +265,12 @@ def test_torsion_brings_an_end_near() -> None:
     assert (found.distance, found.time) == pytest.approx((0.03 - 1e-3 * 16.0, 1.5))
     (middle,) = approaches(run, [facing(*ends)])
     assert middle.distance == pytest.approx(0.03 - 1e-3)
-
-
-def test_torsion_along_x() -> None:
-    run = response({(3, 1, 5): 2e-3})
-    ends = point("a", 2, (4, 0, 0)), point("b", 2, (-4, 0, 0))
-    (found,) = approaches(run, [facing(*ends, half=5.0, axis=0)])
+    along_x = point("a", 2, (4, 0, 0)), point("b", 2, (-4, 0, 0))
+    (found,) = approaches(response({(3, 1, 5): 2e-3}), [facing(*along_x, half=5.0, axis=0)])
     assert found.distance == pytest.approx(0.03 - 2e-3 * 5.0)
 
 
-def test_a_storey_and_a_floor_that_leans() -> None:
+def test_a_storey_and_a_floor_that_leans():
     """A floor at another height than the point: its rotation counts."""
     run = response({(1, 1, 3): 1e-3})
     (found,) = approaches(run, [facing(point("b", None, (0, 4, 0)), point("a", 2, (0, -4, 0.5)))])

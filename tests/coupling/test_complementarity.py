@@ -159,7 +159,6 @@ def test_it_ends(monkeypatch):
         (np.ones((2, 3)), r"W of a complementarity problem has the shape \(2, 3\)"),
         (np.ones(3), r"has the shape \(3,\)"),
         ([[1.0, np.nan], [np.nan, 1.0]], "W has entries that are not numbers"),
-        ([[1.0, np.inf], [np.inf, 1.0]], "W has entries that are not numbers"),
         ([[1.0, 0.2], [0.0, 1.0]], r"W is not symmetric: .* up to 2\.0e-01 of the diagonal"),
         ([[1.0, 0.0], [0.0, 0.0]], "not positive definite: entry 1 of its diagonal is 0"),
         ([[-2.0, 0.0], [0.0, 1.0]], "not positive definite: entry 0 of its diagonal is -2"),

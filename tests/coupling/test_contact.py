@@ -83,33 +83,17 @@ def test_kelvin_voigt_of_two_masses(xi, tension):
         assert abs(other.duration(speed) - law.duration(speed)) > 1e-2 * law.duration(speed)
 
 
-def test_without_tension_a_critical_contact_ends():
-    assert np.isfinite(kelvin_voigt(K, 1.0, 1e3, tension=False).duration(1.0))
-    assert kelvin_voigt(K, 1.0, 1e3).duration(1.0) == np.inf
-
-
 def test_numbers_of_the_paper():
     # A floor of 3014 t against a wall at 0.163 m/s (domain page, B8).
     law = kelvin_voigt(1e11, 0.12, 3014e3)
     assert law.epsilon == pytest.approx(0.68404, abs=5e-6)
     assert law.duration(0.163) == pytest.approx(17.373e-3, abs=5e-7)
+    assert kelvin_voigt(K, 1.0, 1e3).duration(1.0) == np.inf
     assert law.onset_force(0.163) == pytest.approx(21.5e6, rel=2e-3)
     assert law.parameters[:2] == pytest.approx([1e11, 2 * 0.12 * np.sqrt(1e11 * 3014e3)])
     assert (law.mass, law.xi, law.stiffness) == (3014e3, 0.12, 1e11)
-
-
-def test_effective_mass():
     assert effective_mass(3.0, 6.0) == pytest.approx(2.0)
     assert effective_mass(3.0, float("inf")) == 3.0
-    assert effective_mass(5.0, 5.0) == pytest.approx(2.5)
-
-
-@pytest.mark.parametrize("epsilon", [0.1, 0.4, 0.69, 0.9, 1.0])
-@pytest.mark.parametrize("make", DAMPED)
-def test_exact_relation_gets_what_is_asked(make, epsilon):
-    law = make(BETA, epsilon, MASS, exact=True)
-    assert law.asked == epsilon == pytest.approx(law.epsilon, rel=1e-6)
-    assert computed(law).restitution == pytest.approx(epsilon, abs=5e-4)
 
 
 @pytest.mark.parametrize(
@@ -133,13 +117,6 @@ def test_published_relations_by_hand():
     assert law.parameters[1] == pytest.approx(2.0 * law.xi * np.sqrt(BETA * MASS))
     one, other = (make(BETA, 0.6, MASS, exact=True) for make in (hertz_damp, hunt_crossley))
     assert np.array_equal(one.parameters, other.parameters)
-
-
-@pytest.mark.parametrize("make", DAMPED)
-def test_restitution_does_not_depend_on_the_speed(make):
-    law = make(BETA, 0.5, MASS, exact=True)
-    found = [computed(law, speed).restitution for speed in (0.02, 0.3, 2.0)]
-    assert found == pytest.approx([0.5] * 3, abs=1e-3)
 
 
 @pytest.mark.parametrize("make", [hertz_damp, hunt_crossley])
@@ -193,9 +170,6 @@ def test_onset_force():
         assert law.onset_force(0.7) == pytest.approx(jump) == 2.0 * law.onset_force(0.35)
     for law in (hertz(BETA, MASS), *(make(BETA, 0.3, MASS) for make in DAMPED)):
         assert 0.0 <= law.onset_force(0.7) < 1e-30
-        first = computed(law, steps=3000.3)
-        force = law_force(law.code, law.parameters, 1e-9 * first.penetration, 0.3, 0.3)[0]
-        assert 0.0 < force < 1e-2 * first.peak_force
 
 
 def test_what_a_law_says_of_itself():
@@ -206,6 +180,7 @@ def test_what_a_law_says_of_itself():
         "0.684043, effective mass 3014000 kg"
     )
     assert kelvin_voigt(1e11, 0.12, 1.0, tension=False).name == "kelvin-voigt without tension"
+    assert hertz(BETA, MASS).duration(0.0) == hertz(BETA, MASS).duration(-1e-9) == np.inf
     names = ["hertz-damp", "hunt-crossley", "jankowski"]
     for make, name in zip(DAMPED, names, strict=True):
         law = make(BETA, 0.4, MASS)
@@ -270,27 +245,8 @@ def test_derivatives_against_finite_differences(code, p, v, v0):
         assert (before + after) / 2 == pytest.approx(slope, rel=1e-4, abs=rounding + 1e-3)
 
 
-@pytest.mark.parametrize("code", PARAMETERS)
-def test_derivatives_are_not_those_of_another_place(code):
-    # The check above with a wrong slope: it tells the laws apart.
-    _, k, c = law_force(code, PARAMETERS[code], 1e-3, 0.2, 0.3)
-    _, stiffer, other = law_force(code, 1.01 * PARAMETERS[code], 1e-3, 0.2, 0.3)
-    assert stiffer > 1.005 * k > 0.0 and other > 1.005 * c > 0.0
-
-
 def test_the_interpreted_law_is_the_compiled_one():
     for p, v in ((1e-3, 0.2), (1e-3, -0.9), (-1.0, 0.0)):
         for code, parameters in PARAMETERS.items():
             compiled = law_force(code, parameters, p, v, 0.4)
             assert law_force.py_func(code, parameters, p, v, 0.4) == pytest.approx(compiled)
-
-
-@pytest.mark.parametrize("speed", [0.0, -1e-9])
-def test_duration_of_a_contact_that_begins_at_rest(speed):
-    assert hertz(BETA, MASS).duration(speed) == np.inf
-
-
-def test_a_collision_is_followed_until_the_law_has_let_go():
-    law = hertz_damp(BETA, 0.1, MASS, exact=True)
-    response = collision(law, M1, M2, 0.3, law.duration(0.3) / 300.3, phase=0.4)
-    assert response.gap[-1, 0] > 0.0 == response.force[-1, 0]

@@ -77,13 +77,8 @@ def test_defect_of_an_elastic_contact_is_all_that_is_lost():
     assert min(defects) < -1e-4 * KINETIC and max(defects) > 1e-4 * KINETIC
 
 
-def test_defect_of_kelvin_voigt_vanishes_with_the_step():
-    coarse, fine = (
-        max(abs(impacts(hit(0.12, steps, phase=phase))[0].defect) for phase in (0.2, 0.5, 0.8))
-        for steps in (16.3, 1600.3)
-    )
-    assert fine < 0.02 * coarse and fine < 1e-3 * KINETIC
-    # A dashpot that moves faster than the work says would have taken more than was lost.
+def test_a_dashpot_that_moves_faster_takes_more():
+    """Than was lost by the work."""
     response = hit(0.12, 1600.3)
     (sound,) = impacts(response)
     (faster,) = impacts(replace(response, v=1.1 * response.v))
@@ -98,6 +93,7 @@ def largest_defect(steps, phases=(0.2, 0.5, 0.8), **changes):
 
 
 LAWS = {
+    "damped": kelvin_voigt(K, 0.12, M),
     "elastic": kelvin_voigt(K, 0.0, M),
     "elastic without tension": kelvin_voigt(K, 0.0, M, tension=False),
     "damped without tension": kelvin_voigt(K, 0.12, M, tension=False),
@@ -147,16 +143,6 @@ def test_lagged_contact_shows_the_energy_that_it_creates(steps, phase):
     assert abs(implicit.defect) < 0.05 * gain
 
 
-def test_lagged_contact_with_damping_hides_it_but_for_the_defect():
-    # It still loses energy, but less than the law asks for.
-    response = hit(0.12, 50.3, update="lagged")
-    (impact,) = impacts(response)
-    assert 0.0 < impact.dissipated < 0.45 * KINETIC
-    asked = KINETIC * (1.0 - response.system.pairs[0].law.epsilon ** 2)
-    assert impact.defect < -0.1 * KINETIC
-    assert impact.dissipated - impact.defect == pytest.approx(asked, rel=0.15)
-
-
 @pytest.mark.parametrize("phase", [0.1, 0.5, 0.9])
 def test_a_lagged_impact_starts_where_the_gap_closed(phase):
     response = hit(0.12, 30.3, phase=phase, update="lagged")
@@ -177,29 +163,17 @@ def test_defect_counts_the_time_of_contact_only():
     assert defects.min() < 0.0 < defects.max()
 
 
-def pushed(law, a=-2.0, n_t=400):
-    """A mass on a spring, at rest against a wall that the ground moves towards it."""
+def test_a_contact_that_begins_at_rest_has_no_restitution():
+    # A mass on a spring, at rest against a wall that the ground moves towards it.
+    law, n_t = kelvin_voigt(1e9, 0.1, 1e3), 400
     at_rest = against_wall(mass_on_spring("m", 1e3, 1e5), law, 0.0, 0.0, 1e-4, n_t)
     ground = np.zeros((n_t, 3))
-    ground[:, 1] = a
-    return simulate(at_rest.system, ground, 1e-4)
-
-
-def test_a_contact_that_begins_at_rest_has_no_restitution():
-    (impact, *_) = impacts(pushed(kelvin_voigt(1e9, 0.1, 1e3)))
+    ground[:, 1] = -2.0
+    (impact, *_) = impacts(simulate(at_rest.system, ground, 1e-4))
     assert impact.approach == 0.0 and np.isnan(impact.restitution)
     assert impact.peak_force > 0.0
     assert replace(impact, approach=0.5, separation=0.2).restitution == pytest.approx(0.4)
     assert np.isnan(replace(impact, approach=-1e-9).restitution)
-
-
-def test_a_contact_that_begins_at_rest_is_damped_with_bounds():
-    law = hertz_damp(1e11, 0.5, 1e3, slowest=1e-3)
-    (impact, *_) = impacts(pushed(law))
-    assert impact.approach == 0.0 and impact.peak_force > 0.0
-    # A hundred times slower it would be damped a hundred times more.
-    slower = impacts(pushed(hertz_damp(1e11, 0.5, 1e3, slowest=1e-5)))[0]
-    assert slower.penetration < 0.9 * impact.penetration
 
 
 def test_nothing_touches():

@@ -11,7 +11,6 @@ from impactfem.coupling.contact import (
     hertz_damp,
     hunt_crossley,
     jankowski,
-    kelvin_voigt,
     law_force,
 )
 from impactfem.coupling.impacts import impacts
@@ -19,7 +18,7 @@ from impactfem.coupling.implicit import contact_forces, pair_force
 from impactfem.coupling.pounding import End, Pair, System, simulate
 from impactfem.sticks.stick import mass_on_spring
 from impactfem.system.errors import SolutionError
-from impactfem.verify.contact import Y, collision
+from impactfem.verify.contact import Y
 
 H = 1.5e-4
 K, C = 1e11, 1.3e8
@@ -38,33 +37,6 @@ def test_the_interpreted_loop_gives_the_numbers_of_the_compiled_one(row, update,
         ours, theirs = getattr(compiled, name), getattr(interpreted, name)
         assert np.abs(ours).max() > 0.0
         assert np.abs(ours - theirs).max() < 1e-10 * np.abs(ours).max()
-
-
-@pytest.mark.parametrize("pounding", [True, False])
-def test_newmark_in_its_usual_form(row, shake, pounding):
-    """Against a, v, u with β = 1/4, γ = 1/2, the contact forces put in as loads."""
-    system, dt = row(0.0 if pounding else None), 5e-4
-    ground = shake(1200, dt)
-    response = simulate(system, ground, dt)
-    u, v, F = response.u, response.v, response.force
-    assert F.any() == pounding
-    load = -ground @ (system.M @ system.ground).T + F @ system.J
-    S = system.M + dt / 2 * system.C + dt**2 / 4 * system.K
-    x, y = np.zeros_like(u[0]), np.zeros_like(u[0])
-    a = np.linalg.solve(system.M, load[0])
-    for f in load[1:]:
-        ahead, faster = x + dt * y + dt**2 / 4 * a, y + dt / 2 * a
-        a = np.linalg.solve(S, f - system.C @ faster - system.K @ ahead)
-        x, y = ahead + dt**2 / 4 * a, faster + dt / 2 * a
-    assert np.abs(x - u[-1]).max() < 1e-9 * np.abs(u).max()
-    assert np.abs(y - v[-1]).max() < 1e-9 * np.abs(v).max()
-
-
-def test_first_rows_are_kept():
-    response = collision(kelvin_voigt(1e9, 0.1, 1e3), 2e3, 2e3, 0.5, 1e-4, phase=0.4)
-    assert response.v[0, 1] == 0.5 and not response.v[0, 7] and not response.force[0].any()
-    # Until the gap closes nothing but the motion at the start.
-    assert response.u[1, 1] > 0.0 == response.u[0, 1]
 
 
 def coupled(seed, m):
@@ -185,14 +157,6 @@ def test_pair_force_by_hand():
     assert abs(K * p + C * v - F) > 1e-3 * F
 
 
-def test_pair_force_that_opens_the_gap_within_the_step():
-    # Hardly closed: the force that the law has at p = 0 counts.
-    W, v = H / 1.5e6, 0.1
-    F, _ = pair_force(KELVIN_VOIGT, PARAMETERS, 1e-12, v, 0.0, H, W)
-    assert pytest.approx(C * v / (1 + W * C), rel=1e-12) == F
-    assert 1e-12 - H * W * F < 0.0
-
-
 @pytest.mark.parametrize("code", [KELVIN_VOIGT, KELVIN_VOIGT_NO_TENSION])
 @pytest.mark.parametrize("stiff", [1.0, 1e2, 1e4, 1e6])
 def test_pair_force_of_a_barely_closed_gap_with_a_coarse_step(code, stiff):
@@ -215,13 +179,14 @@ def test_pair_force_of_a_barely_closed_gap_with_a_coarse_step(code, stiff):
 
 @pytest.mark.parametrize("make", [hertz_damp, hunt_crossley, jankowski])
 def test_pair_force_of_a_law_that_is_not_linear(make):
-    # F = law(p - h W F, v - W F), found by bisection as well.
+    # F = law(p - h W F, v - W F), found by bisection as well; also where a gap is barely closed.
     m = 1.5e6
     law, W = make(1.4e12, 0.5, m), H / m
     rng = np.random.default_rng(7)
-    for _ in range(200):
-        p, v0 = rng.uniform(1e-3, 1e-2), rng.uniform(0.1, 1.0)
-        v = rng.uniform(-0.9, 1.0) * v0
+    some = [(rng.uniform(1e-3, 1e-2), rng.uniform(0.1, 1.0)) for _ in range(200)]
+    states = [(p, rng.uniform(-0.9, 1.0) * v0, v0) for p, v0 in some]
+    states += [(p, 0.1, 0.1) for p in (1e-12, 1e-9, 1e-6, 1e-4)]
+    for p, v, v0 in states:
 
         def excess(F, p=p, v=v, v0=v0):
             return law_force(law.code, law.parameters, p - H * W * F, v - W * F, v0)[0] - F
@@ -230,16 +195,6 @@ def test_pair_force_of_a_law_that_is_not_linear(make):
         assert size >= F > 0.0
         assert pytest.approx(scipy.optimize.brentq(excess, 0.0, p / (H * W)), rel=1e-9) == F
         assert excess(0.99 * F) > 0.0 > excess(1.01 * F)
-
-
-def test_pair_force_depends_on_the_speed_of_approach():
-    law = hertz_damp(1.4e12, 0.5, 1.5e6)
-    slow, fast = (
-        pair_force(law.code, law.parameters, 5e-3, 0.1, v0, H, 0.0)[0] for v0 in (0.1, 1.0)
-    )
-    elastic = 1.4e12 * 5e-3**1.5
-    assert slow == pytest.approx(elastic * (1.0 + law.parameters[1]))
-    assert fast == pytest.approx(elastic * (1.0 + 0.1 * law.parameters[1]))
 
 
 def test_the_loop_remembers_the_speed_of_approach():
@@ -258,17 +213,3 @@ def test_the_loop_remembers_the_speed_of_approach():
     assert [impact.pair.name for impact in found[:3]] == ["right", "left", "right"]
     assert [impact.approach for impact in found[:3]] == pytest.approx([1.0, 0.6, 0.36], rel=2e-3)
     assert [impact.restitution for impact in found[:3]] == pytest.approx([0.6] * 3, abs=2e-3)
-
-
-def test_pair_force_of_jankowski_at_a_barely_closed_gap():
-    m, v = 1e6, 0.1
-    law = jankowski(1e12, 0.5, m)
-    h = law.duration(v) / 32.0
-    W = h / m
-    for p in (1e-12, 1e-9, 1e-6, 1e-4):
-
-        def excess(F, p=p):
-            return law_force(law.code, law.parameters, p - h * W * F, v - W * F, v)[0] - F
-
-        F, _ = pair_force(law.code, law.parameters, p, v, v, h, W)
-        assert pytest.approx(scipy.optimize.brentq(excess, 0.0, p / (h * W)), rel=1e-9) == F

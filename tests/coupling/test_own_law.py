@@ -128,25 +128,6 @@ def test_what_it_says_of_itself():
     )
 
 
-def test_both_kinds_of_laws_in_one_system(row, shake):
-    """Pairs with a law of their own beside one of the program, in pounding buildings."""
-    known = kelvin_voigt(1e10, 0.12, 120e3)
-    system, ground = row(0.004, law=known), shake(2000)
-    mixed = system.with_laws(
-        lambda pair: (
-            own_law("again", spring_dashpot, pair.law.parameters, pair.law.mass)
-            if pair.name == "a2-b2"
-            else pair.law
-        )
-    )
-    assert [isinstance(pair.law, OwnLaw) for pair in mixed.pairs] == [False, True]
-    expected, found = (simulate(one, ground, 2.5e-4) for one in (system, mixed))
-    assert np.abs(expected.force[:, 1]).max() > 1e5
-    assert found.force == pytest.approx(expected.force, rel=1e-6, abs=1.0)
-    softer = system.with_laws(lambda pair: own_law("soft", soft_start, (1e9, 0.1), pair.law.mass))
-    assert np.abs(simulate(softer, ground, 2.5e-4).force).max() < 0.9 * expected.force.max()
-
-
 def test_the_stage_and_its_store(study, tmp_path):
     """Everything that is told of a law of the program is told of one's own."""
     again = study.system.with_laws(

@@ -37,22 +37,6 @@ def test_buildings_alike_never_touch(row, shake):
     assert simulate(row(0.0, softer=0.999), shake(), DT).force.any()
 
 
-def test_free_vibration_of_a_stick_by_the_matrix_exponential(row):
-    stick = row(None, buildings=1).sticks[0]
-    system = System((stick,), ())
-    # A static deflection let go.
-    u0 = np.linalg.solve(stick.K, np.eye(stick.n)[6 + UY] * 1e6)
-    n_t, dt = 2001, 5e-5
-    response = simulate(system, np.zeros((n_t, 3)), dt, u0=u0)
-    invM = np.diag(1.0 / np.diag(stick.M))
-    A = np.block(
-        [[np.zeros_like(invM), np.eye(stick.n)], [-invM @ stick.K, -invM @ stick.C]],
-    )
-    exact = scipy.linalg.expm(A * dt * (n_t - 1)) @ np.concatenate([u0, 0 * u0])
-    assert np.abs(response.u[-1] - exact[: stick.n]).max() < 1e-4 * np.abs(u0).max()
-    assert np.abs(response.u[-1] - u0).max() > 0.1 * np.abs(u0).max()
-
-
 def test_a_point_without_mass_changes_nothing_when_nothing_touches(floors, shake):
     plain = System((build_stick("a", floors(2)),), ())
     pointed = System((build_stick("a", floors(2), storey_points=[(2, 0.3), (1, 0.5)]),), ())
@@ -66,38 +50,26 @@ def test_a_point_without_mass_changes_nothing_when_nothing_touches(floors, shake
     assert not other.acceleration[:, 12:].any()
 
 
-def two_oscillators(dt, tension):
-    m1, m2 = 3e6, 1.5e6
-    k1, k2, c1, c2 = m1 * 11.0**2, m2 * 8.0**2, 0.1 * m1, 0.2 * m2
-    law = kelvin_voigt(1e10, 0.15, effective_mass(m1, m2), tension=tension)
-    n_t = round(0.6 / dt) + 1
-    sticks = (mass_on_spring("1", m1, k1, dashpot=c1), mass_on_spring("2", m2, k2, dashpot=c2))
-    system = System(sticks, (Pair("1-2", point("1"), point("2"), Y, 0.004, law),))
-    ground = np.zeros((n_t, 3))
-    ground[:, 1] = 3.0 * np.sin(9.0 * dt * np.arange(n_t))
-    v0 = np.zeros(12)
-    v0[UY] = 0.3
-    return system, simulate(system, ground, dt, v0=v0), (m1, m2, k1, k2, c1, c2)
-
-
 @pytest.mark.parametrize("tension", [True, False])
 def test_two_oscillators_that_pound_against_adaptive_integration(tension):
-    dt = 1e-5
-    _, response, (m1, m2, k1, k2, c1, c2) = two_oscillators(dt, tension)
-    K, C = response.system.pairs[0].law.parameters[:2]
+    dt, m1, m2 = 1e-5, 3e6, 1.5e6
+    k1, k2, c1, c2 = m1 * 11.0**2, m2 * 8.0**2, 0.1 * m1, 0.2 * m2
+    law = kelvin_voigt(1e10, 0.15, effective_mass(m1, m2), tension=tension)
+    sticks = (mass_on_spring("1", m1, k1, dashpot=c1), mass_on_spring("2", m2, k2, dashpot=c2))
+    system = System(sticks, (Pair("1-2", point("1"), point("2"), Y, 0.004, law),))
+    ground = np.zeros((round(0.6 / dt) + 1, 3))
+    ground[:, 1] = 3.0 * np.sin(9.0 * dt * np.arange(len(ground)))
+    v0 = 0.3 * np.eye(12)[UY]
+    response = simulate(system, ground, dt, v0=v0)
+    K, C = law.parameters[:2]
     touching = False
 
     def rhs(t, y):
-        p, v = y[0] - y[1] - 0.004, y[2] - y[3]
-        F = K * p + C * v if touching else 0.0
+        F = K * (y[0] - y[1] - 0.004) + C * (y[2] - y[3]) if touching else 0.0
         F = F if tension else max(F, 0.0)
+        first, second = -k1 * y[0] - c1 * y[2] - F, -k2 * y[1] - c2 * y[3] + F
         a = 3.0 * np.sin(9.0 * t)
-        return [
-            y[2],
-            y[3],
-            (-k1 * y[0] - c1 * y[2] - F) / m1 - a,
-            (-k2 * y[1] - c2 * y[3] + F) / m2 - a,
-        ]
+        return [y[2], y[3], first / m1 - a, second / m2 - a]
 
     def crossing(t, y):
         return y[0] - y[1] - 0.004
@@ -117,7 +89,7 @@ def test_two_oscillators_that_pound_against_adaptive_integration(tension):
     found = response.u[-1, [UY, 6 + UY]]
     assert found == pytest.approx(y[:2], abs=2e-3 * np.abs(response.u).max())
     # Without contact they would be elsewhere.
-    free = simulate(response.system.without_contact(), response.ground, dt, v0=response.v[0])
+    free = simulate(system.without_contact(), ground, dt, v0=v0)
     assert np.abs(free.u[-1, [UY, 6 + UY]] - y[:2]).max() > 0.1 * np.abs(response.u).max()
 
 
@@ -130,30 +102,6 @@ def test_action_is_reaction():
     force = response.force[:, 0]
     assert response.acceleration[:, UY] == pytest.approx(-force / 2e3)
     assert response.acceleration[:, 6 + UY] == pytest.approx(force / 5e3)
-
-
-def test_row_of_three_masses_hands_the_momentum_on():
-    def last_speed(xi):
-        m = 1e3
-        law = kelvin_voigt(1e9, xi, m / 2)
-        sticks = tuple(mass_on_spring(name, m, 0.0) for name in "123")
-        pairs = tuple(
-            Pair(f"{a}-{b}", point(a), point(b), Y, gap, law)
-            for a, b, gap in (("1", "2", 0.001), ("2", "3", 0.01))
-        )
-        v0 = np.zeros(18)
-        v0[UY] = 1.0
-        # The speeds before each collision differ little enough from 1 for 40 ms.
-        response = simulate(System(sticks, pairs), np.zeros((4000, 3)), 1e-5, v0=v0)
-        assert [impact.pair.name for impact in impacts(response)[:2]] == ["1-2", "2-3"]
-        return response.v[-1, [UY, 6 + UY, 12 + UY]], law.epsilon
-
-    speeds, _ = last_speed(0.0)
-    assert speeds == pytest.approx([0.0, 0.0, 1.0], abs=1e-3)
-    # Each collision of equal masses hands on (1 + ε)/2 of the speed.
-    speeds, epsilon = last_speed(0.1)
-    assert speeds[2] == pytest.approx(((1 + epsilon) / 2) ** 2, rel=5e-3)
-    assert speeds.sum() == pytest.approx(1.0, rel=1e-12)
 
 
 def test_three_buildings_in_a_row(row, shake):
@@ -175,18 +123,6 @@ def test_roles_of_the_two_ends(row, shake):
     wrong = tuple(replace(pair, normal=-pair.normal) for pair in swapped)
     wrong_way = simulate(System(system.sticks, wrong), ground, DT)
     assert np.abs(one.u - wrong_way.u).max() > 1e-3 * np.abs(one.u).max()
-
-
-def test_only_an_eccentric_pair_turns_the_buildings(row, shake):
-    central = simulate(row(0.003), shake(), DT)
-    others = [c for c in range(24) if c % 6 not in (UY, RX)]
-    assert central.force.any() and not central.u[:, others].any()
-    eccentric = simulate(row(0.003, x=4.0), shake(), DT)
-    assert np.abs(eccentric.u[:, [RZ, 12 + RZ]]).max() > 1e-6
-    # A blow along -y at x > 0 turns building a to the left about z: -x F.
-    first = impacts(eccentric)[0].first
-    a, b = eccentric.u[first + 3, [6 + RZ, 18 + RZ]]
-    assert a < 0.0 < b
 
 
 def test_a_wall_moves_with_the_ground():
@@ -234,15 +170,6 @@ def test_a_lagged_blow_up_that_is_still_finite_is_refused(n_t):
     assert impact.restitution == pytest.approx(law.epsilon, abs=0.1)
 
 
-@pytest.mark.parametrize("xi", [0.0, 0.12])
-def test_a_moderate_lagged_run_that_pounds_goes_well(row, shake, xi):
-    # The first one creates energy in every impact, but less than comes in.
-    system = row(0.003, law=kelvin_voigt(1e10, xi, 120e3))
-    response = simulate(system, shake(), DT, update="lagged")
-    found = impacts(response)
-    assert len(found) > 1 and sum(impact.defect for impact in found) < 0.0
-
-
 def test_lagged_force_is_the_law_one_step_before(row, shake):
     response = simulate(row(0.003), shake(), DT, update="lagged")
     law, p, v = response.system.pairs[1].law, -response.gap[:-1, 1], -response.gap_rate[:-1, 1]
@@ -278,10 +205,14 @@ def test_a_start_at_the_wall(mass):
     assert np.abs(found.force - wanted.force).max() < 1e-9 * wanted.force.max()
 
 
-@pytest.mark.parametrize("shape", [(10,), (10, 2), (3, 10), (2, 10, 3)])
-def test_shape_of_the_ground(row, shape):
-    with pytest.raises(ImpactfemError, match=r"ground must have shape \(n_t, 3\), got \("):
-        simulate(row(), np.zeros(shape), DT)
+def test_shapes_that_do_not_fit(row):
+    for shape in ((10,), (10, 2), (3, 10), (2, 10, 3)):
+        with pytest.raises(ImpactfemError, match=r"ground must have shape \(n_t, 3\), got \("):
+            simulate(row(), np.zeros(shape), DT)
+    mass = mass_on_spring("m", 2.0, 0.0)
+    load = Load(End.of_floor(mass, 1), Y, np.ones(10))
+    with pytest.raises(ImpactfemError, match=r"floor 1: expected shape \(11,\), got \(10,\)"):
+        simulate(System((mass,), ()), np.zeros((11, 3)), 0.1, loads=[load])
 
 
 def test_accelerations_are_those_of_the_scheme(row, shake):
@@ -400,10 +331,3 @@ def test_an_eccentric_force_turns_a_floor():
     v = simulate(System((mass,), ()), np.zeros((11, 3)), 0.1, loads=[load]).v[-1]
     # Momentum P t, moment of momentum x P t, with an inertia of m · 1 m².
     assert v == pytest.approx([0.0, 0.5, 0.0, 0.0, 0.0, 1.5])
-
-
-def test_a_force_of_another_length_is_refused():
-    mass = mass_on_spring("m", 2.0, 0.0)
-    load = Load(End.of_floor(mass, 1), Y, np.ones(10))
-    with pytest.raises(ImpactfemError, match=r"floor 1: expected shape \(11,\), got \(10,\)"):
-        simulate(System((mass,), ()), np.zeros((11, 3)), 0.1, loads=[load])

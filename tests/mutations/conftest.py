@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frame_case import floors_meet, neighbour
-from impactfem.coupling.force_history import ForceHistory, write_forces_csv
+from impactfem.coupling.force_history import ForceHistory
 from impactfem.motion import Accelerogram, write_csv
 from impactfem.verify.motion import at2_text, cosmos_text, csmip_text, esm_text, knet_text
 
@@ -155,10 +155,8 @@ def _frame(folder):
     (folder / "device.toml").write_text(two + TRANSIENT % "reduced" + DEVICES)
     t = np.arange(301) * 1e-2
     force = np.column_stack([np.maximum(0.0, 1e5 * np.sin(20.0 * t)), 0.0 * t])
-    write_forces_csv(
-        folder / "forces.csv",
-        ForceHistory(t, ("F.floor_1-G.floor_1", "F.floor_2-G.floor_2"), force),
-    )
+    pairs = "F.floor_1-G.floor_1", "F.floor_2-G.floor_2"
+    ForceHistory(t, pairs, force).write_csv(folder / "forces.csv")
     names = "1.x,1.y,2.x,2.y,tip\n"
     K = 1e6 * np.array([[1, 0, 0, 0, -1], [0] * 5, [0, 0, 1, 0, -1], [0] * 5, [-1, 0, -1, 0, 2]])
     for name, matrix in (("mass", 100.0 * np.eye(5)), ("stiffness", K)):

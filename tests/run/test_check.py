@@ -13,7 +13,7 @@ import pytest
 from frame_case import floors_meet, neighbour, pump
 from impactfem import study
 from impactfem.case import load_case
-from impactfem.coupling.force_history import ForceHistory, write_forces_csv
+from impactfem.coupling.force_history import ForceHistory
 from impactfem.run import loop
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.transient import stage as transient
@@ -57,7 +57,7 @@ def frame(tmp_path, edited):
 def forces(folder, pairs=("F.floor_1-G.floor_1", "F.floor_2-G.floor_2"), end=0.5):
     t = 0.001 * np.arange(round(1000 * end) + 1)
     force = np.zeros((t.size, len(pairs)))
-    write_forces_csv(folder / "forces.csv", ForceHistory(t, pairs, force))
+    ForceHistory(t, pairs, force).write_csv(folder / "forces.csv")
 
 
 def faults(case, mesh=True):

@@ -87,10 +87,7 @@ class Body:
         return len(self.eigenvalue) + 6 * self.free_base
 
     def port(self, name: str) -> Array:
-        """Motion of a port by all coordinates, those of a free base last.
-
-        Returns:
-            Shape (components, len(body)).
+        """Motion of a port by all coordinates, those of a free base last, (components, len(body)).
 
         Raises:
             ImpactfemError: The body has no such port.
@@ -124,13 +121,8 @@ def modal_coordinates(M: Array, C: Array, K: Array) -> tuple[Array, Array, Array
     coordinates η of its own with the mass zero. Parts that nothing couples are solved apart: the
     coordinates of a part that does not move stay exactly zero.
 
-    Args:
-        M: Mass, symmetric, positive but for rows of zeros, shape (n, n).
-        C: Damping, symmetric, shape (n, n).
-        K: Stiffness, symmetric, shape (n, n); positive definite on the rows without mass.
-
-    Returns:
-        Φ with x = Φ z, shape (n, n); μ; λ; the damping Φᵀ C Φ.
+    The matrices are symmetric, shape (n, n); M is positive but for rows of zeros, K positive
+    definite on these. Gives Φ with x = Φ z, shape (n, n); μ; λ; the damping Φᵀ C Φ.
 
     Raises:
         ImpactfemError: A mass is negative, or the stiffness is indefinite.

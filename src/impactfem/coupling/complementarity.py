@@ -98,14 +98,11 @@ class Complementarity:
     def solve(
         self, q: Array, *, active: Mask | None = None, among: Mask | None = None
     ) -> Complementary:
-        """Solve one problem.
+        """Solve one problem with q of shape (m,).
 
-        Args:
-            q: Shape (m,).
-            active: A guess of where p is not zero, shape (m,), best from a problem before; none
-                when None. It changes the time and nothing else.
-            among: Rows that take part, shape (m,): elsewhere p is zero and w of any sign. All when
-                None.
+        A guess of where p is not zero, best `active` of a problem before, changes the time and
+        nothing else. Of the rows, those `among` take part, shape (m,): elsewhere p is zero and w of
+        any sign.
 
         Raises:
             SolutionError: q is not finite; the active set is not found, which only rounding can

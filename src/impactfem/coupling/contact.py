@@ -39,14 +39,14 @@ _FORM = (
 )
 
 
+_compiled: Any = lru_cache(maxsize=256)(numba.cfunc(_SIGNATURE, error_model="numpy"))
+
+
 def compile_force(name: str, force: Force) -> Any:
     """The compiled function of a law; its `address` is the code of the law.
 
     Division by zero in it gives an infinity or nan, not an error. The address holds as long as the
-    object that is returned. A function is compiled once; the same one for all pairs is best.
-
-    Raises:
-        InputError: It is no such function, or numba cannot compile it.
+    object that is returned. What is no such function, or numba cannot compile, is refused.
     """
     where = f"contact law {name!r}"
     if not isinstance(force, FunctionType):
@@ -56,11 +56,6 @@ def compile_force(name: str, force: Force) -> Any:
     except (NumbaError, TypeError) as error:
         reason = str(error).strip().partition("\n")[0]
         raise InputError([Fault(where, "force", reason, _FORM)]) from error
-
-
-@lru_cache(maxsize=256)
-def _compiled(force: FunctionType) -> Any:
-    return numba.cfunc(_SIGNATURE, error_model="numpy")(force)
 
 
 def _typed_call(
@@ -118,15 +113,12 @@ class Law:
         return "N/m" if self.linear else "N/m^1.5"
 
     def duration(self, speed: float) -> float:
-        """Duration of an impact of two free masses [s].
+        """Duration of an impact of two free masses with a speed of approach v₀ [m/s], in [s].
 
-        Kelvin-Voigt: until p = 0, π / Ω_D, or until the force is zero where it may not pull. Hertz:
-        2.9433 p_max / v₀ with p_max = (5 m v₀² / (4 K))^(2/5), that of the elastic impact
-        (Goldsmith 1960, Impact, section 4.2); Hertz-damp and Hunt-Crossley last up to 1.5 times
-        as long at ε = 0.1, Jankowski up to 2 % less.
-
-        Args:
-            speed: Speed of approach v₀ [m/s]; Kelvin-Voigt does not depend on it.
+        Kelvin-Voigt, at any speed: until p = 0, π / Ω_D, or until the force is zero where it may
+        not pull. Hertz: 2.9433 p_max / v₀ with p_max = (5 m v₀² / (4 K))^(2/5), that of the elastic
+        impact (Goldsmith 1960, Impact, section 4.2); Hertz-damp and Hunt-Crossley last up to 1.5
+        times as long at ε = 0.1, Jankowski up to 2 % less.
         """
         K, m = self.stiffness, self.mass
         if self.linear:
@@ -150,12 +142,7 @@ class Law:
 
 
 def law_of(name: str, entry: ContactLaw, mass: float) -> Law:
-    """The law of a pair by its keys in the case file.
-
-    Args:
-        name: Its name in the case file, for messages.
-        entry: The keys.
-        mass: Effective mass of the pair [kg].
+    """The law of a pair with an effective mass [kg] by its keys in the case file.
 
     Raises:
         ValueError: Values of the keys are still to be calibrated, or it says nothing of damping.
@@ -189,13 +176,9 @@ def effective_mass(m1: float, m2: float) -> float:
 def kelvin_voigt(K: float, xi: float, mass: float, *, tension: bool = True) -> Law:
     """The Kelvin-Voigt law of a pair: F = K p + C v, C = 2 ξ √(K m) (paper, equations 2 and 3).
 
-    Its force jumps at onset to C v₀ and, with tension, pulls at the end.
-
-    Args:
-        K: Penalty stiffness [N/m].
-        xi: Damping ratio at contact ξ_c [-].
-        mass: Effective mass of the pair [kg].
-        tension: Whether the contact may pull at its end, as in the paper.
+    K is the penalty stiffness [N/m], ξ the damping ratio at contact [-], m the effective mass of
+    the pair [kg]. The force jumps at onset to C v₀ and, with tension as in the paper, pulls at the
+    end.
     """
     epsilon = relations.kelvin_voigt(xi, tension=tension)
     code = KELVIN_VOIGT if tension else KELVIN_VOIGT_NO_TENSION

@@ -73,43 +73,43 @@ class PairEnds:
                 chosen[name] = values[list(columns)]
         return PairEnds(**chosen)
 
+    @classmethod
+    def read(cls, path: Path, dataset: xr.Dataset, faults: list[Fault]) -> PairEnds:
+        """What the pairs are between, from `forces.nc`; what is there and wrong is a fault.
 
-def _read_ends(path: Path, dataset: xr.Dataset, faults: list[Fault]) -> PairEnds:
-    """What the pairs are between, from `forces.nc`; appends what is there and wrong to the faults.
-
-    Variables that are not there, or are at fault, stay None.
-    """
-    content: dict[str, Any] = {}
-    if "axis" in dataset.variables and [str(word) for word in dataset["axis"].values] != AXES:
-        found = [str(word) for word in dataset["axis"].values]
-        faults.append(Fault(path, "axis", found, "x, y, z"))
-    for name in vars(PairEnds()):
-        if name not in dataset.variables:
-            continue
-        values, expected = dataset[name].values, "(pair)"
-        dims: tuple[str, ...] = ("pair",)
-        if name == "normal":
-            dims, expected = ("pair", "axis"), "(pair, axis), of x, y, z"
-        over = dataset[name].dims
-        if over != dims or (name == "normal" and dataset.sizes["axis"] != len(AXES)):
-            faults.append(Fault(path, name, over, f"expected the dimensions {expected}"))
-            continue
-        if name.startswith("building"):
-            content[name] = tuple(str(value) for value in values)
-            continue
-        x = np.array(values, dtype=float)
-        if name.startswith("floor"):
-            good, expected = np.isfinite(x) & (x == np.round(x)), "whole numbers"
-        elif name == "normal":
-            good = np.abs(np.linalg.norm(x, axis=1) - 1.0) < UNIT_TOLERANCE
-            expected = "a unit vector (x, y, z) for each pair"
-        else:
-            good, expected = np.isnan(x) | ((x >= 0.0) & (x <= 1.0)), "0 to 1, or nan"
-        if not np.all(good):
-            faults.append(Fault(path, name, x.tolist(), expected))
-        else:
-            content[name] = tuple(map(int, x)) if name.startswith("floor") else x
-    return PairEnds(**content)
+        Variables that are not there, or are at fault, stay None.
+        """
+        content: dict[str, Any] = {}
+        if "axis" in dataset.variables and [str(word) for word in dataset["axis"].values] != AXES:
+            found = [str(word) for word in dataset["axis"].values]
+            faults.append(Fault(path, "axis", found, "x, y, z"))
+        for name in vars(cls()):
+            if name not in dataset.variables:
+                continue
+            values, expected = dataset[name].values, "(pair)"
+            dims: tuple[str, ...] = ("pair",)
+            if name == "normal":
+                dims, expected = ("pair", "axis"), "(pair, axis), of x, y, z"
+            over = dataset[name].dims
+            if over != dims or (name == "normal" and dataset.sizes["axis"] != len(AXES)):
+                faults.append(Fault(path, name, over, f"expected the dimensions {expected}"))
+                continue
+            if name.startswith("building"):
+                content[name] = tuple(str(value) for value in values)
+                continue
+            x = np.array(values, dtype=float)
+            if name.startswith("floor"):
+                good, expected = np.isfinite(x) & (x == np.round(x)), "whole numbers"
+            elif name == "normal":
+                good = np.abs(np.linalg.norm(x, axis=1) - 1.0) < UNIT_TOLERANCE
+                expected = "a unit vector (x, y, z) for each pair"
+            else:
+                good, expected = np.isnan(x) | ((x >= 0.0) & (x <= 1.0)), "0 to 1, or nan"
+            if not np.all(good):
+                faults.append(Fault(path, name, x.tolist(), expected))
+            else:
+                content[name] = tuple(map(int, x)) if name.startswith("floor") else x
+        return cls(**content)
 
 
 FORCES = "a force history (NetCDF or CSV)"
@@ -149,6 +149,14 @@ class ForceHistory:
             ends=self.ends.of(chosen),
         )
 
+    def write_csv(self, path: Path) -> None:
+        """Write it as CSV with units in the header."""
+        with atomic(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
+            stream.write(",".join(["time [s]", *(f"{name} [N]" for name in self.pairs)]) + "\n")
+            formats = ["%.17g"] + ["%.9g"] * len(self.pairs)
+            lines: Any = stream  # text; NumPy's stubs disagree on what it may be
+            np.savetxt(lines, np.column_stack([self.time, self.force]), formats, ",")
+
 
 def write_forces(path: Path, response: Response, case_hash: str, key: str = "") -> None:
     """Write the forces of a response as `forces.nc` (see the module) in one piece.
@@ -182,16 +190,6 @@ def write_forces(path: Path, response: Response, case_hash: str, key: str = "") 
         attrs={"title": "impact forces between sticks", "case_hash": case_hash, "inputs": key},
     )
     write_netcdf(path, dataset)
-
-
-def write_forces_csv(path: Path, history: ForceHistory) -> None:
-    """Write a force history as CSV with units in the header."""
-    with atomic(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as stream:
-        stream.write(",".join(["time [s]", *(f"{name} [N]" for name in history.pairs)]) + "\n")
-        formats = ["%.17g"] + ["%.9g"] * len(history.pairs)
-        values = np.column_stack([history.time, history.force])
-        lines: Any = stream  # text; NumPy's stubs disagree on what it may be
-        np.savetxt(lines, values, delimiter=",", fmt=formats)
 
 
 def check_forces(path: Path) -> ForceHistory:
@@ -253,7 +251,7 @@ def _read_netcdf(path: Path) -> ForceHistory:
         elif not faults and dataset["force"].dims != ("time", "pair"):
             found = dataset["force"].dims
             faults.append(Fault(path, "force", found, "expected the dimensions (time, pair)"))
-        ends = PairEnds() if faults else _read_ends(path, dataset, faults)
+        ends = PairEnds() if faults else PairEnds.read(path, dataset, faults)
         if faults:
             raise InputError(faults)
         return ForceHistory(

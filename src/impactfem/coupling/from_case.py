@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
-from impactfem.case import Building, Case, Contact
+from impactfem.case import Building, Case
 from impactfem.case.calibration import Calibration as CalibrationCase
-from impactfem.case.motions import ForceTable, read_force_table
+from impactfem.case.motions import read_force_table
 from impactfem.coupling.contact import effective_mass, law_of
 from impactfem.coupling.pounding import End, Load, Pair, System
 from impactfem.sticks.calibration import Bounds, Calibration, Parameters, Target, assess, calibrate
@@ -70,11 +70,7 @@ def stick_of(
 
 
 def calibration_of(case: Case) -> Calibration | None:
-    """Fit the sticks to the targets of the case, or say how far the given values are from them.
-
-    Returns:
-        None when the case has no calibration.
-    """
+    """Fit the sticks to the targets of the case, or say how far the given values are from them."""
     return None if case.calibration is None else _calibrated(case.calibration, case.buildings)
 
 
@@ -115,10 +111,8 @@ def _calibrated(given: CalibrationCase, every: tuple[Building, ...]) -> Calibrat
 def system_of(case: Case, calibration: Calibration | None) -> System:
     """The sticks of all buildings and the pairs between them.
 
-    Args:
-        case: The case.
-        calibration: Its values go to the buildings that its targets name; the others keep the
-            case file's.
+    The values of a calibration go to the buildings that its targets name; the others keep those of
+    the case file.
     """
     calibrated = {target.building for target in calibration.targets} if calibration else set()
     points: dict[str, list[tuple[int, float]]] = {}
@@ -134,18 +128,29 @@ def system_of(case: Case, calibration: Calibration | None) -> System:
         )
         for building in case.buildings
     }
-    pairs = tuple(_pair(case, contact, sticks) for contact in case.contacts)
-    return System(tuple(sticks.values()), pairs)
+    pairs = []
+    for contact in case.contacts:
+        normal, ends, masses = np.array(contact.normal), list[End](), list[float]()
+        for point in (contact.a, contact.b):
+            stick = sticks[point.building]
+            if point.floor is not None:
+                end = End.of_floor(stick, point.floor, point.offset)
+            else:
+                storey, height = int(point.storey or 0), float(point.relative_height or 0.0)
+                master = stick.storey_points[storey, height]
+                end = End(stick.name, master, point.offset, storey, height)
+            ends.append(end)
+            masses.append(stick.point_mass(end.master, end.offset, normal))
+        law = law_of(contact.law, case.contact_laws[contact.law], effective_mass(*masses))
+        a, b = ends
+        pairs.append(Pair(contact.name, a, b, normal, contact.gap, law, contact.bearing_area))
+    return System(tuple(sticks.values()), tuple(pairs))
 
 
 def loads_of(case: Case, system: System, time_step: float, n_t: int) -> list[Load]:
-    """The loads of a case, on the mass centres of the floors, at the times of a response.
+    """The loads of a case, on the mass centres of the floors, at n_t times of a step [s].
 
-    Args:
-        case: The case.
-        system: Its sticks.
-        time_step: Δt [s].
-        n_t: Number of times.
+    Where samples at the time step miss a part of an impulse, a warning says so.
 
     Raises:
         InputError: A table of forces is not usable any more.
@@ -160,42 +165,15 @@ def loads_of(case: Case, system: System, time_step: float, n_t: int) -> list[Loa
         direction = np.array(loads.direction)
         for (building, floor), force in zip(table.floors, table.at(time).T, strict=True):
             found.append(Load(End.of_floor(system.stick(building), floor), direction, force))
-        _warn_of_coarse_steps(table, time, loads.file.name)
+        fine = np.union1d(time, table.time[table.time <= time[-1]])
+        exact, sampled = (trapezoid(table.at(at), at, axis=0) for at in (fine, time))
+        size = trapezoid(np.abs(table.at(fine)), fine, axis=0)
+        off = float(np.max(np.abs(sampled - exact) / np.maximum(size, 1e-300), initial=0.0))
+        if off > COARSE:
+            LOGGER.warning(
+                "warning: %s: at pounding.time_step an impulse is %.2g %% off; expected a smaller "
+                "step",
+                loads.file.name,
+                100.0 * off,
+            )
     return found
-
-
-def _warn_of_coarse_steps(table: ForceTable, time: Array, name: str) -> None:
-    """Say so where samples at the time step miss a part of an impulse."""
-    fine = np.union1d(time, table.time[table.time <= time[-1]])
-    exact, sampled = (trapezoid(table.at(at), at, axis=0) for at in (fine, time))
-    size = trapezoid(np.abs(table.at(fine)), fine, axis=0)
-    off = float(np.max(np.abs(sampled - exact) / np.maximum(size, 1e-300), initial=0.0))
-    if off > COARSE:
-        LOGGER.warning(
-            "warning: %s: at pounding.time_step an impulse is %.2g %% off; expected a smaller step",
-            name,
-            100.0 * off,
-        )
-
-
-def _pair(case: Case, contact: Contact, sticks: dict[str, Stick]) -> Pair:
-    normal, ends, masses = np.array(contact.normal), list[End](), list[float]()
-    for point in (contact.a, contact.b):
-        stick = sticks[point.building]
-        if point.floor is not None:
-            end = End.of_floor(stick, point.floor, point.offset)
-        else:
-            storey, height = int(point.storey or 0), float(point.relative_height or 0.0)
-            master = stick.storey_points[storey, height]
-            end = End(stick.name, master, point.offset, storey, height)
-        ends.append(end)
-        masses.append(stick.point_mass(end.master, end.offset, normal))
-    return Pair(
-        name=contact.name,
-        a=ends[0],
-        b=ends[1],
-        normal=normal,
-        gap=contact.gap,
-        law=law_of(contact.law, case.contact_laws[contact.law], effective_mass(*masses)),
-        area=contact.bearing_area,
-    )

@@ -126,25 +126,19 @@ def respond(
     ]
     loop: Any = march
     done = loop(
-        h,
-        substeps,
-        lagged,
-        *picked[:8],
-        *(pushes, one.M, one.C, one.K, inverse.S, inverse.free, inverse.loaded),
-        *(picked[8], y, y_v, y_a, T.copy()),
+        *(h, substeps, lagged),
+        tuple(picked[:4]),
+        picked[4],
+        tuple(picked[5:8]),
+        pushes,
+        (one.M, one.C, one.K, inverse.S, inverse.free, inverse.loaded, picked[8]),
+        (y, y_v, y_a, T.copy()),
         np.searchsorted(moving, [0, *(here.stop for here in assembly.columns.values())]),
-        *picked[9:],
-        np.ascontiguousarray(X_y),
-        np.ascontiguousarray(X_T),
-        h * assembly.gamma @ X.T,
+        (*picked[9:], *map(np.ascontiguousarray, (X_y, X_T)), h * assembly.gamma @ X.T),
         assembly.gaps,
         np.array([law.code for law in laws], dtype=np.int64),
         np.array([law.parameters for law in laws]).reshape(m, N_PARAMETERS),
-        us,
-        vs,
-        force,
-        history,
-        energy,
+        (us, vs, force, history, energy),
     )
     if done < n_t:
         raise SolutionError(
@@ -253,50 +247,32 @@ def march(
     h: float,
     substeps: int,
     lagged: bool,
-    mass: Array,
-    damping: Array,
-    eigenvalue: Array,
-    inverse: Array,
+    diagonals: tuple[Array, ...],
     loads: Array,
-    u: Array,
-    v: Array,
-    a: Array,
+    state: tuple[Array, ...],
     pushes: Array,
-    M: Array,
-    C: Array,
-    K: Array,
-    S: Array,
-    free: Array,
-    loaded: Array,
-    rows: Array,
-    y: Array,
-    y_v: Array,
-    y_a: Array,
-    T: Array,
+    attached: tuple[Array, ...],
+    attached_state: tuple[Array, ...],
     ends: NDArray[np.int64],
-    gamma: Array,
-    X: Array,
-    X_y: Array,
-    X_T: Array,
-    W: Array,
+    links: tuple[Array, ...],
     gaps: Array,
     codes: NDArray[np.int64],
     parameters: Array,
-    us: Array,
-    vs: Array,
-    force: Array,
-    history: Array,
-    energy: Array,
+    records: tuple[Array, ...],
 ) -> int:
-    """Step through time by equations (1) and (2); fill us, vs, force, history and energy.
+    """Step through time by equations (1) and (2); fill the records.
 
-    The arguments are those of `respond`, `Assembly` and `Inverse`. u, v, a, those of y and T are
-    the state at the start, which moves on; X, X_y and X_T are the responses of a, ÿ and T to unit
-    forces of the links.
-
-    Returns:
-        The number of times done: n_t, or less where the forces of the links did not converge.
+    The arguments are those of `respond`, `Assembly` and `Inverse`. The states are those at the
+    start, which move on; X, X_y and X_T are the responses of a, ÿ and T to unit forces of the
+    links. Returns the number of times done: n_t, or less where the forces of the links did not
+    converge.
     """
+    _, damping, eigenvalue, inverse = diagonals
+    u, v, a = state
+    _, C, K, S, free, loaded, rows = attached
+    y, y_v, y_a, T = attached_state
+    gamma, X, X_y, X_T, W = links
+    energy = records[4]
     n_t, r = loads.shape
     m, N, fixed = gaps.size, y.size, rows.shape[0]
     b, new_a = np.empty(r), np.empty(r)
@@ -309,7 +285,7 @@ def march(
         gap[k] = max(gap[k] + _motion(gamma[k], u, ends), 0.0)
         rate[k] = _motion(gamma[k], v, ends)
     damped, put_in, worked = 0.0, 0.0, 0.0
-    _record(0, mass, eigenvalue, u, v, M, K, y, y_v, y_a, T, F, us, vs, force, history, energy)
+    _record(0, diagonals, state, attached, attached_state, F, records)
     for t in range(1, n_t):
         p0, p1, q0, q1 = loads[t - 1], loads[t], pushes[t - 1], pushes[t]
         for j in range(substeps):
@@ -381,31 +357,26 @@ def march(
             _correct(h, u, v, a, new_a)
             _correct(h, y, y_v, y_a, new_y)
         energy[t, 2], energy[t, 3], energy[t, 4] = damped, put_in, worked
-        _record(t, mass, eigenvalue, u, v, M, K, y, y_v, y_a, T, F, us, vs, force, history, energy)
+        _record(t, diagonals, state, attached, attached_state, F, records)
     return n_t
 
 
 @numba.njit(nogil=True, cache=True, fastmath=_SUMS)
 def _record(
     t: int,
-    mass: Array,
-    eigenvalue: Array,
-    u: Array,
-    v: Array,
-    M: Array,
-    K: Array,
-    y: Array,
-    y_v: Array,
-    y_a: Array,
-    T: Array,
+    diagonals: tuple[Array, ...],
+    state: tuple[Array, ...],
+    attached: tuple[Array, ...],
+    attached_state: tuple[Array, ...],
     F: Array,
-    us: Array,
-    vs: Array,
-    force: Array,
-    history: Array,
-    energy: Array,
+    records: tuple[Array, ...],
 ) -> None:
     """Fill a row of the records, kinetic and elastic energy among them."""
+    mass, _, eigenvalue, _ = diagonals
+    u, v, _ = state
+    M, _, K, _, _, _, _ = attached
+    y, y_v, y_a, T = attached_state
+    us, vs, force, history, energy = records
     N = y.size
     kinetic, elastic = 0.0, 0.0
     for i in range(u.size):

@@ -85,6 +85,11 @@ class Attached:
     #: Rows in y of each mount: those that are fixed, then its own.
     mounts: tuple[tuple[NDArray[np.int64], NDArray[np.int64]], ...]
 
+    @classmethod
+    def alone(cls, mounts: Sequence[Mount]) -> Attached:
+        """Mounts on a structure that is not in modal coordinates."""
+        return _attached([_mounted(mount, np.zeros((mount.fixed, 0))) for mount in mounts], 0)
+
 
 class Assembly:
     """Bodies and what is between them; coordinates one body after the other.
@@ -125,16 +130,13 @@ class Assembly:
         r = int(ends[-1])
         self.eigenvalue, self.damping, self.mass = np.zeros(r), np.zeros(r), np.ones(r)
         self.ground = np.zeros((r, 3))
-        parts: list[_Part] = []
-        for body in bodies:
-            parts += self._place(body)
+        parts = [part for body in bodies for part in self._place(body)]
         for spring in springs:
             rows = self._between(spring.a, spring.b)
             for what, matrix in (("stiffness", spring.stiffness), ("damping", spring.damping)):
                 _refuse_shape(what, matrix, (len(rows), len(rows)), spring)
-            parts.append(
-                _Part(rows, np.zeros_like(spring.damping), spring.damping, spring.stiffness)
-            )
+            none = np.zeros_like(spring.damping)
+            parts.append(_Part(rows, none, spring.damping, spring.stiffness))
         for mount in mounts:
             rows = np.vstack([self.rows(place) for place in mount.at])
             if len(rows) != mount.fixed:
@@ -156,11 +158,7 @@ class Assembly:
         return len(self.eigenvalue)
 
     def rows(self, place: Place) -> Array:
-        """Motion of a port by the coordinates of all bodies, shape (components, r).
-
-        Raises:
-            ImpactfemError: There is no such body or port.
-        """
+        """Motion of a port by the coordinates of all bodies, shape (components, r)."""
         name, port = place
         if name not in self.bodies:
             raise ImpactfemError(f"no body {name!r}; there are {', '.join(self.bodies)}")
@@ -243,11 +241,6 @@ class _Part:
     K: Array
     push: Array = field(default_factory=lambda: np.zeros((0, 3)))
     mount: bool = False
-
-
-def side_by_side(mounts: Sequence[Mount]) -> Attached:
-    """Mounts alone, on a structure that is not in modal coordinates."""
-    return _attached([_mounted(mount, np.zeros((mount.fixed, 0))) for mount in mounts], 0)
 
 
 def _mounted(mount: Mount, rows: Array) -> _Part:

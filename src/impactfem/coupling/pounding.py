@@ -354,16 +354,10 @@ def simulate(
 def interpolate_ground(
     histories: Sequence[tuple[int, float, Array]], time_step: float, n_t: int
 ) -> Array:
-    """Ground acceleration at n_t times, linear between samples and zero after a record's end.
+    """Ground acceleration at n_t times of a step [s], shape (n_t, 3) [m/s2].
 
-    Args:
-        histories: A component (0, 1, 2 for x, y, z), its time step [s] and samples [m/s2] each;
-            components of the same direction add.
-        time_step: Time step of the result [s].
-        n_t: Number of times.
-
-    Returns:
-        Shape (n_t, 3) [m/s2].
+    Of each history a component (0, 1, 2 for x, y, z), its time step [s] and samples [m/s2], linear
+    between these and zero after the last one; those of the same direction add.
     """
     time = time_step * np.arange(n_t)
     ground = np.zeros((n_t, 3))

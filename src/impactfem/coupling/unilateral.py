@@ -95,8 +95,7 @@ class Motion(Protocol):
     def free(self, amplitude: Array) -> Array:
         """Find v_θ of a step without impulses, under the loads f_θ; what is seen of it.
 
-        Args:
-            amplitude: (1 − θ) and θ times the amplitudes of the loads before and after.
+        `amplitude` is (1 − θ) and θ times the amplitudes of the loads before and after.
         """
 
     def push(self, impulse: Array) -> Array:
@@ -105,9 +104,8 @@ class Motion(Protocol):
     def advance(self) -> tuple[float, ...]:
         """Make the step with the v_θ found last.
 
-        Returns:
-            Kinetic and elastic energy after it, and what the damping and the rule have taken in
-            it and the loads put in [J].
+        Gives kinetic and elastic energy after it, and what the damping and the rule have taken in
+        it and the loads put in [J].
         """
 
     def stored(self) -> tuple[float, float]:
@@ -130,11 +128,7 @@ def state_of(given: Array | None, n: int, what: str) -> Array:
 
 
 def body_before_walls(eigenvalue: Array, contact: Array, damping: Damping = UNDAMPED) -> Assembly:
-    """A body of λ, shape (r,) [1/s2], and its links to rigid walls by modal rows, shape (r, m).
-
-    Raises:
-        SolutionError: Shapes do not fit.
-    """
+    """A body of λ, shape (r,) [1/s2], and its links to rigid walls by modal rows, shape (r, m)."""
     r = len(eigenvalue)
     if contact.ndim != 2 or len(contact) != r:
         raise SolutionError(f"constraints of shape {contact.shape} for {r} modes")
@@ -198,11 +192,7 @@ class ModalMotion:
         return np.asarray(0.5 * (W + W.T), dtype=np.float64)
 
     def start(self, displacement: Array | None, velocity: Array | None) -> tuple[Array, Array]:
-        """Set z and ż, zero when None; what is seen of both. What is attached goes along.
-
-        Raises:
-            SolutionError: One has another shape.
-        """
+        """Set z and ż, zero when None; what is seen of both. What is attached goes along."""
         rows, what = self.assembly.attached.rows, f"{len(self.assembly)} modes"
         self.displacement = state_of(displacement, len(self.assembly), what)
         self.velocity = state_of(velocity, len(self.assembly), what)
@@ -229,10 +219,8 @@ class ModalMotion:
         """Make the step; kinetic, elastic energy, and what was damped, lost and put in."""
         h, all_, one = self.time_step, self.assembly, self.assembly.attached
         mean, y_mean = self._mean, self._y_mean
-        jump, y_jump = (
-            (mean - self.velocity) / self.theta,
-            (y_mean - self._y_velocity) / self.theta,
-        )
+        jump = (mean - self.velocity) / self.theta
+        y_jump = (y_mean - self._y_velocity) / self.theta
         self.velocity, self._y_velocity = self.velocity + jump, self._y_velocity + y_jump
         self.displacement, self._y = self.displacement + h * mean, self._y + h * y_mean
         lost = jump @ (all_.mass * jump) + y_jump @ one.M @ y_jump

@@ -29,7 +29,7 @@ from petsc4py import PETSc
 from impactfem.building.links import BasePlate, carried, linked
 from impactfem.building.mesh import DOFS, BuildingMesh
 from impactfem.building.model import BuildingModel
-from impactfem.coupling.links import Attached, side_by_side
+from impactfem.coupling.links import Attached
 from impactfem.device.mounted import MountedDevice, MountedHistory, mounted_histories
 from impactfem.dynamics.checkpoints import Checkpoints, resumable_march
 from impactfem.dynamics.damping import Rayleigh
@@ -91,7 +91,7 @@ def full_system(
         ImpactfemError: A device cannot be mounted.
         SolutionError: Base plates overlap.
     """
-    attached = side_by_side([one.mount for one in devices])
+    attached = Attached.alone([one.mount for one in devices])
     model, T = linked(building, [one.link for one in base_plates], mesh.nodes)
     own = carried(T, loads.patterns(building, mesh, eccentricity))
     T.destroy()

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.case.facing import facing_floors
-from impactfem.coupling.force_history import ForceHistory, write_forces, write_forces_csv
+from impactfem.coupling.force_history import ForceHistory, write_forces
 from impactfem.plot.floor_products import write_floor_products
 from impactfem.stages.building.stage import target_models
 from impactfem.stages.building.targets import with_structure_targets
@@ -32,7 +32,7 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         write_sticks(folder / "pounding.nc", study, key)
         write_motion(folder / "motion.nc", study, key)
         write_forces(folder / "forces.nc", response, case.content_hash(), key)
-        write_forces_csv(folder / "forces.csv", ForceHistory.of_response(response))
+        ForceHistory.of_response(response).write_csv(folder / "forces.csv")
     return files
 
 
