@@ -20,7 +20,8 @@ from impactfem.case import Case, load_case
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.newmark import Newmark
 from impactfem.motion.from_case import ground_motions
-from impactfem.reduction import galerkin, krylov, orthonormal, reduced_building
+from impactfem.reduction import galerkin, krylov, orthonormal
+from impactfem.reduction.galerkin import GalerkinModes
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.orthonormal import Orthonormal
 from impactfem.reduction.probes import recorded_nodes
@@ -167,7 +168,7 @@ def basis_figures(case_file: str = DEFAULT) -> list[Figure]:
         (Orthonormal, "append", "orthogonalisation", orthogonalising),
         (KrylovBasis, "_settle", "solves and orthogonalisation at once", settling),
         *((module, "product", "products with M and K", multiplying) for module in WITH_PRODUCTS),
-        (reduced_building, "galerkin_modes", "Galerkin's products", projecting),
+        (GalerkinModes, "of", "Galerkin's products", projecting),
     ]
     with ExitStack() as stack:
         for owner, name, label, operations in watched:

@@ -1,7 +1,5 @@
 """Impact forces against the building that they are to act on."""
 
-from __future__ import annotations
-
 import logging
 from dataclasses import replace
 from pathlib import Path
@@ -9,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.building.mesh import BuildingMesh, outward_normal
-from impactfem.case import Case, Contact, ContactPoint, load_case
-from impactfem.coupling.force_history import ForceHistory, PairEnds, read_forces, write_forces_csv
+from impactfem.building.mesh import outward_normal
+from impactfem.case import Contact, ContactPoint, load_case
+from impactfem.coupling.force_history import ForceHistory, PairEnds, read_forces
 from impactfem.reduction.forces import check_contacts, checked_forces
 from impactfem.system.errors import InputError
 
@@ -24,19 +22,19 @@ OUT = {"x-": (-1, 0, 0), "x+": (1, 0, 0), "y-": (0, -1, 0), "y+": (0, 1, 0)}
 
 
 @pytest.fixture(scope="module")
-def case() -> Case:
+def case():
     """Eight floors of B1 and B2 against each other; the 3D model is that of B1."""
     return load_case(GEOMETRY / "npp_pair.toml")
 
 
 @pytest.fixture(scope="module")
-def alone() -> Case:
+def alone():
     """One building F with a 3D model, and no contacts."""
     return load_case(GEOMETRY / "frame.toml")
 
 
 @pytest.fixture
-def history(case: Case) -> ForceHistory:
+def history(case):
     """What the sticks of the case write, up to 2 s."""
     time = np.linspace(0.0, DURATION, 201)
     pairs = tuple(contact.name for contact in case.contacts)
@@ -55,7 +53,7 @@ def history(case: Case) -> ForceHistory:
     return ForceHistory(time, pairs, force, case.content_hash(), "the same", ends)
 
 
-def foreign(**said: object) -> ForceHistory:
+def foreign(**said):
     """Two pairs of another program: floors 1 and 2 of F against a rigid wall beyond its edge."""
     time = np.linspace(0.0, DURATION, 11)
     ends = PairEnds(
@@ -68,40 +66,36 @@ def foreign(**said: object) -> ForceHistory:
     return ForceHistory(time, ("low", "high"), np.ones((11, 2)), ends=replace(ends, **said))
 
 
-def with_contacts(case: Case, *contacts: Contact) -> Case:
+def with_contacts(case, *contacts):
     return case.model_copy(update={"contacts": contacts})
 
 
-def point(building: str, floor: int | None, storey: int | None = None) -> ContactPoint:
+def point(building, floor, storey=None):
     height = None if storey is None else 0.25
     return ContactPoint(
         building=building, floor=floor, storey=storey, relative_height=height, offset=(0, 0, 0)
     )
 
 
-def contact(
-    a: ContactPoint, b: ContactPoint, normal: tuple[float, float, float] = (0, 1, 0)
-) -> Contact:
+def contact(a, b, normal=(0, 1, 0)):
     name = f"{a.label}-{b.label}"
     return Contact(name=name, a=a, b=b, normal=normal, gap=0.01, law="floor", bearing_area=None)
 
 
-def forces_of(case: Case, duration: float = DURATION) -> ForceHistory:
+def forces_of(case, duration=DURATION):
     """Forces of all pairs of a case, from a file that names them only."""
     pairs = tuple(contact.name for contact in case.contacts)
     return ForceHistory(np.array([0.0, duration]), pairs, np.ones((2, len(pairs))))
 
 
-def faults_of(history: ForceHistory, case: Case, mesh: BuildingMesh) -> list[tuple[str, object]]:
+def faults_of(history, case, mesh):
     with pytest.raises(InputError) as caught:
         checked_forces(history, PATH, case, mesh, DURATION)
     assert {fault.file for fault in caught.value.faults} == {PATH}
     return [(fault.key, fault.value) for fault in caught.value.faults]
 
 
-def test_forces_of_the_sticks(
-    history: ForceHistory, case: Case, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_forces_of_the_sticks(history, case, caplog):
     found, edges = checked_forces(history, PATH, case, slabs(8), DURATION, "the same")
     assert found.pairs == history.pairs
     assert np.array_equal(found.force, history.force)
@@ -111,17 +105,17 @@ def test_forces_of_the_sticks(
     assert caplog.records == []
 
 
-def test_a_csv_file_names_the_pairs_only(history: ForceHistory, case: Case, tmp_path: Path) -> None:
+def test_a_csv_file_names_the_pairs_only(history, case, tmp_path):
     path = tmp_path / "forces.csv"
     backwards = history.of(range(7, -1, -1))
-    write_forces_csv(path, backwards)
+    backwards.write_csv(path)
     found, edges = checked_forces(read_forces(path), path, case, slabs(8), DURATION)
     assert found.ends == PairEnds()
     assert [edge.floor for edge in edges] == list(range(8, 0, -1))
     assert found.force == pytest.approx(backwards.force, rel=1e-8)
 
 
-def test_the_second_building_of_a_pair(case: Case) -> None:
+def test_the_second_building_of_a_pair(case):
     """B feels +F n; here B1 is b, and a lies beyond its edge at y = 0."""
     other = with_contacts(case, contact(point("B2", 3), point("B1", 3)))
     _, (edge,) = checked_forces(forces_of(other), PATH, other, slabs(8, "y-"), DURATION)
@@ -130,7 +124,7 @@ def test_the_second_building_of_a_pair(case: Case) -> None:
     assert fault == ("pair B2.floor_3-B1.floor_3, normal out of B1", "(0, -1, 0)")
 
 
-def test_pairs_of_others_do_not_act(case: Case) -> None:
+def test_pairs_of_others_do_not_act(case):
     other = with_contacts(
         case,
         contact(point("B2", 1), point("B3", 1), (1, 0, 0)),
@@ -144,7 +138,7 @@ def test_pairs_of_others_do_not_act(case: Case) -> None:
     assert edge.floor == 2
 
 
-def test_two_pairs_on_one_edge_are_the_same_load(case: Case) -> None:
+def test_two_pairs_on_one_edge_are_the_same_load(case):
     """Along the normal of the edge: those of pairs may differ a little, one name is one load."""
     first = contact(point("B1", 2), point("B2", 2))
     second = first.model_copy(update={"name": f"{first.name}#2", "normal": (1e-5, 1.0, 0.0)})
@@ -153,19 +147,10 @@ def test_two_pairs_on_one_edge_are_the_same_load(case: Case) -> None:
     assert one == other
 
 
-def test_no_pairs(case: Case) -> None:
-    none = with_contacts(case)
-    found, edges = checked_forces(forces_of(none), PATH, none, slabs(8), DURATION)
-    assert (found.pairs, found.force.shape, edges) == ((), (2, 0), [])
-
-
-def test_a_case_without_structure(history: ForceHistory, case: Case) -> None:
+def test_wrong_and_missing_pairs(history, case):
     without = case.model_copy(update={"structure": None})
     with pytest.raises(ValueError, match="without a structure"):
         checked_forces(history, PATH, without, slabs(8), DURATION)
-
-
-def test_wrong_and_missing_pairs(history: ForceHistory, case: Case) -> None:
     pairs = ("B1.floor_1-B2.flor_1", *history.pairs[1:7])
     wrong = replace(history.of(range(7)), pairs=pairs)
     with pytest.raises(InputError) as caught:
@@ -191,23 +176,21 @@ def test_wrong_and_missing_pairs(history: ForceHistory, case: Case) -> None:
         ("normal", np.roll(np.tile([0.0, 1.0, 0.0], (8, 1)), 1, axis=1), "normal"),
     ],
 )
-def test_a_file_that_contradicts_the_case(
-    history: ForceHistory, case: Case, side: str, values: object, key: str
-) -> None:
+def test_a_file_that_contradicts_the_case(history, case, side, values, key):
     other = replace(history, ends=replace(history.ends, **{side: values}))
     faults = faults_of(other, case, slabs(8))
     assert f"pair {history.pairs[1]}, {key}" in dict(faults), faults
     assert len(faults) == (8 if side == "normal" else 1)
 
 
-def test_too_short(history: ForceHistory, case: Case) -> None:
+def test_too_short(history, case):
     mesh = slabs(8)
     checked_forces(history, PATH, case, mesh, DURATION + 0.009)  # less than one of their steps
     with pytest.raises(InputError, match=r"time = 'up to 2 s': forces up to 2\.02 s, which is to"):
         checked_forces(history, PATH, case, mesh, 2.02)
 
 
-def test_every_fault_at_once(history: ForceHistory, case: Case) -> None:
+def test_every_fault_at_once(history, case):
     wrong = replace(history.of(range(7)), pairs=("left", *history.pairs[1:7]))
     mesh = slabs(8, edges={1, 2, 3, 4, 5, 7, 8})
     with pytest.raises(InputError) as caught:
@@ -222,7 +205,7 @@ def test_every_fault_at_once(history: ForceHistory, case: Case) -> None:
     ]
 
 
-def test_contacts_by_the_mesh_alone(case: Case) -> None:
+def test_contacts_by_the_mesh_alone(case):
     """As `check` sees them, before there are forces."""
     check_contacts(case, slabs(8))
     with pytest.raises(InputError) as caught:
@@ -249,9 +232,7 @@ def test_contacts_by_the_mesh_alone(case: Case) -> None:
         ((0.0, -1.0, 0.0), "this pair strikes y-"),
     ],
 )
-def test_normals_that_do_not_fit_the_edge(
-    case: Case, normal: tuple[float, float, float], expected: str
-) -> None:
+def test_normals_that_do_not_fit_the_edge(case, normal, expected):
     other = with_contacts(case, contact(point("B1", 2), point("B2", 2), normal))
     with pytest.raises(InputError) as caught:
         checked_forces(forces_of(other), PATH, other, slabs(8), DURATION)
@@ -272,12 +253,7 @@ def test_normals_that_do_not_fit_the_edge(
         ((0.0, 2.0, 0.3), (3.0, 2.0), "0.3 m above the floor's mass centre"),
     ],
 )
-def test_pairs_beside_the_middle_of_the_edge(
-    case: Case,
-    offset: tuple[float, float, float],
-    axis: tuple[float, float],
-    away: str | None,
-) -> None:
+def test_pairs_beside_the_middle_of_the_edge(case, offset, axis, away):
     """One line load an edge cannot be eccentric, unless [transient] says so of all."""
     first = case.buildings[0].model_copy(update={"axis": axis})
     end = point("B1", 2).model_copy(update={"offset": offset})
@@ -308,14 +284,7 @@ def test_pairs_beside_the_middle_of_the_edge(
         ({"inputs": "another"}, "the same", True),
     ],
 )
-def test_another_case(
-    history: ForceHistory,
-    case: Case,
-    caplog: pytest.LogCaptureFixture,
-    change: dict[str, str],
-    inputs: str,
-    warned: bool,
-) -> None:
+def test_another_case(history, case, caplog, change, inputs, warned):
     other = replace(history, **change)
     with caplog.at_level(logging.WARNING, "impactfem"):
         found, _ = checked_forces(other, PATH, case, slabs(8), DURATION, inputs)
@@ -325,7 +294,7 @@ def test_another_case(
     ] * warned
 
 
-def test_pairs_of_another_program(alone: Case) -> None:
+def test_pairs_of_another_program(alone):
     found, edges = checked_forces(foreign(), PATH, alone, slabs(2), DURATION)
     assert found.pairs == ("low", "high")
     assert [(edge.floor, edge.direction) for edge in edges] == [
@@ -348,14 +317,12 @@ def test_pairs_of_another_program(alone: Case) -> None:
          "pair high, normal out of F", "(1, 0, 0)"),
     ],
 )  # fmt: skip
-def test_pairs_of_another_program_at_fault(
-    alone: Case, said: dict[str, object], key: str, value: object
-) -> None:
+def test_pairs_of_another_program_at_fault(alone, said, key, value):
     assert faults_of(foreign(**said), alone, slabs(2)) == [(key, value)]
 
 
 @pytest.mark.parametrize("side", OUT)
-def test_outward_normal(side: str) -> None:
+def test_outward_normal(side):
     mesh = slabs(2, side)
     assert outward_normal(mesh, 2).tolist() == list(OUT[side])
     turned = outward_normal(slabs(2, side, turn=0.3), 1)

@@ -6,7 +6,7 @@ import scipy.linalg
 import scipy.sparse as sp
 
 from impactfem.reduction import galerkin
-from impactfem.reduction.galerkin import append_contacts, append_responses, galerkin_modes
+from impactfem.reduction.galerkin import GalerkinModes, append_contacts, append_responses
 from impactfem.reduction.krylov import KrylovBasis
 
 SHIFT = (2.0 * np.pi * 5.0) ** 2
@@ -37,7 +37,7 @@ def held_frequencies(K, M, G, count):
 
 
 def reduced_held(basis, G, count):
-    modes = galerkin_modes(basis)
+    modes = GalerkinModes.of(basis)
     gamma = modes.rows(sp.csr_matrix(G))
     return held_frequencies(np.diag(modes.eigenvalue), np.eye(len(gamma)), gamma, count)
 
@@ -47,7 +47,7 @@ def test_free_and_held_modes(completed):
     model, G, basis = completed()
     V = basis.vectors.columns(0, basis.vectors.count)
     assert np.abs(V.T @ model.M @ V - np.eye(V.shape[1])).max() < 1e-12
-    free = np.sqrt(galerkin_modes(basis).eigenvalue[0])
+    free = np.sqrt(GalerkinModes.of(basis).eigenvalue[0])
     assert free == pytest.approx(np.sqrt(model.eigenvalue[0]), rel=1e-9)
     exact = held_frequencies(model.K, model.M, G, 1)
     assert reduced_held(basis, G, 1) == pytest.approx(exact, rel=1e-6)
@@ -73,7 +73,7 @@ def test_blocks_of_any_size(completed, at_once):
     """What the space is made for; the last vectors of the held chain are mostly rounding."""
     (_, G, one), (_, _, other) = completed(), completed(at_once)
     assert reduced_held(other, G, 1) == pytest.approx(reduced_held(one, G, 1), rel=1e-9)
-    free = [galerkin_modes(basis).eigenvalue[0] for basis in (one, other)]
+    free = [GalerkinModes.of(basis).eigenvalue[0] for basis in (one, other)]
     assert free[1] == pytest.approx(free[0], rel=1e-12)
 
 

@@ -41,7 +41,8 @@ from numpy.typing import NDArray
 
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.krylov import KrylovBasis
-from impactfem.reduction.reduced import ReducedModel, nested_size, reduced_model, shift_of
+from impactfem.reduction.reduced import ReducedModel, reduced_model, shift_of
+from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]
 
@@ -65,13 +66,16 @@ NEGLIGIBLE = 1e-4
 def nested_models(
     basis: KrylovBasis, shares: Sequence[float] = NESTED_SHARES
 ) -> list[ReducedModel]:
-    """The model of a basis, and those of shares of its size that the estimate compares it with.
+    """The model of a basis, and those of about shares of its size that the estimate compares it to.
 
     Raises:
-        SolutionError: The basis is too small.
+        SolutionError: The basis has not taken a block step since the last loads came in.
     """
-    sizes = dict.fromkeys(nested_size(basis, share) for share in shares)
-    return [reduced_model(basis), *(reduced_model(basis, size) for size in sizes)]
+    sizes = [n for n in basis.sizes if n < basis.size and not np.any(basis.R[n:])]
+    if not sizes:
+        raise SolutionError("no smaller space of the reduced basis holds all loads: let it grow")
+    nested = [min(sizes, key=lambda n: abs(n - share * basis.size)) for share in shares]
+    return [reduced_model(basis), *(reduced_model(basis, n) for n in dict.fromkeys(nested))]
 
 
 def larger_models(
@@ -95,14 +99,8 @@ def transfer_band(
 ) -> Array:
     """Half width of the band on the size of transfer functions, as of `ReducedModel.transfer`.
 
-    Args:
-        models: The model, and those nested in it.
-        basis: Rows of V at the probes, shape (n_probes, size).
-        omega: ω, ascending, above zero, shape (n_freq,) [rad/s].
-        damping: The damping.
-
-    Returns:
-        Shape (n_freq, n_probes, n_patterns) [m per unit of the load].
+    Of the model, and those nested in it; V at the probes, shape (n_probes, size); ω ascending,
+    above zero, shape (n_freq,) [rad/s]. Shape (n_freq, n_probes, n_patterns) [m per unit of load].
     """
     responses = [m.transfer(basis, omega, damping) for m in models]
     outside = [m.outside(omega, damping) for m in models]
@@ -125,15 +123,9 @@ def transfer_bound(
 ) -> Array:
     """Bound on the error of transfer functions, in the modulus of the complex difference.
 
-    Args:
-        model: The model.
-        probe_norm: ‖l‖ of each probe, by `KrylovBasis.dual_norm`, shape (n_probes,).
-        residual_norm: ‖r‖ by `Residual.norms`, shape (n_freq, n_patterns).
-        omega: ω, shape (n_freq,) [rad/s]. Without damping, and at zero, the bound is infinite.
-        damping: The damping.
-
-    Returns:
-        Shape (n_freq, n_probes, n_patterns) [m per unit of the load].
+    By ‖l‖ of each probe (`KrylovBasis.dual_norm`), shape (n_probes,), and ‖r‖ (`Residual.norms`),
+    shape (n_freq, n_patterns). Shape (n_freq, n_probes, n_patterns) [m per unit of the load];
+    infinite without damping, and at zero.
     """
     sigma = shift_of(omega, damping)
     with np.errstate(divide="ignore"):

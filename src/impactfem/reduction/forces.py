@@ -68,26 +68,18 @@ def checked_forces(
     """The impact forces on the building of the 3D model, after every check that can be made.
 
     The pairs are those of the case. In a case without contacts they are those of the file, which
-    says then what they are between.
+    says then what they are between. A file of this program that was made from anything else than
+    `inputs`, the hash of what this run's sticks depend on, is used with a warning; it is empty
+    where not known.
 
-    Args:
-        history: The forces, as read.
-        path: Their file, for messages.
-        case: The case, with a structure.
-        mesh: The mesh of its building.
-        duration: Time that is to be computed [s].
-        inputs: Hash of what this run's sticks depend on; empty when it is not known. A file of
-            this program that was made from anything else is used with a warning.
-
-    Returns:
-        The history of the pairs that touch the building, and what a positive force of each does to
-        it: it pushes the edge of a floor inwards.
+    Gives the history of the pairs that touch the building, and what a positive force of each does
+    to it: it pushes the edge of a floor inwards.
 
     Raises:
-        InputError: With every fault of the forces.
+        InputError: With every fault of the forces, over the duration that is to be computed [s].
         ValueError: The case has no structure.
     """
-    ends, faults = _ends(history, path, case, duration)
+    ends, faults = pair_ends(history, path, case, duration)
     building = _three_d(case)
     mine = {j: end for j, pair in ends.items() for end in pair if end.building == building}
     edges = _struck_edges(mesh)
@@ -106,11 +98,6 @@ def checked_forces(
     return history.of(list(mine)), pushed
 
 
-def history_faults(history: ForceHistory, path: Path, case: Case, duration: float) -> list[Fault]:
-    """What is wrong with impact forces whatever the mesh is: their pairs and their length."""
-    return _ends(history, path, case, duration)[1]
-
-
 def _three_d(case: Case) -> str:
     """The building of the 3D model."""
     if case.structure is None:
@@ -118,15 +105,30 @@ def _three_d(case: Case) -> str:
     return case.structure.building
 
 
-def _ends(
+def pair_ends(
     history: ForceHistory, path: Path, case: Case, duration: float
 ) -> tuple[Ends, list[Fault]]:
-    """Both ends of the pairs, and what is wrong with the history."""
+    """Both ends of the pairs, by their index; what is wrong with these or with the length.
+
+    As the contacts of the case say, or the file, in a case without contacts; whatever the mesh is.
+    """
     building = _three_d(case)
+    contacts = {contact.name: contact for contact in case.contacts}
     ends: Ends = {}
     faults: list[Fault] = []
-    if case.contacts:
-        ends, faults = _ends_by_case(history, path, case, building)
+    if contacts:
+        for j, name in enumerate(history.pairs):
+            if name not in contacts:
+                expected = f"expected a pair of the case; {nearest(name, list(contacts))}"
+                faults.append(Fault(path, "pair", name, expected))
+                continue
+            ends[j] = _ends_of_contact(contacts[name])
+            faults += _contradictions(history, path, j, ends[j])
+        for name, contact in contacts.items():
+            touches = building in (contact.a.building, contact.b.building)
+            if touches and name not in history.pairs:
+                expected = f"the forces of the pair {name} of the case, which touches {building}"
+                faults.append(Fault(path, "pair", None, expected))
     elif history.pairs:
         ends, faults = _ends_by_file(history, path, building)
     # The last step of forces may be cut, as whole steps make no duration.
@@ -233,28 +235,6 @@ def _edge_force(floor: int, outward: Iterable[float]) -> EdgeForce:
     # The edge's own normal, not the pair's: all pairs of a floor are one load then.
     x, y, z = (-component + 0.0 for component in outward)
     return EdgeForce(f"floor {floor}", floor, (x, y, z))
-
-
-def _ends_by_case(
-    history: ForceHistory, path: Path, case: Case, building: str
-) -> tuple[Ends, list[Fault]]:
-    """Both ends of the pairs, by their index, as the contacts of the case say; what is wrong."""
-    contacts = {contact.name: contact for contact in case.contacts}
-    faults: list[Fault] = []
-    ends: Ends = {}
-    for j, name in enumerate(history.pairs):
-        if name not in contacts:
-            expected = f"expected a pair of the case; {nearest(name, list(contacts))}"
-            faults.append(Fault(path, "pair", name, expected))
-            continue
-        ends[j] = _ends_of_contact(contacts[name])
-        faults += _contradictions(history, path, j, ends[j])
-    for name, contact in contacts.items():
-        touches = building in (contact.a.building, contact.b.building)
-        if touches and name not in history.pairs:
-            expected = f"the forces of the pair {name} of the case, which touches {building}"
-            faults.append(Fault(path, "pair", None, expected))
-    return ends, faults
 
 
 def _ends_of_contact(contact: Contact) -> tuple[PairEnd, PairEnd]:

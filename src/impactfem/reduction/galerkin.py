@@ -35,11 +35,9 @@ Array = NDArray[np.float64]
 def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 8) -> None:
     """Complete the basis of a free structure for its contacts. Collective.
 
-    Args:
-        free: The basis of the free structure under its loads; it must not grow afterwards.
-        G: Constraints at this rank's rows, shape (n_local, m), an array or of `scipy.sparse`.
-        starts: Number of low modes of the free structure that the held one starts from.
-        steps: Length of its chain.
+    G are the constraints at this rank's rows, shape (n_local, m), an array or of `scipy.sparse`.
+    The chain of the held structure has so many steps and starts from as many low modes of the free
+    one. The basis must not grow afterwards.
     """
     M, vectors = free.M, free.vectors
     low = reduced_model(free).coordinates[:, :starts]
@@ -71,10 +69,8 @@ def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 
 def append_responses(free: KrylovBasis, F: Any, *, steps: int = 2) -> None:
     """Append the first vectors of loads that the structure answers to locally. Collective.
 
-    Args:
-        free: The basis of the structure under its other loads; it must not grow afterwards.
-        F: Loads at this rank's rows, shape (n_local, k), an array or of `scipy.sparse`.
-        steps: Number of vectors for each: (K + σ0 M)⁻¹ F, A (K + σ0 M)⁻¹ F, ...
+    (K + σ0 M)⁻¹ F, A (K + σ0 M)⁻¹ F, ..., so many for each of the loads F at this rank's rows,
+    shape (n_local, k), an array or of `scipy.sparse`. The basis must not grow afterwards.
     """
     for step in range(1, steps + 1):
         images = []
@@ -93,27 +89,25 @@ class GalerkinModes:
     coordinates: Array  #: Of the modes in the vectors, shape (number of vectors, r).
     vectors: Orthonormal  #: The vectors V.
 
+    @classmethod
+    @all_blas_threads()
+    def of(cls, basis: KrylovBasis) -> GalerkinModes:
+        """The modes on all vectors of a basis, also those that were appended to it. Collective."""
+        vectors = basis.vectors
+        n = vectors.count
+        stiffness = np.zeros((n, n))
+        first = 0
+        for V in vectors.pieces(0, n):
+            part = slice(first, first + V.shape[1])
+            stiffness[part, : part.stop] = vectors.seen(product(basis.K, V), part.stop)
+            first = part.stop
+        eigenvalue, coordinates = np.linalg.eigh(stiffness, UPLO="L")
+        return cls(eigenvalue, coordinates, vectors)
+
     def rows(self, L: Any) -> Array:
         """Φᵀ L, shape (r, k), the same on all ranks. Collective.
 
-        Args:
-            L: Loads, constraints or probes at this rank's rows, shape (n_local, k), an array or of
-                `scipy.sparse`.
+        L: loads, constraints or probes at this rank's rows, shape (n_local, k), an array or sparse.
         """
         seen = self.vectors.seen(L, self.vectors.count) @ self.coordinates
         return np.ascontiguousarray(seen.T)
-
-
-@all_blas_threads()
-def galerkin_modes(basis: KrylovBasis) -> GalerkinModes:
-    """The modes on all vectors of a basis, those included that were appended to it. Collective."""
-    vectors = basis.vectors
-    n = vectors.count
-    stiffness = np.zeros((n, n))
-    first = 0
-    for V in vectors.pieces(0, n):
-        part = slice(first, first + V.shape[1])
-        stiffness[part, : part.stop] = vectors.seen(product(basis.K, V), part.stop)
-        first = part.stop
-    eigenvalue, coordinates = np.linalg.eigh(stiffness, UPLO="L")
-    return GalerkinModes(eigenvalue, coordinates, vectors)

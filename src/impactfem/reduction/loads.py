@@ -25,14 +25,9 @@ def project(time: Array, values: Array, time_step: float, n_steps: int) -> Array
     Σ_j ∫h_i h_j dt p_j = ∫h_i f dt. As the hats add up to 1 and to t, the impulse ∫f dt and its
     moment ∫t f dt are kept exactly. Linear interpolation keeps neither.
 
-    Args:
-        time: Times of the given function, ascending, shape (n,) [s]. Outside it is zero.
-        values: Its values, straight between, shape (n, m).
-        time_step: Step of the new grid [s].
-        n_steps: Number of its steps, from time 0 on.
-
-    Returns:
-        Values on the new grid, shape (n_steps + 1, m).
+    The given one has ascending times, shape (n,) [s], outside of which it is zero, and values,
+    shape (n, m). Gives those at time 0 and after each of the steps of the new grid, shape (n_steps
+    + 1, m).
     """
     end = time_step * n_steps
     grid = time_step * np.arange(n_steps + 1)

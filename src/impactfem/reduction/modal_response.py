@@ -14,6 +14,7 @@ full model at the same step. Both are in equilibrium at each sample, which gives
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numba
 import numpy as np
@@ -46,13 +47,8 @@ def modal_response(
 ) -> ModalHistory:
     """Integrate the modal equations by a scheme of STEPS: "exact" or "newmark".
 
-    Args:
-        model: The reduced model.
-        amplitudes: Samples of the load of each pattern, shape (n_steps + 1, n_patterns).
-        time_step: Δt [s].
-        damping: The damping.
-        scheme: The scheme.
-        start: Modal displacements at rest at the first sample, shape (r,); zero when None.
+    From samples of the load of each pattern, shape (n_steps + 1, n_patterns), Δt [s] apart; and
+    modal displacements at rest at the first one, shape (r,), zero when None.
 
     Raises:
         SolutionError: An unknown scheme, a step that is not positive.
@@ -70,74 +66,66 @@ def modal_response(
     return ModalHistory(z, v, a)
 
 
-def _exact_step(eigenvalue: Array, damping: Array, dt: float) -> tuple[Array, Array]:
-    """D, shape (r, 2, 2), and G, shape (r, 2, 2) with columns G₀ and G₁."""
-    e00, e11, h, h2, h3 = _unit_step(eigenvalue * dt**2, damping * dt)
-    D, G = np.empty((len(h), 2, 2)), np.empty((len(h), 2, 2))
-    D[:, 0, 0], D[:, 0, 1] = e00, dt * h
-    D[:, 1, 0], D[:, 1, 1] = -dt * eigenvalue * h, e11
-    # A load that rises from 0 to 1, and one that falls from 1 to 0.
-    G[:, 0, 1], G[:, 1, 1] = dt**2 * h3, dt * h2
-    G[:, 0, 0], G[:, 1, 0] = dt**2 * (h2 - h3), dt * (h - h2)
-    return D, G
-
-
 @numba.njit(cache=True)
-def _unit_step(eigenvalue: Array, damping: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """For Δt = 1: diagonal of D, the response h to a unit impulse, and its first two integrals."""
+def _exact_step(eigenvalue: Array, damping: Array, dt: float) -> tuple[Array, Array]:
+    """D, shape (r, 2, 2), and G, shape (r, 2, 2) with columns G₀ and G₁.
+
+    By the step Δt = 1 with λ Δt² and c Δt: the diagonal of D, the response h to a unit impulse, and
+    its first two integrals h2 and h3.
+    """
     r = eigenvalue.size
-    e00, e11, h, h2, h3 = np.empty(r), np.empty(r), np.empty(r), np.empty(r), np.empty(r)
+    D, G = np.empty((r, 2, 2)), np.empty((r, 2, 2))
     for i in range(r):
-        λ, c = eigenvalue[i], damping[i]
+        λ, c = eigenvalue[i] * dt**2, damping[i] * dt
         μ = 0.5 * c
         δ = μ * μ - λ
         if abs(λ) <= 1.0 and c <= 1.0:
             # h is the sum of g_j t^(j+1)/(j+1)! with g_j = −c g_{j−1} − λ g_{j−2}.
-            e11[i] = h[i] = h2[i] = h3[i] = 0.0
+            e11 = h = h2 = h3 = 0.0
             g, before, factorial = 1.0, 0.0, 1.0
             for j in range(25):
-                e11[i] += g / factorial
+                e11 += g / factorial
                 factorial *= j + 1
-                h[i] += g / factorial
-                h2[i] += g / (factorial * (j + 2))
-                h3[i] += g / (factorial * (j + 2) * (j + 3))
+                h += g / factorial
+                h2 += g / (factorial * (j + 2))
+                h3 += g / (factorial * (j + 2) * (j + 3))
                 g, before = -c * g - λ * before, g
-            e00[i] = e11[i] + c * h[i]
+            e00 = e11 + c * h
         elif δ < 0.0:
             ω = np.sqrt(-δ)
-            h[i] = np.exp(-μ) * np.sin(ω) / ω
-            e11[i] = np.exp(-μ) * np.cos(ω) - μ * h[i]
-            e00[i] = e11[i] + c * h[i]
+            h = np.exp(-μ) * np.sin(ω) / ω
+            e11 = np.exp(-μ) * np.cos(ω) - μ * h
+            e00 = e11 + c * h
             # From ḧ + c ḣ + λ h = 0, integrated once and twice.
-            h2[i] = (1.0 - e11[i] - c * h[i]) / λ
-            h3[i] = (1.0 - h[i] - c * h2[i]) / λ
+            h2 = (1.0 - e11 - c * h) / λ
+            h3 = (1.0 - h - c * h2) / λ
         else:
             # Decays b ≥ a, with ḣ + a h = exp(−b t); of the integrals, each follows from the one
-            # before and from those of exp(−a t).
+            # before and from those of exp(−a t), φ1 and φ2.
             η = np.sqrt(δ)
             b = μ + η
             a = λ / b
             rise = -np.expm1(-2.0 * η) / (2.0 * η) if η > 0.0 else 1.0
-            h[i] = np.exp(-a) * rise
-            e11[i] = np.exp(-b) - a * h[i]
-            e00[i] = np.exp(-b) + b * h[i]
-            φ1, φ2 = _integrals_of_decay(a)
-            h2[i] = (φ1 - h[i]) / b
-            h3[i] = (φ2 - h2[i]) / b
-    return e00, e11, h, h2, h3
-
-
-@numba.njit(cache=True)
-def _integrals_of_decay(a: float) -> tuple[float, float]:
-    """First two integrals of exp(−a t) from 0 to 1."""
-    if abs(a) > 0.5:
-        φ1 = -np.expm1(-a) / a
-        return φ1, (1.0 - φ1) / a
-    φ2, term = 0.0, 0.5
-    for j in range(18):
-        φ2 += term
-        term *= -a / (j + 3)
-    return 1.0 - a * φ2, φ2
+            h = np.exp(-a) * rise
+            e11 = np.exp(-b) - a * h
+            e00 = np.exp(-b) + b * h
+            if abs(a) > 0.5:
+                φ1 = -np.expm1(-a) / a
+                φ2 = (1.0 - φ1) / a
+            else:
+                φ2, term = 0.0, 0.5
+                for j in range(18):
+                    φ2 += term
+                    term *= -a / (j + 3)
+                φ1 = 1.0 - a * φ2
+            h2 = (φ1 - h) / b
+            h3 = (φ2 - h2) / b
+        D[i, 0, 0], D[i, 0, 1] = e00, dt * h
+        D[i, 1, 0], D[i, 1, 1] = -dt * eigenvalue[i] * h, e11
+        # A load that falls from 1 to 0, and one that rises from 0 to 1.
+        G[i, 0, 0], G[i, 1, 0] = dt**2 * (h2 - h3), dt * (h - h2)
+        G[i, 0, 1], G[i, 1, 1] = dt**2 * h3, dt * h2
+    return D, G
 
 
 def _newmark_step(eigenvalue: Array, damping: Array, dt: float) -> tuple[Array, Array]:
@@ -175,5 +163,5 @@ def _march(D: Array, G: Array, loads: Array, start: Array) -> tuple[Array, Array
     return z, v
 
 
-STEPS = {"exact": _exact_step, "newmark": _newmark_step}
+STEPS: dict[str, Any] = {"exact": _exact_step, "newmark": _newmark_step}
 """By scheme, what gives D and G of each mode."""

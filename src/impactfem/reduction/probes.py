@@ -12,8 +12,7 @@ from impactfem.building.mesh import BuildingMesh, Mark, Part, parse_group, place
 from impactfem.case import Case
 from impactfem.case.devices import chosen
 from impactfem.case.transient import OUTSIDE
-from impactfem.case.transient import Probe as CaseProbe
-from impactfem.system.errors import Fault, InputError, SolutionError
+from impactfem.system.errors import Fault, InputError
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -44,50 +43,45 @@ def checked_probes(case: Case, mesh: BuildingMesh) -> list[Probe]:
     probes, faults = standard_probes(mesh, case.wave_floor), []
     # What is nearer to a node than half a side of a triangle is taken for the node.
     farthest = max(OUTSIDE, 0.5 * float(side_lengths(mesh.nodes, mesh.triangles).mean()))
+    tree = cKDTree(mesh.nodes)
     for index, one in case.numbered_probes:
-        try:
-            probes += _requested(mesh, one, farthest)
-        except SolutionError as error:
-            faults.append(Fault(case.path, f"transient.probes[{index}]", None, str(error)))
+        found, wrong = [], ""
+        if one.group is not None:
+            nodes = _free_nodes(mesh, one.group)
+            found = [Probe(one.numbered(k), int(n)) for k, n in enumerate(nodes, start=1)]
+            if not found:
+                wrong = f"the probe's group {one.group} has no free nodes in this mesh"
+        else:
+            for name, point in one.points:
+                distance, node = tree.query(point)
+                found.append(Probe(name, int(node), float(distance)))
+                if distance > farthest and not wrong:
+                    wrong = (
+                        f"the probe {name} at {place(np.array(point))} is outside the building: the"
+                        f" nearest node, at {place(mesh.nodes[node])}, is {distance:.3g} m away"
+                    )
+        if wrong:
+            faults.append(Fault(case.path, f"transient.probes[{index}]", None, wrong))
+        probes += found
     if faults:
         raise InputError(faults)
     return probes
 
 
-def _requested(mesh: BuildingMesh, one: CaseProbe, farthest: float) -> list[Probe]:
-    """The probes of one table of the case."""
-    if one.group is not None:
-        nodes = _group(mesh, one.group)
-        return [Probe(one.numbered(k), int(n)) for k, n in enumerate(nodes, start=1)]
-    tree, probes = cKDTree(mesh.nodes), []
-    for name, point in one.points:
-        distance, node = tree.query(point)
-        if distance > farthest:
-            raise SolutionError(
-                f"the probe {name} at {place(np.array(point))} is outside the building: the "
-                f"nearest node, at {place(mesh.nodes[node])}, is {distance:.3g} m away"
-            )
-        probes.append(Probe(name, int(node), float(distance)))
-    return probes
-
-
-def _group(mesh: BuildingMesh, group: str) -> NDArray[np.int64]:
-    """The free nodes of a physical group, ascending."""
+def _free_nodes(mesh: BuildingMesh, group: str) -> Index:
+    """The free nodes of a physical group, ascending; none where the mesh has no such group."""
     named = parse_group(group)
     if isinstance(named, Mark) and named.kind == "centre" and named.level in mesh.centres:
         return np.array([mesh.centres[named.level]])
     if isinstance(named, Mark) and named.kind == "edge" and named.level in mesh.edges:
         return np.unique(mesh.edges[named.level])
-    if isinstance(named, Part):
-        for parts, cells, part in (
-            (mesh.shell_parts, mesh.triangles, mesh.triangle_part),
-            (mesh.beam_parts, mesh.lines, mesh.line_part),
-        ):
-            chosen = [k for k, one in enumerate(parts) if one == named]
-            if chosen:
-                nodes = np.unique(cells[part == chosen[0]])
-                return np.setdiff1d(nodes, mesh.base)
-    raise SolutionError(f"the probe's group {group} has no free nodes in this mesh")
+    for parts, cells, part in (
+        (mesh.shell_parts, mesh.triangles, mesh.triangle_part),
+        (mesh.beam_parts, mesh.lines, mesh.line_part),
+    ):
+        if isinstance(named, Part) and named in parts:
+            return np.setdiff1d(np.unique(cells[part == parts.index(named)]), mesh.base)
+    return np.zeros(0, dtype=np.int64)
 
 
 def standard_probes(mesh: BuildingMesh, across: int | None = None) -> list[Probe]:

@@ -51,15 +51,10 @@ class ReducedModel:
         return np.asarray(self._factor(omega, damping)[:, :, None] * self.load)
 
     def transfer(self, basis: Array, omega: Array, damping: Rayleigh) -> Complex:
-        """Displacements at some rows under the loads exp(iωt), one pattern at a time.
+        """Displacements at rows of V, as of `shapes`, under the loads exp(iωt), one at a time.
 
-        Args:
-            basis: As of `shapes`.
-            omega: ω, shape (n_freq,) [rad/s].
-            damping: The damping.
-
-        Returns:
-            Shape (n_freq, n, n_patterns) [m per unit of the load].
+        ω has the shape (n_freq,) [rad/s]; gives shape (n_freq, n, n_patterns) [m per unit of the
+        load].
         """
         shapes, factor = self.shapes(basis), self._factor(omega, damping)
         return np.stack([factor @ (shapes * b).T for b in self.load.T], axis=-1)
@@ -79,12 +74,9 @@ class ReducedModel:
 
 
 def reduced_model(basis: KrylovBasis, size: int | None = None) -> ReducedModel:
-    """The modal equations of a basis, or of the first vectors of it: a nested, coarser model.
+    """The modal equations of a basis, or of its first vectors: a nested, coarser model.
 
-    Args:
-        basis: The basis.
-        size: Number of its vectors to take; all when None. Those of `basis.sizes` give the models
-            that the basis had on its way.
+    The sizes of `basis.sizes` give the models that the basis had on its way.
 
     Raises:
         SolutionError: There are not so many vectors, or they do not hold all load patterns.
@@ -108,18 +100,6 @@ def reduced_model(basis: KrylovBasis, size: int | None = None) -> ReducedModel:
         shift=basis.shift,
         tail=outside @ Y,
     )
-
-
-def nested_size(basis: KrylovBasis, share: float) -> int:
-    """The size of a nested model that has about a share, below 1, of the vectors.
-
-    Raises:
-        SolutionError: The basis has not taken a block step since the last loads came in.
-    """
-    sizes = [n for n in basis.sizes if n < basis.size and not np.any(basis.R[n:])]
-    if not sizes:
-        raise SolutionError("no smaller space of the reduced basis holds all loads: let it grow")
-    return min(sizes, key=lambda n: abs(n - share * basis.size))
 
 
 def shift_of(omega: Array, damping: Rayleigh) -> Complex:
@@ -153,11 +133,7 @@ class Residual:
 def residual_norms(gram: Array, model: ReducedModel, omega: Array, damping: Rayleigh) -> Array:
     """Norms of the residual, as of `Residual`, of the model of all of a basis, (n, n_patterns).
 
-    Args:
-        gram: Qᵀ (K + σ0 M) Q, shape (n_tail, n_tail).
-        model: The model.
-        omega: ω, shape (n,) [rad/s].
-        damping: The damping.
+    `gram` is Qᵀ (K + σ0 M) Q, shape (n_tail, n_tail); ω has the shape (n,) [rad/s].
     """
     w = model.outside(omega, damping)
     squares = np.sum(w.conj() * (gram @ w), axis=1).real

@@ -13,7 +13,7 @@ under the union of all load patterns (`krylov`), which is completed for contacts
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ from impactfem.building.links import BasePlate, Displacements, carried, linked
 from impactfem.building.mesh import DOFS, BuildingMesh, outward_normal, rigid_body
 from impactfem.building.model import BuildingModel
 from impactfem.case.transient import LARGEST_BASIS, SHIFT
-from impactfem.reduction.galerkin import append_contacts, append_responses, galerkin_modes
+from impactfem.reduction.galerkin import GalerkinModes, append_contacts, append_responses
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced import ReducedModel
@@ -97,14 +97,7 @@ class CompleteModel:
     wall: WallModel | None  #: the same with the contacts of the wall experiment; None without one
 
     def load(self, loads: Loads) -> Array:
-        """The b of the patterns of loads, in their order, shape (r, n_patterns).
-
-        Args:
-            loads: The loads.
-
-        Raises:
-            KeyError: A floor has no edge.
-        """
+        """The b of the patterns of loads, on floors with edges, shape (r, n_patterns)."""
         column = {int(floor): k for k, floor in enumerate(self.floors)}
         edges = [self.edges[:, column[edge.floor]] for edge in loads.edges]
         return np.column_stack([*(self.ground[:, c] for c in loads.directions), *edges])
@@ -127,12 +120,8 @@ class ReducedBuilding:
     def serving(self, plan: ReductionPlan) -> tuple[ReducedBuilding | None, str]:
         """The same for another plan of the same building, wall and devices, without a new basis.
 
-        Args:
-            plan: The plan. The error of the whole space is that at the probes which it was made
-                for.
-
-        Returns:
-            It with its errors at the accuracies of the plan; or None and what it lacks.
+        With its errors at the accuracies of the plan, that of the whole space at the probes which
+        it was made for; or None and what it lacks.
         """
         basis = self.basis
         lacking = sorted(set(plan.loads) - set(basis.loads))
@@ -268,16 +257,19 @@ def reduce_building(
         )
         if wall is not None:
             append_contacts(basis, wall.contact)
-        anchors = np.hstack(
-            [np.zeros((DOFS * len(model.nodes), 0)), *(_anchor(model, p) for p in plan.base_plates)]
-        )
+        anchors = _components(model, [(p.master, p.carried) for p in plan.base_plates])
         append_responses(basis, anchors)
         if state is not None:
             basis.vectors.append(np.asfortranarray(state[:, None]))
     # The factor is gone now: there may not be room for it and what follows.
-    modes = galerkin_modes(basis)
+    modes = GalerkinModes.of(basis)
     kept = Displacements(model, plan.nodes, links, mesh.nodes)
-    rows = _point_rows(model, mesh, plan)
+    # A point that follows a base plate moves as its master does, one of the base does not move.
+    points = []
+    for node in plan.points:
+        master = next((plate.master for plate in plan.base_plates if node in plate.nodes), node)
+        points.append((master, rigid_body(mesh.nodes[[node]], mesh.nodes[master])))
+    rows = _components(model, points)
     r = len(modes.eigenvalue)
     at_anchors, at_points = (modes.rows(L).T.reshape(-1, DOFS, r) for L in (anchors, rows))
     return ReducedBuilding(
@@ -302,10 +294,7 @@ def reduce_building(
 def edge_loads(model: BuildingModel, mesh: BuildingMesh, eccentricity: float) -> dict[int, Array]:
     """The load of 1 N on the edge of each floor, into the building, shape (n_local,) each.
 
-    Args:
-        model: The building without rigid links.
-        mesh: Its mesh.
-        eccentricity: Of the line loads, along the edges [m].
+    Of the building without rigid links; the eccentricity of the line loads is along the edges [m].
     """
     loads = {}
     for floor in sorted(mesh.edges):
@@ -318,27 +307,17 @@ def _carried(T: Any, loads: Mapping[int, Array]) -> dict[int, Array]:
     return {floor: carried(T, load[:, None])[:, 0] for floor, load in loads.items()}
 
 
-def _point_rows(
-    model: BuildingModel, mesh: BuildingMesh, plan: ReductionPlan
+def _components(
+    model: BuildingModel, places: Sequence[tuple[int, Array]]
 ) -> scipy.sparse.csr_matrix:
-    """The six components of the points at this rank's rows, shape (n_local, 6 n).
+    """Six components of places at this rank's rows, shape (n_local, 6 n).
 
-    A point that follows a base plate moves as its master does, one of the base does not move.
+    Each is a node with the motion of the place by that of the node, shape (6, 6); a clamped node,
+    or one of another rank, has no rows.
     """
-    rows = scipy.sparse.lil_matrix((DOFS * len(model.nodes), DOFS * len(plan.points)))
-    for k, node in enumerate(plan.points):
-        master = next((plate.master for plate in plan.base_plates if node in plate.nodes), node)
-        row = int(model.rows(np.array([master]))[0])
+    columns = scipy.sparse.lil_matrix((DOFS * len(model.nodes), DOFS * len(places)))
+    for k, (node, motion) in enumerate(places):
+        row = int(model.rows(np.array([node]))[0])
         if row >= 0:
-            motion = rigid_body(mesh.nodes[[node]], mesh.nodes[master])
-            rows[row : row + DOFS, DOFS * k : DOFS * (k + 1)] = motion.T
-    return scipy.sparse.csr_matrix(rows)
-
-
-def _anchor(model: BuildingModel, plate: BasePlate) -> Array:
-    """Unit forces and moments on an anchor at this rank's rows, shape (n_local, 6)."""
-    loads = np.zeros((DOFS * len(model.nodes), DOFS))
-    row = int(model.rows(np.array([plate.master]))[0])
-    if row >= 0:
-        loads[row : row + DOFS] = plate.carried.T
-    return loads
+            columns[row : row + DOFS, DOFS * k : DOFS * (k + 1)] = motion.T
+    return scipy.sparse.csr_matrix(columns)

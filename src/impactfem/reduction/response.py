@@ -136,34 +136,35 @@ class Transfer:
     #: Rigorous bound on the modulus of its error, same shape; infinite where it is not known.
     bound: Array
 
+    @classmethod
+    def of(
+        cls,
+        basis: ReducedBasis,
+        nodes: Index,
+        damping: Rayleigh,
+        highest: float,
+        loads: Collection[str] | None = None,
+    ) -> Transfer:
+        """−ω² x / F at nodes of the basis up to a frequency [Hz], by the modal equations.
 
-def transfer_functions(
-    basis: ReducedBasis,
-    nodes: Index,
-    damping: Rayleigh,
-    highest: float,
-    loads: Collection[str] | None = None,
-) -> Transfer:
-    """−ω² x / F at nodes of the basis up to a frequency [Hz], straight from the modal equations.
-
-    Of the named loads; of all floors that the basis has when None.
-    """
-    frequency = np.asarray(np.geomspace(LOWEST, highest, COUNT), dtype=np.float64)
-    omega = 2.0 * math.pi * frequency
-    chosen = [
-        k
-        for k, name in enumerate(basis.loads)
-        if name.startswith("floor ") and (loads is None or name in loads)
-    ]
-    shapes = basis.of(basis.model, nodes).reshape(3 * len(nodes), -1)
-    value = np.empty((COUNT, len(chosen), len(nodes), 3), dtype=np.complex128)
-    # One frequency at a time: the amplitudes of all are larger than what comes out.
-    for k, w in enumerate(omega):
-        z = basis.model.amplitude(np.array([w]), damping)[0][:, chosen]
-        value[k] = (-(w**2) * (shapes @ z)).T.reshape(len(chosen), len(nodes), 3)
-    bound = basis.bound(nodes, omega, damping)[..., chosen] * (omega**2)[:, None, None, None]
-    names = tuple(basis.loads[k] for k in chosen)
-    return Transfer(frequency, names, value, np.moveaxis(bound, -1, 1))
+        Of the named loads; of all floors that the basis has when None.
+        """
+        frequency = np.asarray(np.geomspace(LOWEST, highest, COUNT), dtype=np.float64)
+        omega = 2.0 * math.pi * frequency
+        chosen = [
+            k
+            for k, name in enumerate(basis.loads)
+            if name.startswith("floor ") and (loads is None or name in loads)
+        ]
+        shapes = basis.of(basis.model, nodes).reshape(3 * len(nodes), -1)
+        value = np.empty((COUNT, len(chosen), len(nodes), 3), dtype=np.complex128)
+        # One frequency at a time: the amplitudes of all are larger than what comes out.
+        for k, w in enumerate(omega):
+            z = basis.model.amplitude(np.array([w]), damping)[0][:, chosen]
+            value[k] = (-(w**2) * (shapes @ z)).T.reshape(len(chosen), len(nodes), 3)
+        bound = basis.bound(nodes, omega, damping)[..., chosen] * (omega**2)[:, None, None, None]
+        names = tuple(basis.loads[k] for k in chosen)
+        return cls(frequency, names, value, np.moveaxis(bound, -1, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,21 +188,14 @@ def response_band(
     kind: str = LARGER,
     scheme: str = "exact",
 ) -> Band:
-    """The band of the response at nodes.
+    """The band of the response at nodes that the basis was made for, shape (n,).
 
-    Args:
-        basis: The basis; with larger models where the band is to come from these.
-        loads: The loads.
-        damping: The damping.
-        nodes: Nodes that the basis was made for, shape (n,).
-        response: Histories there by the model of the basis.
-        psa: Their spectra, shape (n_dampings, 3 n, n_frequencies) [m/s2].
-        shown: The case's spectra.
-        kind: LARGER or SMALLER.
-        scheme: "exact" or "newmark", as that of the response.
+    By histories there and their spectra, shape (n_dampings, 3 n, n_frequencies) [m/s2], of the
+    model of the basis, and the case's spectra; from its LARGER models or the SMALLER ones, by the
+    scheme of the response, "exact" or "newmark".
 
     Raises:
-        ValueError: The basis has no larger models, which are asked for.
+        ValueError: The basis has no such models.
     """
     others = basis.larger if kind == LARGER else basis.models[1:]
     if not others:

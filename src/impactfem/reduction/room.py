@@ -39,12 +39,8 @@ def room(rows: int, columns: int, processes: int = 1) -> Room:
     """An array for columns, not yet filled: in memory, or in a file where memory runs short.
 
     The file is in the folder of the environment variable TMPDIR, else in /var/tmp; it has no name
-    and goes with the array, also when the process is killed.
-
-    Args:
-        rows: Number of rows.
-        columns: Number of columns.
-        processes: Number of processes that set up as much on this machine at the same time.
+    and goes with the array, also when the process is killed. So many processes set up as much on
+    this machine at the same time.
 
     Raises:
         SolutionError: There is room neither in memory nor in the folder.

@@ -150,12 +150,12 @@ def further_checks(
     if transient is not None and transient.forces is not None:
         history = _attempt(faults, partial(check_forces, transient.forces))
         if history is not None and "contacts" not in left_out and case.structure is not None:
-            from impactfem.reduction.forces import history_faults
+            from impactfem.reduction.forces import pair_ends
 
             computed = float(history.time[-1])
             lasting = transient.duration or computed
             for view in case.views:
-                every = history_faults(history, transient.forces, view, lasting)
+                every = pair_ends(history, transient.forces, view, lasting)[1]
                 faults += [fault for fault in every if fault not in faults]
     if transient is not None and transient.export and transient.duration is None:
         start = transient.export_start or 0.0

@@ -14,7 +14,7 @@ from impactfem.case.calibration import WallImpactSetup
 from impactfem.case.damping import OWN
 from impactfem.dynamics.columns import product
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.reduction.galerkin import galerkin_modes
+from impactfem.reduction.galerkin import GalerkinModes
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
@@ -156,7 +156,7 @@ def test_without_the_state_in_the_basis(frame, patterns):
     with KrylovBasis(K, model.mass, (2.0 * np.pi * 30.0) ** 2) as basis:
         basis.add(push[:, None])
         basis.grow(4)
-        found = wall_model(galerkin_modes(basis), patterns, push, 0.0)
+        found = wall_model(GalerkinModes.of(basis), patterns, push, 0.0)
     assert found.uneven > 1e-7
 
 

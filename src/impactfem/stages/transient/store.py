@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from impactfem.building.floor import floor_bar
-from impactfem.reduction.response import SAFETY, transfer_functions
+from impactfem.reduction.response import SAFETY, Transfer
 from impactfem.stages.stores import Output, dataset
 from impactfem.stages.transient.compute import TransientStudy, by_probe, main_impact
 from impactfem.stages.transient.prepared import transient_of
@@ -120,7 +120,7 @@ def _response(study: TransientStudy, key: str) -> xr.Dataset:
         note = f"by {transient.band} bases, safety factor {SAFETY[transient.band]:g}"
         notes = {"psa_band": note, "pfa_band": note}
         highest, at_probes = float(spectra.frequency[-1]), np.array([p.node for p in probes])
-        found = transfer_functions(study.basis, at_probes, prepared.damping, highest, loads.names)
+        found = Transfer.of(study.basis, at_probes, prepared.damping, highest, loads.names)
         values |= {
             "transfer_frequency": found.frequency,
             "transfer_load": found.loads,
