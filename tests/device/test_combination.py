@@ -30,12 +30,6 @@ def test_coefficients_are_a_correlation(rule):
     assert found.min() >= 0.0 and found.max() <= 1.0 + 1e-12
 
 
-def test_far_modes_do_not_correlate():
-    for rule in ("cqc", "dsc"):
-        found = correlation(rule, F, XI, 20.0)
-        assert found[0, 3] < 0.01 < 0.1 < found[0, 1]
-
-
 def test_a_long_motion_makes_the_double_sum_narrow():
     short, long = (correlation("dsc", F, XI, t)[0, 1] for t in (1.0, 100.0))
     assert short > 1.1 * long
@@ -52,13 +46,6 @@ def test_signs_count_where_they_should():
             assert one < 0.98 * other
         else:
             assert one == pytest.approx(other)
-
-
-def test_order_of_the_rules():
-    sizes = {rule: combine_modes(np.abs(R), F, XI, rule, 10.0) for rule in get_args(Combination)}
-    assert sizes["srss"] == pytest.approx(np.sqrt(194.0))
-    assert sizes["abs"] == pytest.approx(24.0)
-    assert all(sizes["srss"] <= size <= sizes["abs"] for size in sizes.values())
 
 
 def test_close_is_ten_per_cent_of_the_lower():
@@ -138,10 +125,9 @@ def test_gupta_from_the_spectrum():
 def test_gupta_with_given_frequencies():
     found = Gupta(10.0, 20.0).fraction(SPECTRUM, FREQUENCY, RATIO, S)
     assert found == pytest.approx([0.0, 0.0, np.log(1.2) / np.log(2.0), 1.0, 1.0])
-    with pytest.raises(ImpactfemError, match="expected 0 < f1 < f2"):
-        Gupta(20.0, 10.0)
-    with pytest.raises(ImpactfemError, match="expected 0 < f1 < f2"):
-        Gupta(0.0, 10.0)
+    for corners in ((20.0, 10.0), (0.0, 10.0)):
+        with pytest.raises(ImpactfemError, match="expected 0 < f1 < f2"):
+            Gupta(*corners)
     with pytest.raises(ImpactfemError, match="expected both frequencies to be given"):
         Gupta(f1=40.0).corners(SPECTRUM, 0.02)
     with pytest.raises(ImpactfemError, match="before it comes down"):

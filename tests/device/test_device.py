@@ -1,9 +1,7 @@
 import numpy as np
 import pytest
-import scipy.linalg
 
 from impactfem.device.device import coupled, refuse_mechanism
-from impactfem.device.models import from_matrices
 from impactfem.device.modes import device_modes
 from impactfem.device.parts import Beam
 from impactfem.system.errors import ImpactfemError
@@ -23,6 +21,11 @@ def test_columns_and_names(pump, altered):
         J=np.kron(np.diag([1.0, 0.0]), device.J),
     )
     assert two.inputs[6:8] == ("2.x", "2.y") and two.column("y", 2) == 7
+    assert altered(J=1.1 * device.J).J[0, 0] == pytest.approx(1650.0)  # more mass than it shows
+    with pytest.raises(ImpactfemError, match="six components an anchor"):
+        altered(L=device.L[:, :5], r=device.r[:, :5], J=device.J[:5, :5])
+    with pytest.raises(ImpactfemError, match=r"device pump: a mechanism.*base rx"):
+        pump(rx=0.0)
 
 
 def test_rayleigh_and_one_ratio(pump, altered):
@@ -59,32 +62,15 @@ def test_bad_matrices_are_refused(altered, pump, name, change, words):
         altered(**{name: change(getattr(pump(), name))})
 
 
-def test_half_an_anchor_is_refused_and_more_mass_is_not(altered, pump):
-    device = pump()
-    with pytest.raises(ImpactfemError, match="six components an anchor"):
-        altered(L=device.L[:, :5], r=device.r[:, :5], J=device.J[:5, :5])
-    assert altered(J=1.1 * device.J).J[0, 0] == pytest.approx(1650.0)
-
-
-def test_a_mechanism_is_refused(pump):
-    with pytest.raises(ImpactfemError, match=r"device pump: a mechanism.*base rx"):
-        pump(rx=0.0)
-
-
-def test_a_motion_without_stiffness_is_named():
+def test_motions_of_a_mechanism_are_named():
     with pytest.raises(ImpactfemError, match=r"device d: a mechanism.* motion base rx; expected"):
         refuse_mechanism("d", np.diag([1.0, 0.0]), ["base y", "base rx"])
-
-
-def test_a_motion_of_several_is_named():
     K = 1e6 * np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     with pytest.raises(ImpactfemError, match="motion a with b; expected"):
         refuse_mechanism("d", K, ["a", "b", "c"])
     K[0, 0] *= 1.0 + 1e-6
     refuse_mechanism("d", K, ["a", "b", "c"])
-
-
-def test_units_do_not_matter():
+    # Units do not matter.
     refuse_mechanism("d", np.diag([1e12, 1e-6]), ["a", "b"])
     with pytest.raises(ImpactfemError, match="motion b;"):
         refuse_mechanism("d", np.diag([1e12, -1e-6]), ["a", "b"])
@@ -96,20 +82,3 @@ def test_a_rigid_motion_costs_nothing(pump):
     assert M[:6, :6] == pytest.approx(device.J, abs=1e-9)
     for matrix in (C, K):
         assert np.abs(matrix[:, :6]).max() < 1e-12 * np.abs(matrix).max()
-
-
-def test_a_device_on_a_floor_is_one_model():
-    """A floor and a device of two masses, put together by the interface and as one chain."""
-    k, c, m, n = 4e5, 9e4, 30.0, 20.0
-    K = np.array([[k, -k, 0.0], [-k, k + c, -c], [0.0, -c, c]])
-    device = from_matrices("d", np.diag([0.0, m, n]), K, {0: 1}, 0.02)
-    floor_mass, floor_stiffness = 500.0, 7e6
-    whole_K = K.copy()
-    whole_K[0, 0] += floor_stiffness
-    wanted = scipy.linalg.eigvalsh(whole_K, np.diag([floor_mass, m, n]))
-    M, _, K = coupled(device)
-    # Own coordinates are relative to the floor, which moves along y.
-    M[1, 1] += floor_mass
-    K[1, 1] += floor_stiffness
-    keep = np.ix_([1, 6, 7], [1, 6, 7])
-    assert scipy.linalg.eigvalsh(K[keep], M[keep]) == pytest.approx(wanted, rel=1e-10)

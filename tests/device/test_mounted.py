@@ -8,7 +8,6 @@ from scipy.signal import lsim
 from impactfem.coupling.body import reduced_body
 from impactfem.coupling.pounding import simulate
 from impactfem.device import mounted as module
-from impactfem.device.anchor_force import anchor_force
 from impactfem.device.models import from_matrices, on_springs
 from impactfem.device.mounted import MountedDevice, mounted_response
 from impactfem.device.parts import BaseSprings, Beam, RigidBody
@@ -214,32 +213,6 @@ def test_action_reaction_and_energy(frame, monkeypatch):
     monkeypatch.setattr(module, "respond", lost)
     with pytest.raises(SolutionError, match=r"energies of the structure .* are out of balance by"):
         coupled_run(frame, devices)
-
-
-def test_a_light_device_sees_the_motion_of_the_structure_alone(frame):
-    light = Pump(1500.0, scale=1e-6)
-    place = frame.places[0]
-    ground, amplitudes = excitation()
-    load = np.outer(amplitudes[:, 3], frame.impact) - ground @ (frame.M @ GROUND).T
-    a = exact(frame.M, ALPHA * frame.M + BETA * frame.K, frame.K, load)[2]
-    wanted = place @ a.T + np.eye(6, 3) @ ground.T
-    device = frame.carrying(light.device, 0)
-    found = coupled_run(frame, [device], 16).devices[0]
-    assert apart(found.anchor_acceleration, wanted) < 2e-3
-    # Between its samples the motion of the anchor is not straight: sampled as finely as it moves.
-    fine, every = np.arange(0.0, TIME[-1] + 1e-9, STEP / 16), np.arange(0, 16 * SAMPLES - 15, 16)
-    drive = [
-        np.column_stack([np.interp(fine, TIME, p) for p in of.T]) for of in (ground, amplitudes)
-    ]
-    finely = mounted_response(
-        [frame.body], [device], drive[1] @ frame.loads.T, drive[0], STEP / 16
-    ).devices[0]
-    assert apart(finely.force[:, every], found.force) < 1e-12
-    force = anchor_force(Pump(1500.0).device, finely.anchor_acceleration, STEP / 16).force[:, every]
-    heavy = coupled_run(frame, [frame.carrying(Pump(1500.0).device, 0)], 16).devices[0]
-    for part in (slice(0, 3), slice(3, 6)):
-        assert apart(1e6 * found.force[part], force[part]) < 2e-3
-        assert apart(heavy.force[part], force[part]) > 0.05
 
 
 def test_a_body_alone_and_a_stiff_device(frame):

@@ -6,7 +6,7 @@ import pytest
 
 from impactfem.device.models import on_springs
 from impactfem.device.modes import device_modes
-from impactfem.device.parts import BaseSprings, Beam, RigidBody, solid_cylinder
+from impactfem.device.parts import BaseSprings, Beam, RigidBody
 from impactfem.system.errors import ImpactfemError
 
 EVERY = {"x": 1.0, "y": 2.0, "z": math.inf, "rx": 4.0, "ry": 5.0, "rz": math.inf}
@@ -69,10 +69,6 @@ def test_kinetic_energy_of_points():
     speeds = v[:3] + np.cross(v[3:], places - point)
     energy = v @ RigidBody(masses.sum(), centre, inertia).about(point) @ v
     assert energy == pytest.approx(np.sum(masses * np.sum(speeds**2, axis=1)), rel=1e-12)
-
-
-def test_cylinder_of_the_paper():
-    assert solid_cylinder(1500.0, 0.5, 1.0) == pytest.approx((218.75, 218.75, 187.5))
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,12 @@ def test_between_frequencies_and_dampings():
     # Half-way on logarithmic axes, and half-way in the damping of the logarithm.
     assert found == pytest.approx([4.0, 8.0])
     assert notes == ()
+    assert SPECTRUM.at(np.zeros(0), np.zeros(0))[0].size == 0
+    with pytest.raises(ImpactfemError, match=r"along y at anchor 1: .* 0\.02 to 0\.05; 0\.1 was"):
+        SPECTRUM.at(np.array([10.0]), np.array([0.1]))
+    assert SPECTRUM.rigid_from(0.05) == 10.0
+    with pytest.raises(ImpactfemError, match="before it comes down"):
+        replace(SPECTRUM, zpa=2.0).rigid_from(0.05)
     assert SPECTRUM.curve(0.05) == pytest.approx([1.0, 4.0, 4.0])
 
 
@@ -42,15 +48,6 @@ def test_a_spectrum_that_does_not_reach_a_mode_is_refused():
     with pytest.raises(ImpactfemError, match=r"begins at 1 Hz and does not reach .* at 0\.5 Hz"):
         SPECTRUM.at(np.array([0.5, 10.0]), np.array([0.02, 0.02]))
     assert open_ended.at(np.array([100.0]), np.array([0.02]))[0] == pytest.approx([4.0])
-
-
-def test_a_damping_outside_is_refused():
-    with pytest.raises(ImpactfemError, match=r"along y at anchor 1: .* 0\.02 to 0\.05; 0\.1 was"):
-        SPECTRUM.at(np.array([10.0]), np.array([0.1]))
-
-
-def test_no_mode_asks_for_nothing():
-    assert SPECTRUM.at(np.zeros(0), np.zeros(0))[0].size == 0
 
 
 def test_of_a_motion():
@@ -84,12 +81,6 @@ def test_envelope_and_broadening():
         AnchorSpectrum.envelope([SPECTRUM, replace(other, component="x")])
     with pytest.raises(ImpactfemError, match="at least one spectrum"):
         AnchorSpectrum.envelope([])
-
-
-def test_where_it_is_rigid():
-    assert SPECTRUM.rigid_from(0.05) == 10.0
-    with pytest.raises(ImpactfemError, match="before it comes down"):
-        replace(SPECTRUM, zpa=2.0).rigid_from(0.05)
 
 
 @pytest.mark.parametrize(

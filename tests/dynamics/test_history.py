@@ -64,14 +64,3 @@ def test_numbers_that_are_none(recorder):
     recording.put(now, (0.0, 0.0, 0.0, 0.0))
     with pytest.raises(SolutionError, match="not finite before step 9"):
         recording.reduce(now)
-
-
-def test_a_copy_is_its_own():
-    state = State(3, *np.arange(10.0).reshape(5, 2), damped=1.0, input=2.0)
-    other = state.copy()
-    for name in ("displacement", "velocity", "acceleration", "momentum", "restoring"):
-        values = getattr(state, name)
-        before = values.copy()
-        values += 1.0
-        assert np.array_equal(getattr(other, name), before)
-    assert (other.step, other.damped, other.input) == (3, 1.0, 2.0)

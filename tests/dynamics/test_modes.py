@@ -28,18 +28,6 @@ def test_chain(petsc, chain):
     assert np.all(found.residual < 1e-10) and found.residual.shape == (6,)
 
 
-def test_consistent_mass_in_newtons_and_kilograms(petsc, chain):
-    """A bar between walls, its elements k [1 -1; -1 1] and m/6 [2 1; 1 2]."""
-    n, k, m = 60, 2e11, 7.5e3
-    K = k * chain(n)
-    M = m / 6.0 * (6.0 * np.eye(n) - chain(n))
-    c = np.cos(np.pi * np.arange(1, 5) / (n + 1))
-    exact = np.sqrt(6.0 * k / m * (1.0 - c) / (2.0 + c)) / (2.0 * np.pi)
-    found = modes(petsc(K), petsc(M), 4)
-    assert found.frequency == pytest.approx(exact, rel=1e-12)
-    assert found.shapes.T @ M @ found.shapes == pytest.approx(np.eye(4), abs=1e-12)
-
-
 def test_double_frequencies_are_complete(petsc, chain):
     """Square grid of masses: λ_ij = λ_i + λ_j, double for i ≠ j."""
     n = 15

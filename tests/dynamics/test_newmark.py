@@ -79,33 +79,6 @@ def test_free_vibration_is_that_of_the_scheme(system):
     assert np.all(history.energy.damped == 0.0) and np.all(history.energy.input == 0.0)
 
 
-def test_second_order_of_one_mass(system):
-    """Damped, under a sine from rest, against the closed form."""
-    omega, xi, p, end = 6.0, 0.05, 10.0, 3.0
-    damped = omega * np.sqrt(1.0 - xi**2)
-    square = (omega**2 - p**2) ** 2 + (2.0 * xi * omega * p) ** 2
-    s, c = (omega**2 - p**2) / square, -2.0 * xi * omega * p / square
-
-    def exact(t):
-        free = np.exp(-xi * omega * t)
-        b = (p * s + xi * omega * c) / damped
-        steady = s * np.sin(p * t) + c * np.cos(p * t)
-        return steady - free * (c * np.cos(damped * t) + b * np.sin(damped * t))
-
-    assert exact(0.0) == 0.0 and abs(exact(1e-4)) < 1e-10
-    steps = np.array([100, 200, 400, 800])
-    errors = []
-    for count in steps:
-        time = np.linspace(0.0, end, count + 1)
-        one = system(
-            [[omega**2]], [[1.0]], end / count, np.ones((1, 1)), damping=Rayleigh(2 * xi * omega)
-        )
-        loads = np.sin(p * time)[:, None]
-        history = one.march(one.start(loads[0]), loads, probes=[0])
-        errors.append(np.abs(history.motion["displacement"][:, 0] - exact(time)).max())
-    assert slope(end / steps, errors) == pytest.approx(2.0, abs=0.02)
-
-
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_second_order_of_many_masses(system, chain, quantity):
     """A chain let go in a mixture of its modes, with Rayleigh damping, mode by mode."""

@@ -83,13 +83,11 @@ class Quantities:
 
 
 def anchor_forces(device: Device) -> Quantities:
-    """Forces and moments of the device on the floor at its anchors.
+    """Forces and moments of the device on the floor at its anchors, in N and N m.
 
     In a mode b = z̈ + Γᵀ ä ≈ -ω² z, so that with Γ of all modes in (1) c = Γ φᵀ K,
-    d = -(J - Γ Γᵀ) and e = -K_a.
-
-    Returns:
-        "force y", "moment x" and so on, "force y at anchor 2" of several anchors, in N and N m.
+    d = -(J - Γ Γᵀ) and e = -K_a. They are "force y", "moment x" and so on, "force y at anchor 2" of
+    several anchors.
     """
     modes = device_modes(device)
     K_a = np.zeros_like(device.J) if device.anchor_stiffness is None else device.anchor_stiffness
@@ -166,17 +164,11 @@ def base_imbalance(
 
     Only along components in which nothing is blocked, where M r = L: a blocked motion hands its
     force on without a spring. Masses that sit on the anchors, J - rᵀ L, press on them without a
-    spring, too, by -(J - rᵀ L) ä; without ä components with such masses are left out.
+    spring, too, by -(J - rᵀ L) ä; without ä, absolute [m/s2, rad/s2], components with such masses
+    are left out.
 
-    Args:
-        device: The device.
-        inertia: -Lᵀ ẍ - J ä, shape (6 p, n_t) [N, N m].
-        springs: rᵀ (K x + C ẋ), same shape.
-        acceleration: ä, absolute, same shape [m/s2, rad/s2].
-
-    Returns:
-        The largest difference over the largest force, or of moments over the largest moment [-];
-        nan where all motions of the base are blocked.
+    Of -Lᵀ ẍ - J ä and rᵀ (K x + C ẋ), shape (6 p, n_t) [N, N m], the largest difference over the
+    largest force, or of moments over the largest moment [-]; nan where all motions are blocked.
     """
     size = np.max(np.abs(device.L), axis=0)
     same = np.max(np.abs(device.M @ device.r - device.L), axis=0) <= 1e-9 * size
@@ -228,9 +220,8 @@ def own_weight(device: Device) -> Array:
 def ring_tension(force: Array, radius: float | Array) -> Array:
     """T of equation (3) [N]: n times the pull of the most loaded of n anchors on a circle.
 
-    Args:
-        force: Of the device on the floor at one anchor, weight included, shape (6, ...) [N, N m].
-        radius: Of the circle [m], or of several circles.
+    By the force of the device on the floor at one anchor, weight included, shape (6, ...) [N, N m],
+    and the radius of the circle, or of several [m].
     """
     return np.asarray(force[2] + 2.0 * np.hypot(force[3], force[4]) / radius, dtype=np.float64)
 

@@ -112,14 +112,9 @@ def combine_modes(
     rule: Combination = "cqc",
     duration: float | None = None,
 ) -> Array:
-    """Combine responses of modes.
+    """Combine largest responses of modes with their signs, shape (..., m).
 
-    Args:
-        responses: Largest response of each mode with its sign, shape (..., m).
-        frequency: Of the modes, shape (m,) [Hz].
-        damping: Of the modes, shape (m,) [-].
-        rule: The rule.
-        duration: t_d of the double sum [s].
+    Of frequencies [Hz] and damping ratios [-] of shape (m,); the double sum needs t_d [s].
 
     Raises:
         ImpactfemError: The rule is unknown, or lacks a value.
@@ -151,10 +146,8 @@ rotation about y."""
 def combine_inputs(responses: Array, rule: InputRule) -> Array:
     """Combine responses to inputs that have their largest values at different times.
 
-    Args:
-        responses: Not negative, shape (n_i, ...), one for each input; combined over the first axis.
-        rule: "srss"; "abs"; "100-40-40": the largest with 40 % of each other one, whichever is
-            which (ASCE 4-98, section 3.2.7).
+    They are not negative, shape (n_i, ...), one for each input. "100-40-40" is the largest with 40
+    % of each other one, whichever is which (ASCE 4-98, section 3.2.7).
 
     Raises:
         ImpactfemError: The rule is unknown.

@@ -45,11 +45,7 @@ NAMED = 0.1
 
 
 def refuse_mechanism(name: str, K: Array, motions: Sequence[str]) -> None:
-    """Refuse a stiffness (n, n) of named motions that is not positive definite.
-
-    Raises:
-        ImpactfemError: A motion has no stiffness, or several together have none; they are named.
-    """
+    """Refuse a stiffness (n, n) that is not positive definite; names the motions that it lacks."""
     diagonal = np.diag(K)
     if np.any(diagonal <= 0.0):
         loose = [motions[i] for i in np.flatnonzero(diagonal <= 0.0)]
@@ -142,12 +138,9 @@ class Device:
         return 6 * (anchor - 1) + COMPONENTS.index(component)
 
     def refuse_held_ground(self) -> None:
-        """Refuse a stiffness between anchors that resists a translation of all of them.
+        """Refuse a stiffness between anchors that resists a translation of all of them; names it.
 
         Displacements of the ground are not known, and need not be where it does not.
-
-        Raises:
-            ImpactfemError: It does; names the direction.
         """
         K_a = self.anchor_stiffness
         if K_a is None:

@@ -22,12 +22,10 @@ from impactfem.system.log import LOGGER
 
 
 def device_of(setup: DeviceSetup) -> Device:
-    """The device that a case file describes.
+    """The device that a case file describes; refuses a free motion, or an indefinite mass.
 
-    Raises:
-        ImpactfemError: Its stiffness leaves a motion free, or its mass is indefinite.
-        ValueError: It has no modes, no matrices and no body on springs: it was made without
-            validation.
+    Raises ValueError where it has no modes, no matrices and no body on springs: it was made without
+    validation.
     """
     damping = 0.0 if setup.damping is None else setup.damping.rayleigh
     body = None
@@ -117,62 +115,52 @@ def checked_devices(case: Case) -> list[Device]:
     """
     faults: list[Fault] = []
     devices = []
+    analysis = case.device_analysis
     for index, setup in case.numbered_devices:
         key = f"devices[{index}]"
         try:
             device = device_of(setup)
             device.refuse_held_ground()
-            _refuse_modes(device, setup, case.device_analysis)
+            every = device_modes(device)
+            used = every.below(setup.maximum_frequency)
+            used.refuse_overdamped(device)
+            left_out = every.frequency.size - used.frequency.size
+            if analysis is not None and left_out and not analysis.missing_mass:
+                LOGGER.warning(
+                    "warning: device %s: %d of its modes are above maximum_frequency, %g Hz, and "
+                    "without missing_mass in no response spectrum analysis: %.0f, %.0f and %.0f %% "
+                    "of its mass along x, y and z",
+                    setup.name,
+                    left_out,
+                    setup.maximum_frequency,
+                    *(100.0 * (1.0 - used.share[:3].sum(axis=1))),
+                )
+            damped = bool((used.damping > 0.0).all())
+            if analysis is not None and "cqc" in analysis.combination and not damped:
+                expected = "expected another combination than 'cqc'"
+                raise device.error(f"a mode without damping; {expected}")
         except ImpactfemError as error:
             faults.append(Fault(case.path, key, setup.name, str(error)))
             continue
         devices.append(device)
+        if setup.spectra is None or analysis is None:
+            continue
+        rules = rules_of(analysis, setup.maximum_frequency)
         try:
-            _refuse_spectra(device, setup, case.device_analysis)
+            given = given_spectra(setup.spectra)
+            refuse_open_ends(device, used, given)
+            for (_, method), one in rules.items():
+                try:
+                    spectrum_analysis(device, given, one)
+                except NotRigidError:
+                    # A further method is left out where the spectra say too little for it.
+                    if method == first_method(rules):
+                        raise
         except ImpactfemError as error:
             faults.append(Fault(case.path, f"{key}.spectra", None, str(error)))
     if faults:
         raise InputError(faults)
     return devices
-
-
-def _refuse_modes(device: Device, setup: DeviceSetup, analysis: DeviceAnalysis | None) -> None:
-    """Refuse modes that no spectrum gives a response of, or that the rules cannot combine."""
-    every = device_modes(device)
-    used = every.below(setup.maximum_frequency)
-    used.refuse_overdamped(device)
-    if analysis is None:
-        return
-    left_out = every.frequency.size - used.frequency.size
-    if left_out and not analysis.missing_mass:
-        share = 1.0 - used.share[:3].sum(axis=1)
-        LOGGER.warning(
-            "warning: device %s: %d of its modes are above maximum_frequency, %g Hz, and without "
-            "missing_mass in no response spectrum analysis: %.0f, %.0f and %.0f %% of its mass "
-            "along x, y and z",
-            setup.name,
-            left_out,
-            setup.maximum_frequency,
-            *(100.0 * share),
-        )
-    if "cqc" in analysis.combination and not (used.damping > 0.0).all():
-        raise device.error("a mode without damping; expected another combination than 'cqc'")
-
-
-def _refuse_spectra(device: Device, setup: DeviceSetup, analysis: DeviceAnalysis | None) -> None:
-    """Refuse given spectra that do not reach a mode, or know nothing of its damping."""
-    if setup.spectra is None or analysis is None:
-        return
-    given = given_spectra(setup.spectra)
-    refuse_open_ends(device, device_modes(device).below(setup.maximum_frequency), given)
-    every = rules_of(analysis, setup.maximum_frequency)
-    for (_, method), rules in every.items():
-        try:
-            spectrum_analysis(device, given, rules)
-        except NotRigidError:
-            # A further method is left out where the spectra say too little for it.
-            if method == first_method(every):
-                raise
 
 
 def _number(stiffness: float | Rigid) -> float:

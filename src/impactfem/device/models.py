@@ -43,17 +43,11 @@ def on_springs(
     damping: Rayleigh | float,
     beam: Beam | None = None,
 ) -> Device:
-    """Build a device on base springs.
+    """Build a device on base springs, between its base and its anchor, both at the anchor point.
 
-    Args:
-        name: Name of the device.
-        springs: Between its base and its anchor, both at the anchor point.
-        body: The rigid body; it sits on the beam's upper end where there is a beam.
-        damping: Rayleigh damping of all its parts, or one ratio for all modes.
-        beam: From the base upwards; none makes base and body one.
-
-    Returns:
-        The device. Its own motions are "base y" and so on, then "beam 0.23 m y" and so on.
+    The rigid body sits on the upper end of the beam, which goes from the base upwards; none makes
+    base and body one. Damping is Rayleigh's of all its parts, or one ratio for all modes. Its own
+    motions are "base y" and so on, then "beam 0.23 m y" and so on.
 
     Raises:
         ImpactfemError: Nothing can move, or the stiffness leaves a motion free.
@@ -178,16 +172,10 @@ class TableMode:
 def from_modes(
     name: str, modes: Sequence[TableMode], damping: Rayleigh | float, body: RigidBody | None = None
 ) -> Device:
-    """Build a device of oscillators, one a mode.
+    """Build a device of oscillators, one a mode: each a mass in its direction at its height.
 
-    Each is a mass in its direction at its height. With the mass of the whole device given, what its
-    modes do not carry follows the anchor as a rigid body.
-
-    Args:
-        name: Name of the device.
-        modes: The table.
-        damping: Of the modes that have none of their own.
-        body: Mass, mass centre and inertia of the whole device; only its modes when None.
+    With the mass, mass centre and inertia of the whole device given, what its modes do not carry
+    follows the anchor as a rigid body. `damping` is that of modes that have none of their own.
 
     Raises:
         ImpactfemError: A value of the table is not usable, or the modes carry more mass than the

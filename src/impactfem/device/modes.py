@@ -98,11 +98,7 @@ class DeviceModes:
         )
 
     def refuse_overdamped(self, device: Device) -> None:
-        """Refuse modes that do not oscillate.
-
-        Raises:
-            ImpactfemError: A mode is damped by 100 % or more.
-        """
+        """Refuse modes that do not oscillate, damped by 100 % or more."""
         if np.any(self.damping >= 1.0):
             k = int(np.argmax(self.damping >= 1.0))
             raise device.error(

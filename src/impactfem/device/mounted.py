@@ -214,17 +214,10 @@ def mounted_histories(
     energy: Energy,
     ground: Array,
 ) -> tuple[MountedHistory, ...]:
-    """The devices one by one, from the motion of y of equation (1).
+    """The devices, the mounts of `attached`, one by one, from the motion of y of equation (1).
 
-    Args:
-        devices: The devices, the mounts of `attached`.
-        attached: Their matrices.
-        y: y at all times, shape (N, n_t).
-        v: ẏ, same shape.
-        w: ÿ, same shape.
-        force: F at all anchors, their rows in y first, shape (N_a, n_t) [N, N m].
-        energy: Of everything that moves.
-        ground: Acceleration of the ground at the same times, shape (n_t, 3) [m/s2].
+    y, ẏ and ÿ at all times have the shape (N, n_t), F at all anchors, their rows in y first, (N_a,
+    n_t) [N, N m], the acceleration of the ground (n_t, 3) [m/s2].
 
     Raises:
         SolutionError: The motion is not finite, the energies do not balance, or action and reaction

@@ -92,19 +92,12 @@ class AnchorSpectrum:
         points_per_cycle: float = 20.0,
         method: Method = "upsampled",
     ) -> AnchorSpectrum:
-        """Compute the spectra of a motion.
+        """Compute the spectra of a motion, shape (n_t,) [m/s2, rad/s2].
 
-        Args:
-            component: As above.
-            acceleration: Shape (n_t,) [m/s2, rad/s2].
-            time_step: Of the samples [s].
-            frequency: In any order, shape (n_f,) [Hz]; with those of the modes among them, nothing
-                is lost between them.
-            damping: In any order, shape (n_d,) [-].
-            anchor: As above.
-            displacement: As above.
-            points_per_cycle: As in :func:`impactfem.spectra.response_spectra`.
-            method: As there; "in-step" for motions that are straight between their samples.
+        Frequencies [Hz] and dampings may have any order; with those of the modes among them,
+        nothing is lost between them. Points per cycle and method are those of
+        :func:`impactfem.spectra.response_spectra`; "in-step" is for motions that are straight
+        between their samples.
 
         Raises:
             ImpactfemError: The motion, a frequency or a damping is not usable.
@@ -167,10 +160,9 @@ class AnchorSpectrum:
         return replace(self, frequency=listed, psa=psa)
 
     def at(self, frequency: Array, damping: Array) -> tuple[Array, tuple[str, ...]]:
-        """Pseudo-acceleration of oscillators by frequency [Hz] and damping [-], shape (m,) each.
+        """Pseudo-acceleration [m/s2, rad/s2] of oscillators by frequency [Hz] and damping [-].
 
-        Returns:
-            Shape (m,) [m/s2, rad/s2], and what was assumed, in words.
+        Of shape (m,) each; and what was assumed, in words.
 
         Raises:
             ImpactfemError: A frequency lies below the spectrum, or above it where it has not come
@@ -218,8 +210,7 @@ class AnchorSpectrum:
     def rigid_from(self, damping: float) -> float:
         """Frequency from which on the spectrum stays at its zero-period acceleration [Hz].
 
-        Raises:
-            NotRigidError: It ends before.
+        Raises NotRigidError where it ends before.
         """
         found = float(rigid_frequency(self.frequency, self.curve(damping), self.zpa))
         if np.isnan(found):
@@ -243,9 +234,6 @@ def refuse_open_ends(device: Device, modes: DeviceModes, spectra: Sequence[Ancho
     """Refuse given spectra that end before they are flat, below a used mode that they move.
 
     Nothing but its end says whether such a spectrum has come down to its zero-period acceleration.
-
-    Raises:
-        ImpactfemError: One ends in the amplified range.
     """
     for one in spectra:
         moved = np.abs(modes.participation[device.column(one.component, one.anchor)])

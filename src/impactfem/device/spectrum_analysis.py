@@ -102,14 +102,9 @@ def spectrum_analysis(
 ) -> SpectrumResponse:
     """Compute the largest responses of a device from the spectra of its anchors.
 
-    Args:
-        device: The device.
-        spectra: One for each component of an anchor that moves; translations and rotations.
-        rules: How responses are combined; the defaults of :class:`Rules` when None.
-        quantities: What is computed; the forces on the anchors when None.
-
-    Returns:
-        The responses, with the part of each input and each mode.
+    There is one spectrum for each component of an anchor that moves, translations and rotations.
+    Rules are the defaults of :class:`Rules` when None, quantities the forces on the anchors. The
+    responses come with the part of each input and each mode.
 
     Raises:
         ImpactfemError: There is no spectrum, or two of one component; a spectrum does not reach a
@@ -147,10 +142,15 @@ def spectrum_analysis(
         total = np.hypot(periodic, rigid)
         inputs.append(InputResponse(spectrum, S, α, modal, missing, periodic, rigid, total))
     components = tuple(dict.fromkeys(s.component for s in spectra))
-    by_component = {
-        name: _of_supports([one for one in inputs if one.spectrum.component == name], modes, rules)
-        for name in components
-    }
+    by_component = {}
+    for name in components:
+        own = [one for one in inputs if one.spectrum.component == name]
+        if rules.supports == "algebraic":
+            parts = [np.sqrt(1.0 - one.rigid_fraction**2) * one.modal for one in own]
+            periodic = _periodic(np.sum(parts, axis=0), modes, rules)
+            by_component[name] = np.hypot(periodic, np.sum([one.rigid for one in own], axis=0))
+        else:
+            by_component[name] = combine_inputs(np.stack([o.total for o in own]), rules.supports)
     planes = [
         combine_inputs(np.stack(found), rules.rotations)
         for plane in PLANES
@@ -194,15 +194,6 @@ def _ordinates(
                 " its modes are taken as periodic",
             )
     return S, α, assumed
-
-
-def _of_supports(inputs: list[InputResponse], modes: DeviceModes, rules: Rules) -> Array:
-    """R of one component over all anchors, shape (n_q,)."""
-    if rules.supports != "algebraic":
-        return combine_inputs(np.stack([one.total for one in inputs]), rules.supports)
-    periodic = np.sum([np.sqrt(1.0 - one.rigid_fraction**2) * one.modal for one in inputs], axis=0)
-    rigid = np.sum([one.rigid for one in inputs], axis=0)
-    return np.asarray(np.hypot(_periodic(periodic, modes, rules), rigid), dtype=np.float64)
 
 
 def _periodic(modal: Array, modes: DeviceModes, rules: Rules) -> Array:

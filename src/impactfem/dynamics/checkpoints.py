@@ -142,15 +142,9 @@ def resumable_march(
     to the last bit. The last step has one, too, which is of use until the results are written: to
     remove them is the caller's.
 
-    Args:
-        system: The system.
-        amplitudes: Amplitudes of its loads, shape (n_t, m).
-        rows: Global rows that are recorded, shape (n,).
-        record: Which quantities of their motion.
-        store: The checkpoints of this run.
-        every: Most steps between two of them.
-        stage: Name of the stage, for messages.
-        progress: Called with the part of the work that is done.
+    The amplitudes of the loads have the shape (n_t, m), the global rows that are recorded (n,).
+    `every` is the most steps between two checkpoints, `stage` names the stage in messages, and
+    `progress` is called with the part of the work that is done.
 
     Raises:
         SolutionError: The response is not finite.

@@ -61,13 +61,10 @@ def random_column(A: PETSc.Mat, stream: int = 0) -> Array:
 
 
 def row_of_largest(A: PETSc.Mat, size: Array, slack: float = 1e-6) -> int:
-    """Global row of the largest entry; the first row on ties. Collective.
+    """Global row of the largest entry of sizes, not negative, shape (n_local,). Collective.
 
-    Args:
-        A: Matrix whose rows count.
-        size: Sizes of the entries, not negative, shape (n_local,).
-        slack: Entries within this fraction of the largest count as ties: rounding, which differs
-            with the number of ranks, shall not decide between them.
+    The first row on ties: entries within the slack, a fraction of the largest. Rounding, which
+    differs with the number of ranks, shall not decide between them.
     """
     comm = A.getComm().tompi4py()
     start = A.getOwnershipRange()[0]

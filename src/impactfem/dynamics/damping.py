@@ -59,15 +59,10 @@ class Rayleigh:
 
     @classmethod
     def through(cls, ratio: float, low: float, high: float) -> Rayleigh:
-        """The damping with one ratio ξ at two frequencies.
+        """The damping with one ratio ξ, 0 <= ξ < 1, at two frequencies, the lower first [Hz].
 
-        α = 2 ξ ω₁ ω₂ / (ω₁ + ω₂), β = 2 ξ / (ω₁ + ω₂), the solution of ξ(ω) = (α / ω + β ω) / 2
-        at both.
-
-        Args:
-            ratio: ξ, 0 <= ξ < 1 [-].
-            low: First frequency [Hz].
-            high: Second frequency [Hz].
+        α = 2 ξ ω₁ ω₂ / (ω₁ + ω₂), β = 2 ξ / (ω₁ + ω₂), the solution of ξ(ω) = (α / ω + β ω) / 2 at
+        both.
 
         Raises:
             ImpactfemError: The ratio is negative or 100 % and more, or the frequencies do not

@@ -129,7 +129,16 @@ class Factorisation(Held):
         A.setOption(PETSc.Mat.Option.SYMMETRIC, True)
         A.setOption(PETSc.Mat.Option.SPD, definite)
         if definite:
-            _refuse_empty_rows(A, name)
+            diagonal = A.getDiagonal()
+            bad = np.flatnonzero(diagonal.getArray() <= 0.0) + A.getOwnershipRange()[0]
+            diagonal.destroy()
+            rows = np.concatenate(self._comm.tompi4py().allgather(bad))
+            if rows.size:
+                raise SingularMatrixError(
+                    f"{name} is not positive definite: {rows.size} of {self._N} diagonal entries"
+                    f" are zero or negative, the first in row {rows[0]}",
+                    int(rows[0]),
+                )
         kind = {**({} if definite else _INDEFINITE), **({} if full_blocks else _SINGLE)}
         self._F = _factor(A, kind)
         failed, detail = self._F.getMumpsInfog(1), self._F.getMumpsInfog(2)
@@ -151,22 +160,13 @@ class Factorisation(Held):
         give_back()
 
     def solve(self, b: PETSc.Vec, x: PETSc.Vec) -> None:
-        """Solve A x = b without allocating. Collective.
-
-        Args:
-            b: Right-hand side.
-            x: Filled with the solution; not b.
-        """
+        """Solve A x = b without allocating; x, not b itself, is filled. Collective."""
         self._F.solve(b, x)
 
     def solve_block(self, B: Any) -> Array:
         """Solve A X = B for many columns at once, far faster than one by one. Collective.
 
-        Args:
-            B: Right-hand sides, shape (n_local, k), an array or of `scipy.sparse`.
-
-        Returns:
-            X, shape (n_local, k), Fortran order.
+        B, shape (n_local, k), is an array or of `scipy.sparse`; X has its shape, Fortran order.
         """
         if scipy.sparse.issparse(B):
             B = B.tocsc()
@@ -217,36 +217,33 @@ class Factorisation(Held):
 
 def _factor(A: PETSc.Mat, kind: dict[str, int]) -> PETSc.Mat:
     """The factor; whether MUMPS succeeded is to be asked from it."""
+    options = PETSc.Options()
     for room in _ROOM:
-        F = _factor_within(A, {"mat_mumps_icntl_14": room, **_OPTIONS, **kind})
+        wanted = {"mat_mumps_icntl_14": room, **_OPTIONS, **kind}
+        # By the options database: what is set on the factor itself before its first use is lost in
+        # PETSc 3.18. What the user has set there stays.
+        mine = {_PREFIX + key: value for key, value in wanted.items()}
+        mine = {key: value for key, value in mine.items() if not options.hasName(key)}
+        pc = PETSc.PC().create(A.getComm())
+        try:
+            for key, value in mine.items():
+                options[key] = value
+            pc.setOptionsPrefix(_PREFIX)
+            pc.setType("cholesky")
+            pc.setFactorSolverType("mumps")
+            pc.setOperators(A)
+            pc.setFromOptions()
+            with all_blas_threads():
+                _unlocked("PCSetUp", pc)
+            F = pc.getFactorMatrix()
+        finally:
+            for key in mine:
+                options.delValue(key)
+            pc.destroy()
         if F.getMumpsInfog(1) not in (-8, -9) or room == _ROOM[-1]:
             break
         F.destroy()
     return F
-
-
-def _factor_within(A: PETSc.Mat, wanted: dict[str, int]) -> PETSc.Mat:
-    options = PETSc.Options()
-    # By the options database: what is set on the factor itself before its first use is lost in
-    # PETSc 3.18. What the user has set there stays.
-    mine = {_PREFIX + key: value for key, value in wanted.items()}
-    mine = {key: value for key, value in mine.items() if not options.hasName(key)}
-    pc = PETSc.PC().create(A.getComm())
-    try:
-        for key, value in mine.items():
-            options[key] = value
-        pc.setOptionsPrefix(_PREFIX)
-        pc.setType("cholesky")
-        pc.setFactorSolverType("mumps")
-        pc.setOperators(A)
-        pc.setFromOptions()
-        with all_blas_threads():
-            _unlocked("PCSetUp", pc)
-        return pc.getFactorMatrix()
-    finally:
-        for key in mine:
-            options.delValue(key)
-        pc.destroy()
 
 
 def _unlocked(function: str, *objects: Any) -> None:
@@ -260,33 +257,15 @@ def _unlocked(function: str, *objects: Any) -> None:
         raise PETSc.Error(failed)
 
 
-def _root_of_diagonal(A: PETSc.Mat) -> Array:
-    diagonal = A.getDiagonal()
-    root: Array = np.sqrt(np.abs(diagonal.getArray()))
-    diagonal.destroy()
-    return root
-
-
-def _refuse_empty_rows(A: PETSc.Mat, name: str) -> None:
-    diagonal = A.getDiagonal()
-    bad = np.flatnonzero(diagonal.getArray() <= 0.0) + A.getOwnershipRange()[0]
-    diagonal.destroy()
-    rows = np.concatenate(A.getComm().tompi4py().allgather(bad))
-    if rows.size:
-        raise SingularMatrixError(
-            f"{name} is not positive definite: {rows.size} of {A.getSize()[0]} diagonal entries are"
-            f" zero or negative, the first in row {rows[0]}",
-            int(rows[0]),
-        )
-
-
 def _weakest(A: PETSc.Mat, factor: Factorisation) -> tuple[float, Array]:
     """Largest eigenvalue in size of S⁻¹, S = D^-½ A D^-½ with D the diagonal of A, and its vector.
 
     The scaling makes translations and rotations, stiff and soft parts comparable. Inverse
     iteration from a random vector: where S has an eigenvalue next to zero, one step shows it.
     """
-    root = _root_of_diagonal(A)
+    diagonal = A.getDiagonal()
+    root = np.sqrt(np.abs(diagonal.getArray()))
+    diagonal.destroy()
     y = random_column(A)
     comm = A.getComm().tompi4py()
     b, x = np.empty_like(y), np.empty_like(y)

@@ -98,10 +98,8 @@ class Newmark(Held):
     ) -> State:
         """State at step 0 with the acceleration that is in equilibrium with it.
 
-        Args:
-            amplitude: Amplitudes of the loads at step 0, shape (m,).
-            displacement: u₀, shape (n_local,); default 0.
-            velocity: v₀, shape (n_local,); default 0.
+        From amplitudes of the loads there, shape (m,), and u₀ and v₀, shape (n_local,), zero when
+        None.
         """
         n = self._patterns.shape[0]
         u = np.zeros(n) if displacement is None else np.array(displacement, dtype=np.float64)
@@ -212,7 +210,10 @@ class _Stepper:
         system, state = self.system, self.state
         np.add(before, after, out=self.sum)
         self.F.mult(self.sum_vector, self.f_vector)
-        _right_side(system.time_step, self.f, state.momentum, state.restoring, self.r)
+        # r = f + 4/Δt M v - 2 K u.
+        np.multiply(state.momentum, 4.0 / system.time_step, out=self.r)
+        self.r += self.f
+        self.r -= 2.0 * state.restoring
         self.factor.solve(self.r_vector, self.w_vector)
         system._M.mult(self.w_vector, self.Mw_vector)
         if system._C is not None:
@@ -239,13 +240,6 @@ class _Stepper:
         vectors = self.sum_vector, self.f_vector, self.r_vector, self.w_vector
         for item in (self.F, *vectors, self.Mw_vector, self.Cw_vector):
             item.destroy()
-
-
-@numba.njit(cache=True)
-def _right_side(dt: float, f: Array, p: Array, q: Array, r: Array) -> None:
-    """Fill r = f + 4/Δt p - 2 q."""
-    for i in range(r.size):
-        r[i] = f[i] + 4.0 / dt * p[i] - 2.0 * q[i]
 
 
 @numba.njit(cache=True)
