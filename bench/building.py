@@ -19,7 +19,7 @@ from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.modes import modes
 from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
-from impactfem.reduction.wall import Wall, wall_patterns
+from impactfem.reduction.wall import Wall, WallPatterns
 from impactfem.stages.calibrate.compute import prepare, run_reduced
 from impactfem.stages.calibrate.unilateral_full import FullMotion
 from impactfem.stages.reduce.compute import COMPLETE, wall_probes
@@ -99,7 +99,7 @@ def wall_figures(case_file: str = "geometry/npp_pair.toml") -> list[Figure]:
     model, assembled = timed(lambda: assemble_building(communicator(), prepared.parts))
     K = model.take_stiffness(factor)
     wall = Wall(floors, experiment.displaced_floor, experiment.pull)
-    patterns = wall_patterns(model, mesh, wall)
+    patterns = WallPatterns.of(model, mesh, wall)
     probes = np.unique(wall_probes(mesh, floors))
     accuracy = Accuracy(damping, MAXIMUM_FREQUENCY, COMPLETE)
     plan = ReductionPlan(probes=probes, nodes=probes, accuracies=(accuracy,), wall=wall)

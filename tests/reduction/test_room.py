@@ -8,7 +8,7 @@ import numpy as np
 import psutil
 import pytest
 
-from impactfem.reduction import orthonormal, room
+from impactfem.reduction import orthonormal
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.system import memory
 from impactfem.system.errors import SolutionError
@@ -31,7 +31,7 @@ def machine(monkeypatch, tmp_path):
 def test_memory_first(machine, tmp_path, processes, file):
     """8 kB, and four times as much to spare: 40 kB for one process, 80 for two."""
     machine(40)
-    found = room.room(1000, 1, processes)
+    found = orthonormal.room(1000, 1, processes)
     assert (found.pages is not None) is file
     assert found.array.shape == (1000, 1) and found.array.flags.f_contiguous
     found.array[:] = 1.0
@@ -42,7 +42,7 @@ def test_memory_first(machine, tmp_path, processes, file):
 
 def test_nothing_needs_no_file(machine):
     machine(0)
-    assert room.room(0, 64).array.shape == (0, 64)
+    assert orthonormal.room(0, 64).array.shape == (0, 64)
 
 
 def test_no_room_at_all(machine, monkeypatch):
@@ -52,10 +52,10 @@ def test_no_room_at_all(machine, monkeypatch):
     machine(0)
     monkeypatch.setattr(os, "posix_fallocate", full)
     with pytest.raises(SolutionError, match=r"8e-06 GB beyond the memory.*No space left.*TMPDIR"):
-        room.room(1000, 1)
+        orthonormal.room(1000, 1)
     monkeypatch.setenv("TMPDIR", "/nowhere/at/all")
     with pytest.raises(SolutionError, match=r"/nowhere/at/all \(No such file"):
-        room.room(1000, 1)
+        orthonormal.room(1000, 1)
 
 
 def test_a_basis_in_files_is_that_in_memory(machine, membrane, petsc, monkeypatch):

@@ -70,20 +70,13 @@ class KrylovBasis(Held):
         self._factor.destroy()
 
     def solve(self, F: Any) -> Array:
-        """(K + σ0 M)⁻¹ F, shape (n_local, k), Fortran order. Collective.
-
-        Args:
-            F: Columns, shape (n_local, k), an array or of `scipy.sparse`.
-        """
+        """(K + σ0 M)⁻¹ F, (n_local, k), Fortran order; F may be of `scipy.sparse`. Collective."""
         return self._factor.solve_block(F)
 
     def solutions(self, F: Any) -> Iterator[tuple[slice, Array]]:
         """(K + σ0 M)⁻¹ F in parts of a few columns, with their slices. Collective, each part.
 
-        All at once would take as much memory as many vectors.
-
-        Args:
-            F: Columns, shape (n_local, k), an array or of `scipy.sparse`.
+        All at once would take as much memory as many vectors. F may be of `scipy.sparse`.
         """
         for first in range(0, F.shape[1], AT_ONCE):
             part = slice(first, first + AT_ONCE)
@@ -105,24 +98,11 @@ class KrylovBasis(Held):
         return self.vectors.columns(0, self._size)
 
     def seen(self, L: Any) -> Array:
-        """Lᵀ V, shape (k, size), the same on all ranks. Collective.
-
-        Args:
-            L: Rows of this rank of what is looked at, shape (n_local, k), an array or of
-                `scipy.sparse`.
-        """
+        """Lᵀ V, shape (k, size), the same on all ranks; L may be of `scipy.sparse`. Collective."""
         return self.vectors.seen(L, self._size)
 
     def rows(self, index: Index, first: int = 0) -> Array:
-        """The basis at some of this rank's rows, without a copy of the others.
-
-        Args:
-            index: The rows, counted from the first of this rank, of any shape.
-            first: The first vector.
-
-        Returns:
-            The shape of `index` with the vectors from the first on as a further axis.
-        """
+        """V from the first vector on, at some of this rank's rows, as of `Orthonormal.rows`."""
         return self.vectors.rows(index, first, self._size)
 
     @property
@@ -152,30 +132,17 @@ class KrylovBasis(Held):
         return Z
 
     def dual_norm(self, F: Array) -> Array:
-        """√(fᵀ (K + σ0 M)⁻¹ f) of each column. Collective.
-
-        Args:
-            F: Loads, or the rows of probes as columns, shape (n_local, k).
-
-        Returns:
-            Shape (k,).
-        """
+        """√(fᵀ (K + σ0 M)⁻¹ f) of each column f, loads or probe rows, shape (k,). Collective."""
         squares = np.empty(F.shape[1])
         for part, X in self.solutions(F):
             squares[part] = np.diag(inner(self.M, F[:, part], X))
         return np.asarray(np.sqrt(np.maximum(squares, 0.0)), dtype=np.float64)
 
     def add(self, F: Any) -> None:
-        """Add load patterns; the space of those before stays. Collective.
+        """Add load patterns, shape (n_local, m), an array or of `scipy.sparse`. Collective.
 
-        Patterns that are zero, or that depend on others, bring in no vector.
-
-        Args:
-            F: Load patterns at this rank's rows, shape (n_local, m), an array or of
-                `scipy.sparse`.
-
-        Raises:
-            SolutionError: A pattern has values that are not numbers.
+        The space of those before stays. Patterns that are zero, or that depend on others, bring in
+        no vector; those with values that are not numbers are refused.
         """
         before = self._R.shape[1]
         coordinates, image = self.vectors.append(self.solve(F))
@@ -186,11 +153,9 @@ class KrylovBasis(Held):
         self.grow(1)
 
     def grow(self, steps: int) -> int:
-        """Take the space some block steps further. Collective.
+        """Take the space some block steps further; the number of vectors that came in. Collective.
 
-        Returns:
-            Number of vectors that came into the space; fewer, or none, when it holds all that the
-            loads can reach.
+        Fewer come in, or none, when it holds all that the loads can reach.
         """
         before = self._size
         for _ in range(steps):
@@ -217,11 +182,9 @@ class KrylovBasis(Held):
     def _settle(self, last: slice) -> None:
         """Apply A to the new tail Q, and take off rounding at the same time. Collective.
 
-        Q = Q' + V c, with the small c = Vᵀ M Q. What was taken off Q counts in A V = V T + Q S,
-        and as A V c = V T c + Q S c is to be taken off A Q; left there, it would grow step by step.
-
-        Args:
-            last: The vectors whose images under A brought in the tail.
+        Q = Q' + V c, with the small c = Vᵀ M Q. What was taken off Q counts in A V = V T + Q S, and
+        as A V c = V T c + Q S c is to be taken off A Q; left there, it would grow step by step. The
+        images of the last vectors under A brought in the tail.
         """
         n, vectors = self._size, self.vectors
         with meanwhile(lambda: self.solve(self._MQ)) as solved:

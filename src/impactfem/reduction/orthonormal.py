@@ -1,8 +1,12 @@
-"""Vectors that are orthonormal in a mass, which grow in number block by block."""
+"""Vectors that are orthonormal in a mass, which grow in number block by block; their memory."""
 
 from __future__ import annotations
 
+import mmap
+import os
+import tempfile
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,8 +15,9 @@ from petsc4py import PETSc
 from scipy.linalg.blas import dgemm
 
 from impactfem.dynamics.columns import inner, product, summed
-from impactfem.reduction.room import Room, room
 from impactfem.system.errors import SolutionError
+from impactfem.system.log import LOGGER
+from impactfem.system.memory import available_memory, disk_folder
 from impactfem.system.parallel import all_blas_threads
 
 Array = NDArray[np.float64]
@@ -31,6 +36,57 @@ GONE = 0.5
 CHUNK = 64
 """Vectors that memory is set aside for at once. The system gives it when they are written."""
 
+LEFT = 4
+"""Blocks of vectors that must have room beside the one that is set up: their copies and products
+with a matrix."""
+
+
+@dataclass(frozen=True, eq=False)
+class Room:
+    """An array in memory, or in a file."""
+
+    array: Array  #: Shape (rows, columns), Fortran order.
+    pages: mmap.mmap | None  #: The file's, None in memory.
+
+    def fetch(self) -> Array:
+        """The array; that of a file is read as a whole, and not page by page when it is used."""
+        if self.pages is not None:
+            self.pages.madvise(mmap.MADV_WILLNEED)
+        return self.array
+
+
+def room(rows: int, columns: int, processes: int = 1) -> Room:
+    """An array for columns, not yet filled: in memory, or in a file where memory runs short.
+
+    The file is in the folder of the environment variable TMPDIR, else in /var/tmp; it has no name
+    and goes with the array, also when the process is killed. So many processes set up as much on
+    this machine at the same time.
+
+    Raises:
+        SolutionError: There is room neither in memory nor in the folder.
+    """
+    size = 8 * rows * columns
+    if not size or (1 + LEFT) * size * processes <= available_memory():
+        return Room(np.empty((rows, columns), order="F"), None)
+    folder = disk_folder()
+    try:
+        with tempfile.TemporaryFile(dir=folder) as file:
+            # A full disk would end the process when the pages are written.
+            os.posix_fallocate(file.fileno(), 0, size)
+            pages = mmap.mmap(file.fileno(), size)
+    except OSError as error:
+        raise SolutionError(
+            f"the vectors of the reduced model need {1e-9 * size:.2g} GB beyond the memory, and no "
+            f"file of this size can be made in {folder} ({error.strerror or error}): name another "
+            "folder by TMPDIR"
+        ) from error
+    LOGGER.info(
+        "memory runs short: %.2g GB of the vectors of a reduced model go to a file in %s",
+        1e-9 * size,
+        folder,
+    )
+    return Room(np.frombuffer(pages).reshape((rows, columns), order="F"), pages)
+
 
 class Orthonormal:
     """Columns V with Vᵀ M V = I, each rank holding its rows.
@@ -48,16 +104,12 @@ class Orthonormal:
 
     @all_blas_threads()
     def append(self, X: Array, near: int | None = None) -> tuple[Array, Array]:
-        """Take in what X has outside the columns there are. X is overwritten.
+        """Take in what X, shape (n_local, k), Fortran order, has outside the columns; it is lost.
 
-        Args:
-            X: Columns, shape (n_local, k), Fortran order.
-            near: The first of the columns there are in which X has parts, but for rounding, which
-                is left there. Without it X has parts in all, and they are taken off to rounding.
-
-        Returns:
-            The coordinates of X in all columns, shape (count, k); and M times the new ones, shape
-            (n_local, number of new columns).
+        `near` is the first of the columns in which X has parts, but for rounding, which is left
+        there. Without it X has parts in all, and they are taken off to rounding. Gives the
+        coordinates of X in all columns, shape (count, k); and M times the new ones, shape (n_local,
+        number of new columns).
 
         Raises:
             SolutionError: X has values that are not numbers.
@@ -98,13 +150,8 @@ class Orthonormal:
     def rows(self, index: Index, first: int, last: int) -> Array:
         """Some of this rank's rows of a range of columns, without a copy of the others.
 
-        Args:
-            index: The rows, counted from the first of this rank, of any shape.
-            first: The first column.
-            last: The column after the last one.
-
-        Returns:
-            The shape of `index` with the columns as a further axis.
+        The rows are counted from the first of this rank, of any shape; the columns are a further
+        axis.
         """
         found = np.empty((*np.shape(index), last - first))
         flat, start = found.reshape(np.size(index), last - first), 0
@@ -117,20 +164,13 @@ class Orthonormal:
     def seen(self, L: Any, last: int) -> Array:
         """Lᵀ V of the first columns, shape (k, last), the same on all ranks.
 
-        Args:
-            L: Rows of this rank of what is looked at, shape (n_local, k), an array or of
-                `scipy.sparse`.
-            last: Number of columns.
+        L, shape (n_local, k), is an array or of `scipy.sparse`.
         """
         pieces = [L.T @ piece for piece in self.pieces(0, last)]
         return summed(self.M, np.concatenate([np.empty((L.shape[1], 0)), *pieces], axis=1))
 
     def combination(self, coordinates: Array) -> Array:
-        """V c of the first columns, shape (n_local, k), Fortran order.
-
-        Args:
-            coordinates: c, shape (number of columns, k).
-        """
+        """V c of the first columns, shape (n_local, k), Fortran order; c one row a column."""
         X = np.zeros((self.M.getLocalSize()[0], coordinates.shape[1]), order="F")
         first = 0
         for V in self.pieces(0, len(coordinates)):
@@ -178,13 +218,8 @@ class Orthonormal:
 def _orthonormal(M: PETSc.Mat, X: Array, MX: Array, least: Array) -> tuple[Array, Array, Array]:
     """M-orthonormal columns Q, M Q and B, with X = Q B but for what is left out; X is overwritten.
 
-    Column by column: a Gram matrix of the block would lose half of the digits.
-
-    Args:
-        M: Mass.
-        X: Columns, shape (n_local, k).
-        MX: M X; overwritten.
-        least: Length up to which what is left of each column is left out, shape (k,).
+    Column by column: a Gram matrix of the block would lose half of the digits. `least` is the
+    length up to which what is left of each column is left out, shape (k,).
     """
     B = np.zeros((X.shape[1], X.shape[1]))
     n = 0

@@ -63,14 +63,7 @@ class ReducedBasis:
         return self.models[0]
 
     def of(self, model: ReducedModel, nodes: Index) -> Array:
-        """Φ of one of the models at some of the nodes.
-
-        Args:
-            model: One of `models` or `larger`.
-            nodes: Nodes among those that are looked at, shape (m,).
-
-        Returns:
-            Shape (m, 3, r).
+        """Φ of one of `models` or `larger` at some of the nodes, shape (m, 3, r).
 
         Raises:
             KeyError: The basis was not made for one of the nodes.
@@ -80,22 +73,14 @@ class ReducedBasis:
         return model.shapes(flat).reshape(len(rows), 3, len(model.eigenvalue))
 
     def rows(self, nodes: Index) -> Array:
-        """V at some of the nodes, shape (m, 3, size of the largest model).
-
-        Raises:
-            KeyError: The basis was not made for one of the nodes.
-        """
+        """V at some of the nodes, shape (m, 3, size of the largest model); refuses other nodes."""
         at = np.searchsorted(self.nodes, nodes)
         if at.max(initial=-1) >= len(self.nodes) or np.any(self.nodes[at] != nodes):
             raise KeyError("a node that the basis was not made for")
         return self.vectors[at]
 
     def at(self, nodes: Index) -> ReducedBasis:
-        """The model itself with its shapes at some nodes alone, for other processes.
-
-        Args:
-            nodes: Nodes among those that are looked at, of any order.
-        """
+        """The model with its shapes at some nodes alone, of any order, for other processes."""
         kept = np.unique(nodes)
         vectors = self.rows(kept)[..., : len(self.model.coordinates)]
         return replace(self, models=self.models[:1], larger=(), nodes=kept, vectors=vectors)
@@ -103,13 +88,8 @@ class ReducedBasis:
     def bound(self, nodes: Index, omega: Array, damping: Rayleigh) -> Array:
         """Rigorous bound on the error of displacements under exp(iωt) of each load.
 
-        Args:
-            nodes: Nodes, shape (n,).
-            omega: ω, shape (n_freq,) [rad/s].
-            damping: The damping.
-
-        Returns:
-            Shape (n_freq, n, 3, n_loads); infinite where nothing is known.
+        ω has the shape (n_freq,) [rad/s]. Shape (n_freq, n, 3, n_loads); infinite where nothing is
+        known.
         """
         at = np.searchsorted(self.certified, nodes)
         known = np.isin(nodes, self.certified)
@@ -120,13 +100,7 @@ class ReducedBasis:
         return found.reshape(len(omega), len(nodes), 3, -1)
 
     def error(self, probes: Index, damping: Rayleigh, maximum_frequency: float) -> float:
-        """Largest estimated error of the accelerations at probes, as of `NestedModels.error`.
-
-        Args:
-            probes: Nodes among those that are looked at.
-            damping: The damping.
-            maximum_frequency: Up to which they count [Hz].
-        """
+        """Largest estimated error of the accelerations at probes, as of `NestedModels.error`."""
         rows = self.vectors[np.searchsorted(self.nodes, np.unique(probes))]
         return NestedModels(self.models, rows).error(damping, maximum_frequency)
 
@@ -197,12 +171,8 @@ class NestedModels:
     def error(self, damping: Rayleigh, maximum_frequency: float) -> float:
         """Largest estimated error of the accelerations at the probes under any one of the loads.
 
-        The error band of the transfer functions by nested models, over the largest acceleration of
-        any probe under the same load within the same third of an octave.
-
-        Args:
-            damping: The damping.
-            maximum_frequency: Up to which they count [Hz].
+        The error band of the transfer functions by nested models up to a frequency [Hz], over the
+        largest acceleration of any probe under the same load within the same third of an octave.
         """
         return _difference(self.models, self.rows, _omega(maximum_frequency), damping)
 
@@ -229,15 +199,11 @@ def grow_basis(
     larger: bool = False,
     progress: Callable[[float], None] = lambda part: None,
 ) -> Grown:
-    """Grow a basis with its loads until it is as accurate as required. Collective.
+    """Grow a basis with its loads until it is as accurate at probes as required. Collective.
 
-    Args:
-        basis: The basis, with its loads.
-        probes: Where the transfer functions must be accurate.
-        accuracies: How accurate, one after the other.
-        largest: Most vectors.
-        larger: Whether models are wanted that the one of the first accuracy is nested in.
-        progress: Called with the part of the work that is done.
+    By one accuracy after the other, with so many vectors at most; with models that the one of the
+    first accuracy is nested in, where `larger`. `progress` is called with the part of the work that
+    is done.
 
     Raises:
         SolutionError: An accuracy is not met with the most vectors.
@@ -252,14 +218,8 @@ def grow_basis(
     norm = basis.dual_norm(probes.columns).reshape(-1, DOFS // 2)
     fine, differences = coarse, [difference]
     for k, accuracy in enumerate(others, 1):
-        fine, difference = _grow_until_accurate(
-            basis,
-            probes,
-            fine.rows,
-            accuracy,
-            largest,
-            within(k),
-        )
+        rows, report = fine.rows, within(k)
+        fine, difference = _grow_until_accurate(basis, probes, rows, accuracy, largest, report)
         differences.append(difference)
     around = tuple(larger_models(basis, n)) if larger else ()
     return Grown(coarse, fine, around, tuple(differences), gram, norm)
@@ -321,13 +281,8 @@ def reduced_basis(
 ) -> ReducedBasis:
     """What is kept of a basis: its models, and its vectors at nodes. Collective.
 
-    Args:
-        basis: The basis, whose factorisation may be gone: there may not be room for both.
-        grown: As of `grow_basis`.
-        loads: Names of the load patterns.
-        probes: Nodes that it was grown for, ascending.
-        nodes: Nodes whose motion is wanted, ascending.
-        displacements: Of these.
+    Its factorisation may be gone: there may not be room for both. The probes that it was grown for,
+    and the nodes whose motion is wanted, with their displacements, are ascending.
     """
     models = grown.coarse.models
     size = max(len(model.coordinates) for model in (*models, *grown.larger))
@@ -354,13 +309,7 @@ def _grow_until_accurate(
 ) -> tuple[NestedModels, float]:
     """Grow a basis until nested models agree on the probes' accelerations. Collective.
 
-    Args:
-        basis: The basis.
-        probes: The probes.
-        known: V at the probes, as far as it is known; None before the first growth.
-        accuracy: How accurate it has to be.
-        largest: Most vectors.
-        progress: Called with the part of the work that is done.
+    `known` is V at the probes, as far as it is known; None before the first growth.
     """
     omega = _omega(accuracy.maximum_frequency)
     tolerance = accuracy.tolerance

@@ -40,7 +40,7 @@ from impactfem.reduction.reduced_basis import (
     models_of_content,
     reduced_basis,
 )
-from impactfem.reduction.wall import Wall, WallModel, wall_model, wall_patterns
+from impactfem.reduction.wall import Wall, WallModel, WallPatterns
 from impactfem.system.files import read_archive, write_archive
 from impactfem.system.log import LOGGER
 from impactfem.system.memory import give_back
@@ -229,7 +229,7 @@ def reduce_building(
     patterns |= {f"floor {floor}": load for floor, load in edges.items()}
     wall = state = None
     if plan.wall is not None:
-        wall = wall_patterns(building, mesh, plan.wall).carried(T)
+        wall = WallPatterns.of(building, mesh, plan.wall).carried(T)
         # Before the basis: the memory of its factorisation is free again then.
         state, patterns[PUSH] = wall.held(K)
         even = edges
@@ -284,7 +284,7 @@ def reduce_building(
             difference=max(grown.differences),
             wall=None
             if wall is None
-            else wall_model(modes, wall, patterns[PUSH], grown.differences[0]),
+            else WallModel.of(modes, wall, patterns[PUSH], grown.differences[0]),
         ),
         fine=grown.fine,
         errors=grown.differences,

@@ -180,6 +180,36 @@ class WallPatterns:
     #: n_floors + 1), sparse.
     seen: scipy.sparse.csr_matrix
 
+    @classmethod
+    def of(cls, model: BuildingModel, mesh: BuildingMesh, wall: Wall) -> WallPatterns:
+        """Make the columns of an experiment, with edges that lie in one plane (see `wall_side`).
+
+        Raises:
+            KeyError: A floor has no edge, no slab or no mass centre.
+        """
+        floors, displaced = wall.floors, wall.displaced_floor
+        normal = outward_normal(mesh, floors[-1])
+        edges = [contact_edge(mesh, floor, wall.spacing) for floor in floors]
+        contacts = [edge.columns(model, normal) for edge in edges]
+        watched = np.array([*(mesh.centres[floor] for floor in floors), mesh.centres[displaced]])
+        counts = [columns.shape[1] for columns in contacts]
+        rows = model.rows(np.unique(mesh.triangles[mesh.slab(displaced)]))
+        slab = np.zeros(DOFS * len(model.nodes), dtype=bool)
+        slab[rows[rows >= 0] + int(np.argmax(np.abs(normal)))] = True
+        load = np.zeros(len(slab))
+        if wall.pull == "mass_centre":
+            load = model.along(watched[-1:], normal).toarray()[:, 0]
+        elif wall.pull == "even_load":
+            load = floor_load(mesh, displaced).vector(model, normal)
+        return cls(
+            floors=floors,
+            normal=normal,
+            floor_of=np.repeat(np.arange(len(floors), dtype=np.int64), counts),
+            contact=scipy.sparse.csr_matrix(scipy.sparse.hstack(contacts)),
+            pull=FloorPull(wall.pull, normal, slab, load),
+            seen=model.along(watched, normal),
+        )
+
     def held(self, K: Any) -> tuple[Array, Array]:
         """The state at rest for 1 m of the displaced floor, and what holds it. Collective.
 
@@ -213,36 +243,6 @@ def _carried(T: Any, columns: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matri
     return scipy.sparse.csr_matrix(scipy.sparse.hstack(found))
 
 
-def wall_patterns(model: BuildingModel, mesh: BuildingMesh, wall: Wall) -> WallPatterns:
-    """Make the columns of an experiment, with edges that lie in one plane (see `wall_side`).
-
-    Raises:
-        KeyError: A floor has no edge, no slab or no mass centre.
-    """
-    floors, displaced = wall.floors, wall.displaced_floor
-    normal = outward_normal(mesh, floors[-1])
-    edges = [contact_edge(mesh, floor, wall.spacing) for floor in floors]
-    contacts = [edge.columns(model, normal) for edge in edges]
-    watched = np.array([*(mesh.centres[floor] for floor in floors), mesh.centres[displaced]])
-    counts = [columns.shape[1] for columns in contacts]
-    rows = model.rows(np.unique(mesh.triangles[mesh.slab(displaced)]))
-    slab = np.zeros(DOFS * len(model.nodes), dtype=bool)
-    slab[rows[rows >= 0] + int(np.argmax(np.abs(normal)))] = True
-    load = np.zeros(len(slab))
-    if wall.pull == "mass_centre":
-        load = model.along(watched[-1:], normal).toarray()[:, 0]
-    elif wall.pull == "even_load":
-        load = floor_load(mesh, displaced).vector(model, normal)
-    return WallPatterns(
-        floors=floors,
-        normal=normal,
-        floor_of=np.repeat(np.arange(len(floors), dtype=np.int64), counts),
-        contact=scipy.sparse.csr_matrix(scipy.sparse.hstack(contacts)),
-        pull=FloorPull(wall.pull, normal, slab, load),
-        seen=model.along(watched, normal),
-    )
-
-
 @dataclass(frozen=True, eq=False)
 class WallModel:
     """Modal equations of a building and its wall, for any damping, gap and displacement."""
@@ -259,13 +259,36 @@ class WallModel:
     #: before the release.
     uneven: float
 
+    @classmethod
+    def of(
+        cls, modes: GalerkinModes, patterns: WallPatterns, push: Array, difference: float
+    ) -> WallModel:
+        """The modal equations of a wall experiment. Collective.
+
+        The modes are those on a basis that is complete for the contacts and has the state before
+        the release; `push` are the forces that hold the floor at 1 m, shape (n_local,).
+        """
+        b = modes.rows(push[:, None])[:, 0]
+        z = b / modes.eigenvalue
+        slab = np.flatnonzero(patterns.pull.slab)
+        moved = modes.vectors.rows(slab, 0, modes.vectors.count) @ (modes.coordinates @ z)
+        away = np.abs(moved - patterns.pull.unit[slab]).max(initial=0.0)
+        return cls(
+            eigenvalue=modes.eigenvalue,
+            contact=modes.rows(patterns.contact),
+            push=b,
+            seen=modes.rows(patterns.seen),
+            floors=np.array(patterns.floors, dtype=np.int64),
+            floor_of=patterns.floor_of,
+            difference=difference,
+            uneven=max(modes.vectors.M.getComm().tompi4py().allgather(float(away))),
+        )
+
     def start(self, displacement: float) -> Array:
         """z₀ = λ⁻¹ b d, b of the forces that hold the floor at 1 m, shape (r,).
 
-        The state that they hold is in the basis: z₀ is that state, not an approximation of it.
-
-        Args:
-            displacement: d of the floor's mass centre, towards the wall [m].
+        The state that they hold is in the basis: z₀ is that state, not an approximation of it. d is
+        the displacement of the floor's mass centre, towards the wall [m].
         """
         z = self.push / self.eigenvalue
         return np.asarray(displacement * z / (self.seen[:, -1] @ z), dtype=np.float64)
@@ -275,32 +298,3 @@ class WallModel:
         """The model with these fields, as read from an archive."""
         values = {field.name: content[field.name] for field in fields(cls)}
         return cls(**values | {name: float(values[name]) for name in ("difference", "uneven")})
-
-
-def wall_model(
-    modes: GalerkinModes, patterns: WallPatterns, push: Array, difference: float
-) -> WallModel:
-    """The modal equations of a wall experiment. Collective.
-
-    Args:
-        modes: Modes on a basis that is complete for the contacts and has the state before the
-            release.
-        patterns: The columns of the experiment.
-        push: The forces that hold the floor at 1 m, shape (n_local,).
-        difference: Estimated error of the basis.
-    """
-    b = modes.rows(push[:, None])[:, 0]
-    z = b / modes.eigenvalue
-    slab = np.flatnonzero(patterns.pull.slab)
-    moved = modes.vectors.rows(slab, 0, modes.vectors.count) @ (modes.coordinates @ z)
-    away = np.abs(moved - patterns.pull.unit[slab]).max(initial=0.0)
-    return WallModel(
-        eigenvalue=modes.eigenvalue,
-        contact=modes.rows(patterns.contact),
-        push=b,
-        seen=modes.rows(patterns.seen),
-        floors=np.array(patterns.floors, dtype=np.int64),
-        floor_of=patterns.floor_of,
-        difference=difference,
-        uneven=max(modes.vectors.M.getComm().tompi4py().allgather(float(away))),
-    )

@@ -18,7 +18,7 @@ from impactfem.reduction.galerkin import GalerkinModes
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
-from impactfem.reduction.wall import Wall, wall_model, wall_patterns
+from impactfem.reduction.wall import Wall, WallModel, WallPatterns
 from impactfem.stages.calibrate.compute import prepare, released, run_reduced
 from impactfem.stages.calibrate.experiment import WallExperiment
 from impactfem.stages.calibrate.impact import floor_impacts
@@ -58,7 +58,7 @@ def wall_of(frame, pull):
 @pytest.fixture(scope="module")
 def patterns(frame):
     model, _, mesh, _, _ = frame
-    return wall_patterns(model, mesh, Wall(EXPERIMENT.floors, 2, "whole_floor"))
+    return WallPatterns.of(model, mesh, Wall(EXPERIMENT.floors, 2, "whole_floor"))
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +132,7 @@ def test_the_whole_floor_starts_at_the_displacement(frame, patterns, reduced, fu
 def test_a_load_draws_the_mass_centre_aside(frame, reduced, pull):
     """The slab of a frame yields between its columns; the resultant is that of the load."""
     model, K, mesh, damping, _ = frame
-    drawn = wall_patterns(model, mesh, Wall(EXPERIMENT.floors, 2, pull))
+    drawn = WallPatterns.of(model, mesh, Wall(EXPERIMENT.floors, 2, pull))
     state, push = drawn.held(K)
     assert drawn.seen[:, -1].T @ state == pytest.approx(1.0, rel=1e-12)
     along = push[1::6]
@@ -156,7 +156,7 @@ def test_without_the_state_in_the_basis(frame, patterns):
     with KrylovBasis(K, model.mass, (2.0 * np.pi * 30.0) ** 2) as basis:
         basis.add(push[:, None])
         basis.grow(4)
-        found = wall_model(GalerkinModes.of(basis), patterns, push, 0.0)
+        found = WallModel.of(GalerkinModes.of(basis), patterns, push, 0.0)
     assert found.uneven > 1e-7
 
 
@@ -186,7 +186,7 @@ def test_wall_inside_the_building(frame, reduced):
 def test_floor_without_an_edge(frame):
     model, _, mesh, _, _ = frame
     with pytest.raises(KeyError):
-        wall_patterns(model, mesh, Wall((1, 2, 3), 2, "whole_floor"))
+        WallPatterns.of(model, mesh, Wall((1, 2, 3), 2, "whole_floor"))
 
 
 LIGHT = DampingCase(name="light", mass_coefficient=0.838, stiffness_coefficient=2.12e-4)
