@@ -170,16 +170,18 @@ class Factorisation(Held):
         """
         if scipy.sparse.issparse(B):
             B = B.tocsc()
-        X = np.empty(B.shape, order="F")
-        for first in range(0, B.shape[1], BLOCK):
-            part = slice(first, min(first + BLOCK, B.shape[1]))
-            given = B[:, part].toarray() if scipy.sparse.issparse(B) else B[:, part]
-            right = self._dense(np.asfortranarray(given, dtype=np.float64))
-            left = self._dense(X[:, part])
+        n, k = B.shape
+        X = np.empty((n, k - k % BLOCK + _even(k % BLOCK)), order="F")
+        for first in range(0, k, BLOCK):
+            part = slice(first, min(first + BLOCK, k))
+            given = np.zeros((n, _even(part.stop - first)), order="F")
+            block = B[:, part]
+            given[:, : block.shape[1]] = block.toarray() if scipy.sparse.issparse(B) else block
+            right, left = self._dense(given), self._dense(X[:, first : first + given.shape[1]])
             _unlocked("MatMatSolve", self._F, right, left)
             right.destroy()
             left.destroy()
-        return X
+        return X[:, :k]
 
     def inertia(self) -> tuple[int, int, int]:
         """Numbers of negative, zero and positive eigenvalues of A, those of D (Sylvester)."""
@@ -213,6 +215,14 @@ class Factorisation(Held):
         # MUMPS goes on after a negative pivot; ScaLAPACK, on several ranks, does not.
         negative_pivots = self._F.getMumpsInfog(12)
         return negative_pivots == 0 and _weakest(A, self)[0] <= CONDITION
+
+
+def _even(columns: int) -> int:
+    """A number of columns, not less, with which the products of MUMPS's solution are fast.
+
+    Seven columns take a tenth longer than eight, and six a third.
+    """
+    return columns if columns < 3 else max(8, -(-columns // 4) * 4)
 
 
 def _factor(A: PETSc.Mat, kind: dict[str, int]) -> PETSc.Mat:
