@@ -5,6 +5,7 @@ import shutil
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +16,8 @@ from impactfem import study
 from impactfem.building.from_case import read_parts
 from impactfem.building.model import assemble_building
 from impactfem.case import load_case
-from impactfem.dynamics.modes import modes
+from impactfem.dynamics.modes import Modes, modes
+from impactfem.stages.building import compute
 from impactfem.stages.building.compute import fit_storey_factor, run_building
 from impactfem.stages.building.targets import bending_modes
 from impactfem.system.errors import InputError, SolutionError
@@ -166,6 +168,28 @@ def test_mechanism_is_named_by_its_place(frame, edited, tmp_path):
         patch.setattr(stage, "read_parts", lambda *_: (floating, masses, report))
         with pytest.raises(SolutionError, match=r"mechanism: its node at \(.*\) m in \w+_[12]"):
             run_building(case, tmp_path, MPI.COMM_SELF, nullcontext)
+
+
+def test_a_rank_without_free_nodes(monkeypatch, tmp_path):
+    """Three modes of another rank's two nodes; this one has rows of the base alone."""
+    other = np.arange(36.0).reshape(12, 3)
+    mine = Modes(np.ones(3), np.zeros((0, 3)), np.zeros(3))
+    model = SimpleNamespace(
+        nodes=np.zeros(0, dtype=np.int64),
+        n_nodes=4,
+        n_free=12,
+        about=lambda origin: (np.zeros((0, 6)), np.eye(6)),
+    )
+    sent = np.array([3, 1]), other.reshape(2, 6, 3)[:, :3].astype(np.float32)
+    comm = SimpleNamespace(
+        size=2, gather=lambda own, root: [own, sent], allreduce=lambda value: value
+    )
+    monkeypatch.setattr(compute, "assemble_building", lambda comm, parts: model)
+    monkeypatch.setattr(compute, "_modes", lambda model, structure: (1.0, mine))
+    case = load_case(GEOMETRY / "frame.toml")
+    found = run_building(case, tmp_path, comm, lambda name: nullcontext())
+    assert found.shapes.shape == (3, 4, 3) and found.participation.shape == (3, 6)
+    np.testing.assert_array_equal(found.shapes[:, 3].T, other[:3])
 
 
 def test_factor_against_the_full_search(parts):

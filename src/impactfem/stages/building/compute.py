@@ -113,9 +113,10 @@ def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStu
     base = mesh.nodes[mesh.base]
     ground, total = model.about(0.5 * (base.min(axis=0) + base.max(axis=0)))
     # Displacements of all nodes on rank 0.
-    local = result.shapes.reshape(len(model.nodes), 6, -1)[:, :3].astype(np.float32)
+    count = len(result.frequency)
+    local = result.shapes.reshape(len(model.nodes), 6, count)[:, :3].astype(np.float32)
     gathered = comm.gather((model.nodes, local), root=0) or []
-    shapes = np.zeros((local.shape[2], model.n_nodes if gathered else 0, 3), dtype=np.float32)
+    shapes = np.zeros((count, model.n_nodes if gathered else 0, 3), dtype=np.float32)
     for nodes, part in gathered:
         shapes[:, nodes] = part.transpose(2, 0, 1)
     return BuildingStudy(
