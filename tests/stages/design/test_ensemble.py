@@ -110,7 +110,10 @@ def test_stored_and_gone_on_with(carried, some_loads):
     found, failed, files, keys = carried({"a": some_loads(), "b": some_loads(scale=0.5)})
     assert not failed
     again = read_archive(files["b"], keys["b"])
-    for part, values in stacked(["b", "a"], {"b": again, "a": found["a"]}, {}).items():
+    every = stacked(["b", "a"], {"b": again, "a": found["a"]}, {})
+    # In one order in all processes, so that one run writes the store that another does.
+    assert list(every) == list(found["a"])
+    for part, values in every.items():
         np.testing.assert_array_equal(values, [found[name][part] for name in "ba"])
     np.testing.assert_array_equal(again["member_impact_force"], FORCE)
 

@@ -222,5 +222,5 @@ def stacked(names: Sequence[str], found: Mapping[str, Arrays], failed: Mapping[s
             f"fewer than two members of the ensemble went through the 3D model: {reasons}"
         )
     # Those that were stored before have their key among them.
-    parts = found[names[0]].keys() - {"key"}
+    parts = [part for part in found[names[0]] if part != "key"]
     return {part: np.stack([found[name][part] for name in names]) for part in parts}
