@@ -1,7 +1,9 @@
 """The stage `building` on the shipped mesh of a small frame."""
 
+import gc
 import json
 import shutil
+import weakref
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -207,6 +209,27 @@ def test_factor_against_the_full_search(parts):
     assert rounds == 1 and near == pytest.approx(factor, rel=1e-5)
     stiffer = modes(model.stiffness(1.1 * factor), model.mass, 8)
     assert stiffer.frequency[first] > 4.0 * 1.01
+
+
+def test_no_vectors_are_kept_beside_a_modal_analysis(parts, monkeypatch):
+    from impactfem.stages.building import compute as stage
+
+    made, kept = [], []
+
+    class Basis(stage.KrylovBasis):
+        def __init__(self, *given):
+            super().__init__(*given)
+            made.append(weakref.ref(self.vectors))
+
+    def analysis(*given):
+        gc.collect()
+        kept.extend(vectors() is not None for vectors in made)
+        return modes(*given)
+
+    monkeypatch.setattr(stage, "KrylovBasis", Basis)
+    monkeypatch.setattr(stage, "modes", analysis)
+    fit_storey_factor(assemble_building(MPI.COMM_SELF, parts), 4.0, 1, 0.3, 8)
+    assert made and kept and not any(kept)
 
 
 def test_frequency_that_no_factor_gives(parts):

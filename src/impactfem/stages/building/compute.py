@@ -208,6 +208,7 @@ def fit_storey_factor(
         V = np.array(basis.V)
     K.destroy()
     factor = _reduced_fit(model, V, frequency, direction, start)
+    del basis, shapes, V  # beside the factors of the modal analyses memory may be short
     for rounds in range(1, MOST_ROUNDS + 1):
         K = model.stiffness(factor)
         result = modes(K, model.mass, count)
