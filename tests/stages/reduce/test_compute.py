@@ -6,10 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from impactfem.building.floor import contact_edge
 from impactfem.building.from_case import read_parts
 from impactfem.case import Damping, DampingCase, load_case
 from impactfem.case.calibration import WallImpactSetup
 from impactfem.case.transient import Transient
+from impactfem.stages.calibrate import compute as calibrate
 from impactfem.stages.reduce import compute as stage
 from impactfem.stages.reduce.compute import accuracies, prepare
 from impactfem.stages.reduce.stage import model_key
@@ -96,3 +98,21 @@ def test_what_the_vectors_depend_on(case):
     others = [key(eccentricity=1.0), key(shift=40.0)]
     assert len({key(), *others}) == 3
     assert key() == key(tolerance=0.002, maximum_frequency=500.0, duration=1.0)
+
+
+def test_the_points_of_contact_are_those_of_both_stages(case):
+    """At the vertices of the mesh, and fewer; a basis for these is another one."""
+    mesh_file = GEOMETRY / "frame.msh"
+    counts, keys = [], set()
+    for spacing in (None, 2.0):
+        wall = case.wall_impact.model_copy(update={"contact_spacing": spacing})
+        asked = case.model_copy(update={"wall_impact": wall})
+        plan = prepare(asked, mesh_file, 0.5).plan
+        mesh = read_parts(case, mesh_file)[0].mesh
+        edges = [contact_edge(mesh, floor, plan.wall.spacing) for floor in plan.wall.floors]
+        made = calibrate.prepare(asked, mesh_file)
+        assert np.array_equal(made.position, np.concatenate([edge.position for edge in edges]))
+        assert np.array_equal(made.length, np.concatenate([edge.weight for edge in edges]))
+        counts.append(len(made.position))
+        keys.add(model_key(asked))
+    assert counts[0] > counts[1] > 4 and len(keys) == 2
