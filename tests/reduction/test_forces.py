@@ -147,6 +147,12 @@ def test_two_pairs_on_one_edge_are_the_same_load(case):
     assert one == other
 
 
+def test_no_pairs(case):
+    none = with_contacts(case)
+    found, edges = checked_forces(forces_of(none), PATH, none, slabs(8), DURATION)
+    assert (found.pairs, found.force.shape, edges) == ((), (2, 0), [])
+
+
 def test_wrong_and_missing_pairs(history, case):
     without = case.model_copy(update={"structure": None})
     with pytest.raises(ValueError, match="without a structure"):

@@ -194,6 +194,18 @@ def test_loads_that_come_later(membrane, basis):
     assert np.abs(made.V.T @ model.M @ made.V - np.eye(32)).max() < 1e-12
 
 
+def test_later_loads_keep_the_image_of_the_tail(membrane, basis, monkeypatch):
+    """It has no rounding in it any more, and took a solve: one load takes its own two alone."""
+    model = membrane()
+    made = basis(model.loads[:, :2])
+    made.grow(3)
+    solved, solve = [], made.solve
+    monkeypatch.setattr(made, "solve", lambda F: solved.append(F.shape[1]) or solve(F))
+    made.add(model.loads[:, 2:])
+    assert solved == [1, 1, 3]  # of the load, of its vector and of the next tail
+    assert relation(model, made) < 1e-13
+
+
 def test_refused(membrane, petsc, basis):
     model = membrane()
     bad = model.loads
