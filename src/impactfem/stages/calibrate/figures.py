@@ -146,7 +146,7 @@ def _energy(store: xr.Dataset) -> CurveFigure:
 
 
 def _line_load(path: Path, store: xr.Dataset) -> Path:
-    """P_i / w_i, with the force P_i and the length w_i of vertex i, over edge and time."""
+    """P_i / w_i, with the force P_i and the length w_i of point i, over edge and time."""
     load = 1e-6 * (store["constraint_force"] / store["constraint_length"]).transpose(
         "step", "constraint"
     )
@@ -162,7 +162,7 @@ def _line_load(path: Path, store: xr.Dataset) -> Path:
     caption = (
         f"Line load of the wall on the edge of {_and(list(loads)[::-1])} of building "
         f"{store.attrs['building']} over the distance along the edge and the time of the first "
-        "impact, straight between the vertices of the mesh. Largest value: "
+        "impact, straight between the points of contact. Largest value: "
         f"{pushing.max():.3g} MN/m."
     )
     size = (2.7 * len(loads) + 1.2, 3.6)
