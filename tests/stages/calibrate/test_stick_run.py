@@ -217,6 +217,22 @@ def test_a_wall_inside_the_building_that_another_floor_finds(stick, experiment):
         run_stick(stick, pushed, K=1e10, xi=XI)
 
 
+def test_gap_and_displacement_scaled_together_change_no_parameter(stick, experiment):
+    """The problem is linear but for the wall, and that is a cone: all goes with the scale."""
+    half = replace(experiment, displacement=-0.01, gap=0.005)
+    narrow = replace(experiment, gap=0.005)
+    one, other, third = (
+        floor_impacts(run_stick(stick, e, K=2e11, xi=XI), 3).first_complete()
+        for e in (experiment, half, narrow)
+    )
+    assert other.impulse == pytest.approx(0.5 * one.impulse, rel=1e-9)
+    assert other.start == pytest.approx(one.start, rel=1e-9)
+    scaled, whole, not_scaled = (penalty_parameters(i) for i in (other, one, third))
+    assert scaled.epsilon == pytest.approx(whole.epsilon, rel=1e-9)
+    assert scaled.K_Ceq == pytest.approx(whole.K_Ceq, rel=1e-9)
+    assert abs(not_scaled.epsilon - whole.epsilon) > 1e-3
+
+
 def test_release_at_the_wall_is_no_force(stick, experiment):
     """Let go at the wall, with no gap left: it swings away first."""
     touching = replace(experiment, displacement=experiment.gap, floors=(3,))
