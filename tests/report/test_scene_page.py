@@ -6,6 +6,7 @@ import json
 import re
 import zipfile
 
+import numpy as np
 import pytest
 
 from impactfem.report.scene_page import write_scene
@@ -58,13 +59,15 @@ def test_it_holds_the_scene(page):
     scene = scene_of(page)
     arrays = scene["hashes"].values()
     assert all(array["content"] for array in arrays)
-    sizes = [
-        len(base64.b64decode(array["content"])) / 4
+    numbers = [
+        np.frombuffer(base64.b64decode(array["content"]), dtype=np.float32)
         for array in arrays
         if array["type"] == "Float32Array"
     ]
-    # Peaks of the 25 vertices of each of two slabs, and their positions.
-    assert 50 in sizes and 150 in sizes
+    # Of the 25 vertices of each of two slabs peaks, which are 10 + y, and positions.
+    peaks = [values for values in numbers if values.size == 50 and values.min() == 10.0]
+    places = [values.reshape(-1, 3) for values in numbers if values.size == 150]
+    assert any(peak == pytest.approx(10.0 + at[:, 1]) for peak in peaks for at in places)
     assert scene["scene"]["type"].endswith("RenderWindow")
     assert len(page) < 3_000_000
 
