@@ -53,17 +53,20 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _options(
+    context: typer.Context,
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Show details.")] = False,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
 ) -> None:
     del version
+    context.obj = verbose
     log.set_up(verbose, rank())
 
 
 @app.command()
 def run(
+    context: typer.Context,
     case: CaseFile,
     stage: LastStage = None,
     out: Annotated[
@@ -94,8 +97,14 @@ def run(
             value = "-" if scalar.value is None else f"{scalar.value:.5g}"
             published = f"{theirs.relation.strip('=')}{theirs.value:.5g}"
             table.add_row(scalar.name, value, published, scalar.unit, theirs.kind)
-    if table.row_count:
+    if table.row_count and context.obj:
         _show(table)
+    results = result.key_results
+    width = max((len(value) for value, _ in results), default=0)
+    for value, text in results:
+        typer.echo(f"  {value:>{width}}  {text}")
+    if table.row_count and not context.obj:
+        typer.echo(f"  {table.row_count} published values beside ours: -v, or the report")
     typer.echo(f"results: {result.folder}")
 
 

@@ -34,7 +34,8 @@ class TestRun:
         for text in (ended.out, ended.err):
             assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f]", text)
         assert ended.out.endswith("results: mes résultats\n")
-        assert re.search(r"motion\.pga\s+3\s+3\s+m/s2", ended.out)
+        assert re.search(r"published values beside ours: -v", ended.out)
+        assert re.search(r"MN  largest impact force of the sticks", ended.out)
         assert "Deux bâtiments, 2 cm -> mes résultats" in ended.err
         provenance = json.loads((folder / "mes résultats" / "provenance.json").read_text())
         assert provenance["command"] == ["impactfem", *words]
@@ -50,7 +51,7 @@ class TestRun:
     def test_a_stage_says_that_it_starts_before_all_else(self, finished):
         """Then what it found, then that it is done; the next one starts after that."""
         log = (finished.folder / "run.log").read_text(encoding="utf-8")
-        told = ["stage pounding: starts", " INFO    pounding: ", "stage pounding: done in "]
+        told = ["stage pounding: starts", " DEBUG   pounding: ", "stage pounding: done in "]
         told += ["stage report: starts", "stage report: done in "]
         assert [log.count(words) for words in told] == [1, log.count(told[1]), 1, 1, 1]
         assert sorted(told, key=log.index) == told and log.rindex(told[1]) < log.index(told[2])
@@ -77,9 +78,19 @@ class TestRun:
 
     def test_the_checks_are_told(self, program, copied, tmp_path):
         ended = program("run", copied, "--out", tmp_path / "run", "--stage", "pounding")
+        assert "warning: linear? storey shear" in ended.err
+        line = (
+            r"stage pounding: .* impacts, the largest .* MN, at .*, \d+ checks met, 2 not met, see"
+        )
+        assert re.search(line, ended.err)
+        assert not re.search(r"steps: .* 16 required", ended.err)
+
+    def test_details_with_v(self, program, copied, tmp_path):
+        words = ("-v", "run", copied, "--out", tmp_path / "run", "--stage", "pounding")
+        ended = program(*words)
         assert re.search(r"pounding: \d+ impacts, the largest with .* MN at", ended.err)
         assert re.search(r"steps: .* 16 required", ended.err)
-        assert "warning: linear? storey shear" in ended.err
+        assert re.search(r"motion\.pga\s+3\s+3\s+m/s2", ended.out)
 
     def test_a_computation_that_fails(self, program, new_case, tmp_path, monkeypatch):
         def fail(*_):

@@ -22,7 +22,7 @@ def noise():
 
 def test_nothing_is_done_by_default(caplog):
     before = record(noise())
-    with caplog.at_level(logging.INFO, logger="impactfem"):
+    with caplog.at_level(logging.DEBUG, logger="impactfem"):
         assert Treatment()(before) is before
     assert not caplog.records
 
@@ -74,7 +74,7 @@ def test_band_pass_of_noise_outside_its_band():
 
 
 def test_each_step_is_logged(caplog):
-    with caplog.at_level(logging.INFO, logger="impactfem"):
+    with caplog.at_level(logging.DEBUG, logger="impactfem"):
         Treatment("mean", resample=0.005)(record(noise()))
     (message,) = [entry.getMessage() for entry in caplog.records]
     assert message.startswith("north: mean of ")

@@ -317,7 +317,7 @@ def test_a_stage_that_this_version_does_not_know(run):
 
 
 def test_what_is_given_counts_apart(run, caplog):
-    with caplog.at_level("INFO", "impactfem"):
+    with caplog.at_level("DEBUG", "impactfem"):
         words = beside_a_paper(run).words
     counts = "1 reproduced, 1 differs, 1 given or fitted"
     assert [r.getMessage() for r in caplog.records if "compared" in r.getMessage()] == [

@@ -10,12 +10,12 @@ from impactfem.stages.check import log_checks
 @pytest.mark.parametrize(
     ("good", "logged"),
     [
-        (True, ("INFO", "a number")),
-        (None, ("INFO", "a number")),
+        (True, ("DEBUG", "a number")),
+        (None, ("DEBUG", "a number")),
         (False, ("WARNING", "warning: a number")),
     ],
 )
 def test_only_what_is_missed_is_a_warning(caplog, good, logged):
-    with caplog.at_level(logging.INFO, "impactfem"):
+    with caplog.at_level(logging.DEBUG, "impactfem"):
         log_checks([(good, "a number")])
     assert [(record.levelname, record.getMessage()) for record in caplog.records] == [logged]

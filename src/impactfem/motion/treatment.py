@@ -116,7 +116,7 @@ class Treatment:
             result = _noted(result, a + correction, note)
         done = result.origin.removeprefix(accelerogram.origin).removeprefix("; ")
         if done:
-            LOGGER.info("%s: %s", accelerogram.name or "record", done)
+            LOGGER.debug("%s: %s", accelerogram.name or "record", done)
         return result
 
 

@@ -248,7 +248,7 @@ def reduce_building(
             larger=plan.larger,
             progress=progress,
         )
-        LOGGER.info(
+        LOGGER.debug(
             "reduce: basis of %d vectors for %s; of these %d within %.2g %%",
             basis.size,
             ", ".join(plan.loads),

@@ -330,6 +330,28 @@ def tiles(run: RunFiles) -> list[tuple[str, str]]:
     return found
 
 
+def key_results(run: RunFiles) -> list[tuple[str, str]]:
+    """Some ten numbers of any run: its tiles, and its governing floor spectra and forces."""
+    found = tiles(run)
+    if run.has("pounding.nc") and (spectra := _stick_spectra(run)).rows:
+        floor, peak, at, _, free, _ = spectra.rows[0]
+        what = spectra.title.removeprefix("Floor spectra of ")
+        text = f"peak of the floor spectrum of {what}, floor {floor}, at {at} Hz"
+        found.append((f"{peak} m/s²", f"{text}; {free} without contact"))
+    if run.has("transient.nc") and (spectra := _structure_spectra(run)).rows:
+        floor, place, peak, _, at, _ = max(spectra.rows, key=lambda row: float(row[2]))
+        what = spectra.title.removeprefix("Floor spectra of ")
+        found.append((f"{peak} m/s²", f"the same of {what}, floor {floor}, {place}, at {at} Hz"))
+    for name in sorted(run.values):
+        if m := re.fullmatch(r"device\.relative_difference\.(no_impact|impact)", name):
+            words = "without impact" if m[1] == "no_impact" else "with impacts"
+            low = 100.0 * run.values[name]
+            way = "low" if low >= 0.0 else "high"
+            text = f"by which response spectrum analysis of the first device is too {way}, {words}"
+            found.append((f"{abs(low):.1f} %", text))
+    return found
+
+
 def wall_is_used(case: Mapping[str, Any]) -> bool:
     """Whether a contact law of a case takes a value from the impact on the rigid wall."""
     laws = case["contact_laws"].values()

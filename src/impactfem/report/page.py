@@ -101,7 +101,7 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
     for what, counts in tally if compared else []:
         found = ", ".join(f"{counts[status]} {status}" for status in STATUSES if counts[status])
         if found:
-            LOGGER.info("report: compared with the publication, %s: %s", what, found)
+            LOGGER.debug("report: compared with the publication, %s: %s", what, found)
     seconds = run.provenance["seconds"]
     checks = {good: [c for c in run.checks if c["good"] is good] for good in (True, False, None)}
     return environment.from_string((TEMPLATES / "report.html").read_text("utf-8")).render(

@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 
 from impactfem.case import Case, Published, SyntheticMotion
 from impactfem.case.base import nearest
-from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY
+from impactfem.report.flowchart import headlines
+from impactfem.report.overview import key_results
+from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY, RunFiles
 from impactfem.run.check import check_mesh, checked, warn_of_implausible
 from impactfem.run.estimate import Estimate
 from impactfem.run.folder import LOG, check_same_case, open_folder
@@ -37,7 +39,7 @@ from impactfem.system.files import write_json
 from impactfem.system.log import LOGGER, Steps, mirrored
 from impactfem.system.memory import forget_peak, give_back, peak_memory
 from impactfem.system.parallel import on_root, one_blas_thread, rank, size, start_solvers, total
-from impactfem.system.scalar import Scalar, of_building, scalars_of
+from impactfem.system.scalar import Scalar, alone, of_building, scalars_of
 
 
 @dataclass
@@ -55,6 +57,11 @@ class Run:
     times: dict[str, float] = field(default_factory=dict)
     #: Largest resident memory of each stage when it ran [byte], None where not known.
     memory: dict[str, float | None] = field(default_factory=dict)
+
+    @property
+    def key_results(self) -> list[tuple[str, str]]:
+        """Some ten results with their units, each with what it is, read off the run's folder."""
+        return key_results(RunFiles(self.folder))
 
 
 def _warn_of_published(case: Case, scalars: list[Scalar]) -> None:
@@ -161,11 +168,10 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
     own = case.folder(folder)
     key = on_root(lambda: stage.key(case))
     reused = on_root(lambda: not fresh and is_finished(folder, label, key))
-    words = "finished before with the same inputs, reused" if reused else "starts"
-    LOGGER.info("stage %s: %s", label, words)
     if reused:
         result.reused.append(label)
     else:
+        LOGGER.info("stage %s: starts", label)
         give_back()  # what the stage before had
         forget_peak()
         on_root(lambda: own.mkdir(exist_ok=True))
@@ -212,10 +218,29 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
     scalars, seconds = on_root(finish)
     result.scalars += scalars
     result.times |= seconds
-    if not reused:
-        LOGGER.info("stage %s: done in %.1f s", label, sum(seconds.values()))
-        if stage is BUILDING:
-            on_root(refuse_mesh)
+    if rank() == 0:
+        _log_result(stage, case, result, sum(seconds.values()))
+    if not reused and stage is BUILDING:
+        on_root(refuse_mesh)
+
+
+def _log_result(stage: Stage, case: Case, result: Run, seconds: float) -> None:
+    """One line of a finished stage: its time, its results, and how many of its checks are met."""
+    label = stage.label(case)
+    words = ["reused" if label in result.reused else f"done in {seconds:.1f} s"]
+    own = [replace(one, name=name) for one in result.scalars if (name := _alone(one, case))]
+    words += headlines(stage, [asdict(one) for one in own])
+    good = [one for one, _ in result.checks[label]]
+    if met := good.count(True):
+        words.append(f"{met} check{'s' if met > 1 else ''} met")
+    if missed := good.count(False):
+        words.append(f"{missed} not met, see above")
+    LOGGER.info("stage %s: %s", label, ", ".join(words))
+
+
+def _alone(scalar: Scalar, case: Case) -> str | None:
+    """The name of a result for the building of a view; None where it is of another building."""
+    return alone(scalar.name, case.part) if case.part else scalar.name
 
 
 def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -> None:

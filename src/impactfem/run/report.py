@@ -58,8 +58,8 @@ def write_page(folder: Path, *, bar: bool = True) -> Path:
                 write_scene(one)
         with steps.step("page"):
             page = write_report(folder, STAGES)
-    LOGGER.info("stage %s: %s, %.1f MB", REPORT, page, page.stat().st_size / 1e6)
-    LOGGER.info("stage %s: done in %.1f s", REPORT, sum(steps.times.values()))
+    seconds, size = sum(steps.times.values()), page.stat().st_size / 1e6
+    LOGGER.info("stage %s: done in %.1f s, %s, %.1f MB", REPORT, seconds, page.name, size)
     return page
 
 

@@ -45,9 +45,9 @@ def end_check(
 
 
 def log_checks(checks: Iterable[Check]) -> None:
-    """Log checks, as warnings where one is not met."""
+    """Log checks: those that are not met as warnings, all others in detail."""
     for good, line in checks:
         if good is False:
             LOGGER.warning("warning: %s", line)
         else:
-            LOGGER.info("%s", line)
+            LOGGER.debug("%s", line)

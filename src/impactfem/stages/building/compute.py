@@ -141,7 +141,7 @@ def _modes(model: BuildingModel, structure: Structure) -> tuple[float, Modes]:
         factor, result, rounds = fit_storey_factor(
             model, fit.frequency, direction, factor, structure.modes
         )
-        LOGGER.info(
+        LOGGER.debug(
             "building: storey factor %.4g gives %.4g Hz (%d modal analyses)",
             factor,
             fit.frequency,
@@ -169,7 +169,7 @@ def mesh_of_run(case: Case, folder: Path) -> Path:
 def _log_memory(comm: Any, what: str) -> None:
     """Log the peak memory of all ranks together. Collective."""
     peak = comm.allreduce(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
-    LOGGER.info("building: %s, peak memory %.1f GB", what, peak / 1024.0**2)
+    LOGGER.debug("building: %s, peak memory %.1f GB", what, peak / 1024.0**2)
 
 
 def fit_storey_factor(

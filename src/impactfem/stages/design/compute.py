@@ -138,7 +138,7 @@ def run_design(
             modal = modal_histories(reduced.basis, own, prepared.damping).acceleration
             records = point_records(reduced.basis, own, modal, whole.governing)
             spectra = record_spectra(records, own.time_step, case.spectra)
-        LOGGER.info(
+        LOGGER.debug(
             "design: %d vertices govern the envelopes of the floors, each along one direction, of"
             " %d vertices",
             len(whole.governing),

@@ -202,7 +202,7 @@ def run_devices(
                 damping=prepared.own,
             ) as system,
         ):
-            LOGGER.info(
+            LOGGER.debug(
                 "device: %d unknowns in full order, %d steps without and with impacts",
                 system.M.getSize()[0],
                 (len(loads.ground) - 1) * substeps,
@@ -283,7 +283,7 @@ def _damping_case(
     forces_file = transient_of(case).forces
     if forces_file is not None:
         # Nothing is known of what another damping would do to forces from elsewhere.
-        LOGGER.info("device: damping case %s with the forces of %s", one.name, forces_file)
+        LOGGER.debug("device: damping case %s with the forces of %s", one.name, forces_file)
         return _damped(analyst, one.name, one.rayleigh, prepared.loads)
     calibrated = one.name in prepared.restitution
     epsilon = prepared.restitution.get(one.name)

@@ -77,7 +77,7 @@ DEVICE = Stage(
     title="Devices",
     about="Forces on the anchors in the 3D model and by response spectrum analysis.",
     headlines=(
-        "3D model: {device.f*.detailed.impact} with impacts,",
+        "3D model: {device.f*.detailed.impact} with impacts, "
         "{device.f*.detailed.no_impact} without",
         "spectrum analysis: {device.f*.rsa.impact}",
     ),

@@ -186,7 +186,7 @@ def _full(
             # What the parts' own dampings add to that of the building.
             every = (*dampings.shells, *dampings.beams)
             own = sum(one is not None for one in every)
-            LOGGER.info("transient: %d of %d parts have a damping of their own", own, len(every))
+            LOGGER.debug("transient: %d of %d parts have a damping of their own", own, len(every))
             C = damping_matrix(
                 comm, prepared.parts, dampings, prepared.storey_factor, prepared.damping
             ).ptap(T)

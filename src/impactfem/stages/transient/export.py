@@ -109,7 +109,7 @@ def write_motion(
             progress(min(1.0, (first + at_once) / len(steps)))
     index = path.with_suffix(".xdmf")
     write_motion_index(index, path, grid, times, tuple(UNITS))
-    LOGGER.info(
+    LOGGER.debug(
         "transient: motion of %d nodes at %d times, %g to %g s, written for ParaView: %.0f MB",
         len(grid.nodes),
         len(steps),
