@@ -4,7 +4,9 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 
+import psutil
 import pytest
 
 from impactfem.run.folder import open_folder
@@ -151,3 +153,39 @@ def test_a_signal_ends_all_ranks(under_mpirun, tmp_path, stopped):
     assert [path.name for path in out.iterdir()] == ["run.log"]
     begun, end = (out / "run.log").read_text(encoding="utf-8").splitlines()
     assert begun.endswith(" begun") and end.endswith(" WARNING terminated by SIGTERM")
+
+
+BESIDE = """
+import os, signal, sys, threading, time
+from impactfem.system.own_process import in_own_process
+from impactfem.system.parallel import meanwhile
+from impactfem.system.stop import CHILDREN, signals_answered
+
+with signals_answered():
+    try:
+        with meanwhile(lambda: in_own_process(time.sleep, 600.0)) as slept:
+            while not CHILDREN:
+                time.sleep(0.01)
+            print(*(child.pid for child in CHILDREN), flush=True)
+            if sys.argv[1] == "in the block":
+                os.kill(os.getpid(), signal.SIGTERM)
+            threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGTERM)).start()
+        slept()
+    finally:
+        print("unwound", flush=True)
+"""
+
+
+@pytest.mark.parametrize("when", ["in the block", "at its end"])
+def test_a_process_that_a_thread_waits_for_is_ended(tmp_path, monkeypatch, when):
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    script = tmp_path / "script.py"
+    script.write_text(BESIDE, encoding="utf-8")
+    ended = subprocess.run(
+        [sys.executable, script, when], capture_output=True, text=True, check=False, timeout=500
+    )
+    assert (ended.returncode, ended.stderr) == (128 + signal.SIGTERM, "terminated\n")
+    child, word = ended.stdout.split()
+    assert word == "unwound"
+    with suppress(psutil.NoSuchProcess):
+        assert psutil.Process(int(child)).status() in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD)

@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 
 from impactfem.system.errors import Fault, ImpactfemError, InputError, file_errors
 from impactfem.system.log import LOGGER
+from impactfem.system.stop import CHILDREN
 
 T = TypeVar("T")
 # Variables that Open MPI, PRRTE, PMIx and MPICH set for a rank.
@@ -51,22 +52,30 @@ def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
         OwnProcessError: The process ended without a result, as when a library crashes.
     """
     # -P: a file gmsh.py or numpy.py in the working folder is not taken for the package.
-    process = subprocess.run(
+    with subprocess.Popen(
         [sys.executable, "-P", "-m", __name__],
-        input=pickle.dumps((function, arguments)),
-        capture_output=True,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
         env={k: v for k, v in os.environ.items() if not k.startswith(LAUNCHER_PREFIXES)},
-        check=False,
-    )
+    ) as process:
+        CHILDREN.add(process)
+        try:
+            out, errors = process.communicate(pickle.dumps((function, arguments)))
+        except BaseException:
+            process.kill()
+            raise
+        finally:
+            CHILDREN.discard(process)
     if process.returncode != 0:
-        words = process.stderr.decode(errors="replace").strip()
+        words = errors.decode(errors="replace").strip()
         LOGGER.debug("%s", words)
         last = words.rpartition("\n")[2][-500:]  # the error below a traceback
         raise OwnProcessError(
             f"the process that runs {function.__module__} ended with exit code {process.returncode}"
             + (f": {last}" if last else "")
         )
-    result, failure = pickle.loads(process.stdout)
+    result, failure = pickle.loads(out)
     if failure is not None:
         raise failure
     return result  # type: ignore[no-any-return]

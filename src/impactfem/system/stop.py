@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -32,6 +33,9 @@ WAITING = 0.3  # time in a call of MPI before a rank is ended all the same [s]
 GRACE = 0.3  # time that another rank gives rank 0 to report first [s]
 TAG = 15  # of the message between ranks that one of them has reported the stop
 RANKS = ("OMPI_COMM_WORLD_RANK", "PMI_RANK", "SLURM_PROCID")
+
+CHILDREN: set[subprocess.Popen[bytes]] = set()
+"""Processes that a stop of this one ends: a thread may wait for them, which no signal reaches."""
 
 
 class Stopped(BaseException):
@@ -58,6 +62,7 @@ class _Answer:
             self.number = number
             # Objects of libraries that the signal interrupts complain when they are collected.
             sys.unraisablehook = lambda _: None
+            _end_children()
             if launched() > 1:
                 self.leave(number)
             raise Stopped(number)
@@ -74,6 +79,7 @@ class _Answer:
         """Report the stop, once for all ranks, and end this process as it is."""
         if not self._taken.acquire(blocking=False):
             threading.Event().wait()  # the other thread of this process is about to end it
+        _end_children()
         with suppress(RuntimeError):  # the signal came while it was flushed
             sys.stdout.flush()
         if _reports():
@@ -92,6 +98,11 @@ class _Answer:
 
 
 _answer = _Answer()
+
+
+def _end_children() -> None:
+    for child in tuple(CHILDREN):
+        child.kill()
 
 
 def _reports() -> bool:
