@@ -99,7 +99,11 @@ def run(
             table.add_row(scalar.name, value, published, scalar.unit, theirs.kind)
     if table.row_count and context.obj:
         _show(table)
-    results = result.key_results
+    try:
+        results = result.key_results
+    except ImpactfemError as error:  # of an earlier run, of which this one needs nothing
+        results = []
+        log.LOGGER.warning("warning: %s", error)
     width = max((len(value) for value, _ in results), default=0)
     for value, text in results:
         typer.echo(f"  {value:>{width}}  {text}")

@@ -85,6 +85,21 @@ class TestRun:
         assert re.search(line, ended.err)
         assert not re.search(r"steps: .* 16 required", ended.err)
 
+    def test_stores_of_an_earlier_run(self, program, copied, tmp_path):
+        """What this run did not reach is not among its results, nor does damage to it count."""
+        folder = tmp_path / "run"
+        (folder / "transient.nc").write_bytes(b"of other inputs")
+        words = ("run", copied, "--out", folder, "--stage", "pounding")
+        ended = program(*words)
+        assert ended.code == 0 and "peak of the floor spectrum of the stick" in ended.out
+        assert "3D model" not in ended.out
+        manifest = json.loads((folder / "pounding.stage.json").read_text())
+        manifest |= {"files": {"transient.nc": "0" * 64}, "drawings": {}}
+        (folder / "transient.stage.json").write_text(json.dumps(manifest))
+        ended = program(*words)
+        assert ended.code == 0 and ended.out.endswith(f"results: {folder}\n")
+        assert "warning: cannot read" in ended.err and "transient.nc" in ended.err
+
     def test_details_with_v(self, program, copied, tmp_path):
         words = ("-v", "run", copied, "--out", tmp_path / "run", "--stage", "pounding")
         ended = program(*words)

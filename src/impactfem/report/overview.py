@@ -331,14 +331,17 @@ def tiles(run: RunFiles) -> list[tuple[str, str]]:
 
 
 def key_results(run: RunFiles) -> list[tuple[str, str]]:
-    """Some ten numbers of any run: its tiles, and its governing floor spectra and forces."""
+    """Some ten numbers of any run: its tiles, and its governing floor spectra and forces.
+
+    A store of a stage that the run did not reach is of an earlier run, of other inputs maybe.
+    """
     found = tiles(run)
-    if run.has("pounding.nc") and (spectra := _stick_spectra(run)).rows:
+    if "pounding" in run.stages and (spectra := _stick_spectra(run)).rows:
         floor, peak, at, _, free, _ = spectra.rows[0]
         what = spectra.title.removeprefix("Floor spectra of ")
         text = f"peak of the floor spectrum of {what}, floor {floor}, at {at} Hz"
         found.append((f"{peak} m/s²", f"{text}; {free} without contact"))
-    if run.has("transient.nc") and (spectra := _structure_spectra(run)).rows:
+    if "transient" in run.stages and (spectra := _structure_spectra(run)).rows:
         floor, place, peak, _, at, _ = max(spectra.rows, key=lambda row: float(row[2]))
         what = spectra.title.removeprefix("Floor spectra of ")
         found.append((f"{peak} m/s²", f"the same of {what}, floor {floor}, {place}, at {at} Hz"))
