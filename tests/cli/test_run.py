@@ -100,6 +100,24 @@ class TestRun:
         assert ended.code == 0 and ended.out.endswith(f"results: {folder}\n")
         assert "warning: cannot read" in ended.err and "transient.nc" in ended.err
 
+    @pytest.mark.usefixtures("no_figures")
+    def test_a_building_that_stays_at_rest(self, program, new_case, tmp_path):
+        """Loads on its neighbour alone, no ground motion, no impact: its spectra are zero."""
+        case = new_case(tmp_path)
+        text = case.read_text(encoding="utf-8")
+        motion = text[text.index("[[motions]]") : text.index("# Laws of")]
+        loads = '[[loads]]\nfile = "push.csv"\ndirection = [0, 1, 0]\n\n'
+        case.write_text(text.replace(motion, loads), encoding="utf-8")
+        force = "time [s],west.floor_3 [kN]\n0,0\n0.1,500\n0.2,0\n1,0\n"
+        (tmp_path / "push.csv").write_text(force, encoding="utf-8")
+        ended = program("run", case, "--out", tmp_path / "run", "--stage", "pounding")
+        assert ended.code == 0, ended.err
+        found = json.loads((tmp_path / "run" / "summary.json").read_text())
+        values = {one["name"]: one["value"] for one in found}
+        assert values["pounding.impacts"] == values["frs.east.floor_3.pfa"] == 0.0
+        assert values["frs.east.floor_3.peak_over_pfa"] is None
+        assert values["frs.floor_3.peak_over_pfa"] > 1.0
+
     def test_details_with_v(self, program, copied, tmp_path):
         words = ("-v", "run", copied, "--out", tmp_path / "run", "--stage", "pounding")
         ended = program(*words)

@@ -221,7 +221,7 @@ def _spectra(study: StickStudy) -> list[Row]:
             (f"{name}.peak", peak, "m/s2", note),
             (f"{name}.peak_frequency", frequency, "Hz", note),
             (f"{name}.pfa", pfa, "m/s2", f"direction {direction}"),
-            (f"{name}.peak_over_pfa", peak / pfa, "-", LARGEST),
+            (f"{name}.peak_over_pfa", peak / pfa if pfa > 0.0 else None, "-", LARGEST),
             (f"{name}.pfa_no_contact", float(free.pfa[k, along]), "m/s2", ""),
             (f"{name}.peak_no_contact", float(free.psa[0, k, along].max()), "m/s2", note),
         ]
