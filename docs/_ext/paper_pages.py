@@ -8,6 +8,7 @@ pages from the numbers that are there.
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -75,6 +76,8 @@ def pages(content: Mapping[str, Any]) -> dict[Path, str]:
     fourth argument the unit over the SI unit, such as 1e6 for MN.
     """
     results = content["results"]
+    manual = (ROOT / "docs" / "verification.md").read_text("utf-8")
+    rows = re.findall(r"^(\d+) rows of \d+ benchmarks, \1 within", manual, re.MULTILINE)[0]
 
     def v(name: str, unit: str = "", digits: int = 3, size: float = 1.0) -> str:
         value = results[name] / size
@@ -88,7 +91,7 @@ def pages(content: Mapping[str, Any]) -> dict[Path, str]:
     )
     return {
         ROOT / page: environment.get_template(f"{Path(page).name}.in").render(
-            **content, v=v, quantity=quantity
+            **content, v=v, quantity=quantity, rows=rows
         )
         for page in PAGES
     }

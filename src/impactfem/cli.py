@@ -101,14 +101,16 @@ def run(
         _show(table)
     try:
         results = result.key_results
-    except ImpactfemError as error:  # of an earlier run, of which this one needs nothing
+    except ImpactfemError as error:  # a damaged file of an earlier run in the folder
         results = []
         log.LOGGER.warning("warning: %s", error)
     width = max((len(value) for value, _ in results), default=0)
     for value, text in results:
         typer.echo(f"  {value:>{width}}  {text}")
     if table.row_count and not context.obj:
-        typer.echo(f"  {table.row_count} published values beside ours: -v, or the report")
+        typer.echo(
+            f"  {table.row_count} results have a published value: shown with -v and in the report"
+        )
     typer.echo(f"results: {result.folder}")
 
 

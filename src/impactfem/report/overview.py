@@ -331,7 +331,7 @@ def tiles(run: RunFiles) -> list[tuple[str, str]]:
 
 
 def key_results(run: RunFiles) -> list[tuple[str, str]]:
-    """Some ten numbers of any run: its tiles, and its governing floor spectra and forces.
+    """Up to ten numbers of any run: its tiles, and its governing floor spectra and forces.
 
     A store of a stage that the run did not reach is of an earlier run, of other inputs maybe.
     """

@@ -60,7 +60,7 @@ class Run:
 
     @property
     def key_results(self) -> list[tuple[str, str]]:
-        """Some ten results with their units, each with what it is, read off the run's folder."""
+        """Up to ten results with their units, each with what it is, read off the run's folder."""
         return key_results(RunFiles(self.folder))
 
 
