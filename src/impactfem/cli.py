@@ -109,7 +109,7 @@ def run(
         typer.echo(f"  {value:>{width}}  {text}")
     if table.row_count and not context.obj:
         typer.echo(
-            f"  {table.row_count} results have a published value: shown with -v and in the report"
+            f"  {table.row_count} have a published value: see -v, or the report"
         )
     typer.echo(f"results: {result.folder}")
 

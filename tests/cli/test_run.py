@@ -34,7 +34,7 @@ class TestRun:
         for text in (ended.out, ended.err):
             assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f]", text)
         assert ended.out.endswith("results: mes résultats\n")
-        assert re.search(r"results have a published value: shown with -v", ended.out)
+        assert re.search(r"have a published value: see -v", ended.out)
         assert re.search(r"MN  largest impact force of the sticks", ended.out)
         assert "Deux bâtiments, 2 cm -> mes résultats" in ended.err
         provenance = json.loads((folder / "mes résultats" / "provenance.json").read_text())
