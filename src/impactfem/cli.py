@@ -108,9 +108,7 @@ def run(
     for value, text in results:
         typer.echo(f"  {value:>{width}}  {text}")
     if table.row_count and not context.obj:
-        typer.echo(
-            f"  {table.row_count} have a published value: see -v, or the report"
-        )
+        typer.echo(f"  {table.row_count} results have a published value: see -v, or the report")
     typer.echo(f"results: {result.folder}")
 
 
