@@ -228,19 +228,18 @@ def _log_result(stage: Stage, case: Case, result: Run, seconds: float) -> None:
     """One line of a finished stage: its time, its results, and how many of its checks are met."""
     label = stage.label(case)
     words = ["reused" if label in result.reused else f"done in {seconds:.1f} s"]
-    own = [replace(one, name=name) for one in result.scalars if (name := _alone(one, case))]
-    words += headlines(stage, [asdict(one) for one in own])
+    own = [
+        asdict(one) | {"name": name}
+        for one in result.scalars
+        if (name := alone(one.name, case.part) if case.part else one.name)
+    ]
+    words += headlines(stage, own)
     good = [one for one, _ in result.checks[label]]
     if met := good.count(True):
         words.append(f"{met} check{'s' if met > 1 else ''} met")
     if missed := good.count(False):
         words.append(f"{missed} not met, see above")
     LOGGER.info("stage %s: %s", label, ", ".join(words))
-
-
-def _alone(scalar: Scalar, case: Case) -> str | None:
-    """The name of a result for the building of a view; None where it is of another building."""
-    return alone(scalar.name, case.part) if case.part else scalar.name
 
 
 def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -> None:

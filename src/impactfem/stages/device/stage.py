@@ -77,9 +77,9 @@ DEVICE = Stage(
     title="Devices",
     about="Forces on the anchors in the 3D model and by response spectrum analysis.",
     headlines=(
-        "3D model: {device.f*.detailed.impact} with impacts, "
-        "{device.f*.detailed.no_impact} without",
-        "spectrum analysis: {device.f*.rsa.impact}",
+        "3D model with impacts {device.f*.detailed.impact}",
+        "3D model without impact {device.f*.detailed.no_impact}",
+        "spectrum analysis with impacts {device.f*.rsa.impact}",
     ),
     steps={
         "inputs": 4.0,

@@ -65,7 +65,7 @@ ENSEMBLE = Stage(
     about="The sticks under other motions: bands of every result.",
     headlines=(
         "{ensemble.members} motions",
-        "largest force {ensemble.p05.pounding.main_impact_force} to "
+        "force {ensemble.p05.pounding.main_impact_force} to "
         "{ensemble.p95.pounding.main_impact_force} (5 to 95 %)",
     ),
     steps={"sticks": 2.0, "members": 40.0, "stores": 1.0, DRAWING: 2.0},
