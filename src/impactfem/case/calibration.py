@@ -195,7 +195,8 @@ class WallImpactSetup(Section):
     """Shortest time without a force that parts two impacts."""
     contact_spacing: PositiveLength | None = None
     """Least distance of two points of contact along an edge; left out, every vertex of the mesh is
-    one. Each costs a vector of the reduced building."""
+    one. Each costs a vector of the reduced building. On the paper's building 1.93 m in place of
+    0.96 m change ε by -0.8 %, K_Ceq by 0.2 %, the impulse by -0.2 %, the peak force by -1.6 %."""
 
     @field_validator("floors", "displaced_floor", mode="before")
     @classmethod
