@@ -210,11 +210,27 @@ def check(case: CaseFile) -> None:
 
 
 @app.command()
-def new(name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the new case.")]) -> None:
+def new(
+    name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the new case.")],
+    parts: Annotated[
+        str,
+        typer.Option(
+            "--with",
+            metavar="PARTS",
+            help="Parts in use from the start, with commas between, and those that they need: "
+            "structure, calibration, wall_impact, transient, devices, damping_cases, loads, "
+            "ensemble or design.",
+        ),
+    ] = "",
+    minimal: Annotated[
+        bool, typer.Option("--minimal", help="Without comments and optional keys.")
+    ] = False,
+) -> None:
     """Write a commented case file to start from."""
     from impactfem.case.template import write_new_case
 
-    for path in write_new_case(name):
+    chosen = [part.strip() for part in parts.split(",") if part.strip()]
+    for path in write_new_case(name, chosen, minimal=minimal):
         typer.echo(f"wrote {path}")
 
 

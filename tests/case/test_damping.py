@@ -6,13 +6,13 @@ import json
 import pickle
 import tomllib
 from collections.abc import Callable
-from importlib.resources import files
 from pathlib import Path
 
 import pytest
 
 from impactfem.case import DampingCase, load_case
 from impactfem.case.damping import PartDamping
+from impactfem.case.template import write_new_case
 from impactfem.dynamics.damping import Rayleigh
 
 from .faults import faults_of, refused
@@ -113,8 +113,8 @@ def test_parts_without_devices(structured: Write) -> None:
     assert "the study of devices uses the reduced basis" in faults["devices"]
 
 
-def test_template() -> None:
-    text = files("impactfem.case").joinpath("templates/case.toml").read_text(encoding="utf-8")
+def test_template(tmp_path: Path) -> None:
+    text = write_new_case(tmp_path / "new")[0].read_text(encoding="utf-8")
     block = text[text.index("# [[buildings.structure.damping]]") :].split("\n\n")[0]
     read = tomllib.loads(block.replace("# ", "", 1).replace("\n# ", "\n"))
     (entry,) = read["buildings"]["structure"]["damping"]

@@ -14,7 +14,8 @@ from impactfem.case import (
     load_case,
 )
 from impactfem.case.calibration import Calibration, WallImpactSetup
-from impactfem.case.template import write_new_case
+from impactfem.case.plausibility import implausible
+from impactfem.case.template import PARTS, write_new_case
 from impactfem.device.from_case import checked_devices
 from impactfem.system.errors import InputError
 
@@ -78,6 +79,44 @@ def test_new_case_is_accepted(tmp_path: Path) -> None:
     assert [building.name for building in case.buildings] == ["west", "east"]
     assert len(case.contacts) == 3
     assert all("@" not in path.read_text(encoding="utf-8") for path in paths)
+
+
+@pytest.mark.parametrize("minimal", [False, True])
+@pytest.mark.parametrize("parts", [(), *((part,) for part in PARTS), tuple(PARTS)], ids="-".join)
+def test_parts_are_good_together(tmp_path: Path, parts: tuple[str, ...], minimal: bool) -> None:
+    paths = write_new_case(tmp_path / "new", parts, minimal=minimal)
+    case = load_case(paths[0])
+    assert [str(one) for one in implausible(case, 10.0)] == []
+    has = {
+        "structure": case.structure,
+        "calibration": case.calibration,
+        "wall_impact": case.wall_impact,
+        "transient": case.transient,
+        "devices": case.devices,
+        "damping_cases": case.damping_cases,
+        "loads": case.loads,
+        "ensemble": case.ensemble,
+        "design": case.ensemble is not None and case.ensemble.structure_motions,
+    }
+    needed = set(parts).union(*(PARTS[part] for part in parts))
+    needed = needed.union(*(PARTS[part] for part in needed))
+    assert {part for part, content in has.items() if content} == needed
+    texts = [path.read_text(encoding="utf-8") for path in paths]
+    assert not minimal or not any(re.search(r"(?m)^#|  # |\n\n\n|\A\n", text) for text in texts)
+    assert not any("@" in text for text in texts)
+
+
+def test_the_shortest_case(tmp_path: Path) -> None:
+    text = write_new_case(tmp_path / "new", minimal=True)[0].read_text(encoding="utf-8")
+    assert text.count("\n") < 70
+
+
+def test_unknown_parts(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        write_new_case(tmp_path / "new", ["structre", "roof"])
+    assert "--with = 'structre': did you mean 'structure'?" in str(caught.value)
+    assert "--with = 'roof': known: structure, calibration" in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_points_of_the_new_case_are_the_gap_apart(template: Path) -> None:

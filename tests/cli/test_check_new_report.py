@@ -18,6 +18,16 @@ class TestCheckAndNew:
         )
         assert names(tmp_path) == ["mine.toml", "mine_floors.csv"]
 
+    def test_with_parts(self, program, tmp_path, monkeypatch, names):
+        monkeypatch.chdir(tmp_path)
+        assert program("new", "mine", "--minimal", "--with", "devices, ensemble").code == 0
+        text = Path("mine.toml").read_text(encoding="utf-8")
+        assert "[[devices]]" in text and "[ensemble]" in text and "#" not in text
+        assert "mine_walls.csv" in names(tmp_path)
+        assert program("check", "mine.toml").code == 0
+        ended = program("new", "other", "--with", "roof,")
+        assert ended.code == 2 and "--with = 'roof': known: structure" in ended.err
+
     def test_no_name(self, program, tmp_path, monkeypatch, names):
         monkeypatch.chdir(tmp_path)
         ended = program("new", "")

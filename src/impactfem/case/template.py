@@ -4,22 +4,51 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Collection, Sequence
 from importlib.resources import files
 from pathlib import Path
 
+from impactfem.case.base import nearest
 from impactfem.system.errors import Fault, InputError
 
+PARTS = {
+    "structure": (),
+    "calibration": (),
+    "wall_impact": ("structure",),
+    "transient": ("structure",),
+    "devices": ("transient",),
+    "damping_cases": (),
+    "loads": (),
+    "ensemble": (),
+    "design": ("transient", "ensemble"),
+}
+"""Parts of the template that may be switched on, with those that they need."""
 
-def write_new_case(target: str | Path) -> list[Path]:
-    """Write a commented case file and the floor table beside it, and give their paths.
+_COLUMN = 38  # where comments behind keys begin, if keys leave room
+_COMMENTED = re.compile(r"(.*?\S) {2,}(# .*)")
+
+
+def write_new_case(
+    target: str | Path, parts: Sequence[str] = (), *, minimal: bool = False
+) -> list[Path]:
+    """Write a commented case file and the tables that it names, and give their paths.
 
     The target is the name of the case, with or without ``.toml``, in a folder that exists, or an
     existing folder, which gets ``case.toml``.
 
+    Args:
+        target: Name of the case, or folder.
+        parts: Some of `PARTS`, which stand in the file without a '#', with those that they need.
+        minimal: Without comments, and without keys that may be left out.
+
     Raises:
-        InputError: A file is there already (nothing is overwritten), the name cannot be used, or
-            the folder cannot be written to. Nothing is left behind then.
+        InputError: A file is there already (nothing is overwritten), the name cannot be used, a
+            part is unknown, or the folder cannot be written to. Nothing is left behind then.
     """
+    if unknown := [part for part in parts if part not in PARTS]:
+        raise InputError(
+            [Fault("command line", "--with", part, nearest(part, list(PARTS))) for part in unknown]
+        )
     if str(target) == "":
         expected = "expected the name of a case; a folder gets 'case.toml', this one is '.'"
         raise InputError([Fault("command line", "NAME", "", expected)])
@@ -33,22 +62,70 @@ def write_new_case(target: str | Path) -> list[Path]:
     folder = target.parent
     if not os.path.isdir(folder):  # noqa: PTH112
         raise InputError([Fault(folder, "", None, "no such folder; make it first")])
-    templates = {"case.toml": f"{name}.toml", "floors.csv": f"{name}_floors.csv"}
-    paths = [folder / file for file in templates.values()]
-    existing = [path for path in paths if os.path.lexists(path)]
+    texts = _texts(name, _with_needs(parts), minimal)
+    existing = [folder / file for file in texts if os.path.lexists(folder / file)]
     if existing:
         expected = "this file exists already and is not overwritten; choose another name"
         raise InputError([Fault(path, "", None, expected) for path in existing])
     written: list[Path] = []
-    for template, path in zip(templates, paths, strict=True):
-        text = (files("impactfem.case") / "templates" / template).read_text(encoding="utf-8")
+    for file, text in texts.items():
+        path = folder / file
         try:
             with path.open("x", encoding="utf-8") as stream:
                 written.append(path)
-                stream.write(text.replace("@NAME@", name))
+                stream.write(text)
         except OSError as error:
             for half in written:
                 half.unlink(missing_ok=True)
             reason = error.strerror or str(error)
             raise InputError([Fault(path, "", None, f"cannot be written ({reason})")]) from error
-    return paths
+    return written
+
+
+def _with_needs(parts: Sequence[str]) -> set[str]:
+    needed = {need for part in parts for need in PARTS[part]}
+    return _with_needs([*parts, *needed]) if needed - set(parts) else set(parts)
+
+
+def _texts(name: str, parts: Collection[str], minimal: bool) -> dict[str, str]:
+    """The texts of the case file and of the tables that it names, by the names of the files."""
+    folder = files("impactfem.case") / "templates"
+    case = _composed((folder / "case.toml").read_text(encoding="utf-8"), parts, minimal)
+    found = {f"{name}.toml": case}
+    for table in dict.fromkeys(re.findall(r'(?m)^[^#\n]*"@NAME@_(\w+\.csv)"', case)):
+        text = (folder / table).read_text(encoding="utf-8")
+        found[f"{name}_{table}"] = re.sub(r"(?m)^#.*\n", "", text) if minimal else text
+    return {file: text.replace("@NAME@", name) for file, text in found.items()}
+
+
+def _composed(template: str, parts: Collection[str], minimal: bool) -> str:
+    """The case file with the parts in use, the others behind a '#'.
+
+    In the template '@PART' begins a block, which '@' ends. A key behind '?' is optional: it is
+    shown behind a '#'; behind '?PART' it is in use where the part is.
+    """
+    lines: list[str] = []
+    used = True
+    for line in template.splitlines():
+        if line.startswith("@"):
+            used = line == "@" or line[1:] in parts
+            continue
+        if optional := re.match(r"\?(\w*) ", line):
+            shown, line = used and optional[1] in parts, line[optional.end() :]
+        else:
+            shown = used
+        line = line if shown or not line else f"# {line}"
+        if commented := _COMMENTED.fullmatch(line):
+            code, comment = commented.groups()
+            wide = len(code) + 2 > _COLUMN
+            line = (
+                code
+                if minimal
+                else f"{code}   {comment}"
+                if wide
+                else code.ljust(_COLUMN) + comment
+            )
+        # Without comments there is one empty line between blocks, and none at the beginning.
+        if not minimal or (line and line[0] != "#") or (not line and lines and lines[-1]):
+            lines.append(line)
+    return "\n".join(lines).rstrip() + "\n"
