@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 from impactfem import __version__, study
+from impactfem.stages.manifest import file_digest
 from impactfem.stages.pounding import stage as sticks
 from impactfem.stages.stage import Stage
 from impactfem.system.errors import ImpactfemError, InputError, SolutionError
@@ -109,6 +110,10 @@ class TestFinished:
         case = study.check(finished.case)
         assert found["impactfem"] == __version__
         assert found["case"] == "small.toml" and found["case_hash"] == case.content_hash()
+        names = ["small.toml", "small_floors.csv", "small_published.csv"]
+        assert sorted(found["input_files"]) == names
+        for name, digest in found["input_files"].items():
+            assert digest == file_digest(finished.case.parent / name)
         (sticks,) = (stage for stage in study.STAGES if stage.name == "pounding")
         assert found["inputs"] == {"pounding": sticks.key(case)}
         assert found["seeds"] == {"motions[0].seed": 1}

@@ -38,6 +38,18 @@ def test_a_reference(with_reference):
     assert (item.kind, item.number, item.shows) == ("figure", "1", ("figures/figure_01*",))
     assert item.values[0].tolerance == pytest.approx(0.05)
     assert report.reference.assumptions[0].reason == "Nothing is said."
+    assert (report.author, report.checker, report.revision) == (None, None, None)
+
+
+def test_who_made_and_checked_it(edited, with_reference):
+    path = with_reference(REFERENCE)
+    named = 'reference = "paper.toml"\n'
+    edited(path, (named, f'{named}author = "A. Ng"\nrevision = "B, 2 March 2026"\n'))
+    report = load_case(path).report
+    assert (report.author, report.checker, report.revision) == ("A. Ng", None, "B, 2 March 2026")
+    edited(path, ('"A. Ng"', "3"))
+    with pytest.raises(InputError, match=r"report\.author"):
+        load_case(path)
 
 
 def test_it_is_part_of_the_case(with_reference):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
@@ -172,6 +173,10 @@ def _completed(sections: CaseFile, reading: Reading) -> Case:
         further_structures=tuple(structures[1:]),
         path=reading.source.path,
         digest=reading.digest,
+        input_files={
+            name or reading.source.path.name: hashlib.sha256(content).hexdigest()
+            for name, content in reading.inputs
+        },
         **values,
     )
     names = {building.name for building in case.buildings}

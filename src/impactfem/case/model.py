@@ -86,6 +86,7 @@ class Case(CaseFile):
         path: The case file.
         digest: SHA-256 of the case text, of those it extends and of all files they name, as
             hexadecimal digits.
+        input_files: SHA-256 of each of these texts and files by its name there.
         part: Of a view of a further building its name, by which its files and results are known;
             those of the first one have the short names that they have alone.
         complete: Of a view the whole case.
@@ -95,6 +96,7 @@ class Case(CaseFile):
     further_structures: tuple[Structure, ...] = ()
     path: Path
     digest: str
+    input_files: dict[str, str] = Field(default={}, exclude=True)
     part: str = Field(default="", exclude=True)
     complete: Case | None = Field(default=None, exclude=True, repr=False)
 

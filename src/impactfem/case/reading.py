@@ -144,11 +144,16 @@ class Reading:
                 return None
 
     @property
+    def inputs(self) -> list[tuple[str, bytes]]:
+        """The case texts and the files that they name: their names there, and what is in them."""
+        texts = [(name, text.encode()) for name, text in self.source.texts.items()]
+        return [*texts, *sorted(self.contents.items())]
+
+    @property
     def digest(self) -> str:
         """Hash of the case texts and their files; where the folder lies does not enter."""
         sha = hashlib.sha256()
-        texts = [(name, text.encode()) for name, text in self.source.texts.items()]
-        for name, content in [*texts, *sorted(self.contents.items())]:
+        for name, content in self.inputs:
             # Lengths keep the border between two files: moving bytes across it changes the hash.
             sha.update(f"{len(name.encode())} {name} {len(content)} ".encode())
             sha.update(content)

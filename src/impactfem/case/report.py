@@ -219,6 +219,12 @@ REFERENCE_FILE = TableFile(REFERENCE, _read_reference, None, sited=True)
 class Report(Section):
     """The report that a run ends in: one page that shows all results with their checks."""
 
+    author: Text | None = None
+    """Who made the study, for the block of signatures; without it there is a line to fill in."""
+    checker: Text | None = None
+    """Who checked it; the same."""
+    revision: Text | None = None
+    """Revision of the study, as 'B, 2 March 2026'; the same."""
     reference: Annotated[Reference, REFERENCE_FILE] | None = None
     """Equations, figures and tables of a publication, with tolerances (TOML); the report puts the
     results beside them."""

@@ -258,6 +258,7 @@ def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -
     made = provenance(
         case=case.path.name,
         case_hash=case.content_hash(),
+        input_files=case.input_files,
         inputs={one.label(of): one.key(of) for one, of in works(stages, case)},
         needs={
             one.label(of): [label for needed in one.needs(of) for label in needed.labels(of)]

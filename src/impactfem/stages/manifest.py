@@ -176,6 +176,7 @@ class Provenance(BaseModel):
     packages: dict[str, str]  #: version of each package that the program stands on
     case: str  #: name of the case file
     case_hash: str  #: hash of the case and all files that it names
+    input_files: dict[str, str] = {}  #: hash of each of these by its name; none before version 0.2
     inputs: dict[str, str]  #: hash of the inputs of each stage, in the order of the stages
     needs: dict[str, list[str]] = {}  #: names of the stages that each stage needs directly
     seeds: dict[str, int]  #: seeds of motions, calibration and ensemble by their keys in the case
