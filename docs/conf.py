@@ -46,6 +46,6 @@ html_theme = "furo"
 html_title = f"impactfem {release}"
 html_math_renderer = "mathml"
 html_static_path = ["_static"]
-html_css_files = ["math.css"]
+html_css_files = ["math.css", "tables.css"]
 html_copy_source = False
 html_show_sourcelink = False

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -114,7 +115,7 @@ def _with_unit(default: Any, entry: dict[str, Any]) -> Any:
 
 def reference_page() -> str:
     """The reference page of the case file and its tables, in Markdown."""
-    beside = _Writer(json_schema(Reference, "What the report stands beside"))
+    beside = _Writer(json_schema(Reference, "What the report stands beside"), "reference")
     text = Path(__file__).with_name("case-file.md.in").read_text(encoding="utf-8")
     for mark, parts in {
         "@sections@": _Writer(json_schema()).sections(),
@@ -144,10 +145,12 @@ class _Writer:
 
     Args:
         schema: The JSON schema.
+        place: What anchors of keys at its top begin with.
         headings: The heading under which each table was written, by the name of its definition.
     """
 
     schema: dict[str, Any]
+    place: str = ""
     headings: dict[str, str] = field(default_factory=dict)
 
     def sections(self, heading: str = "Top of the file") -> Iterator[str]:
@@ -158,14 +161,15 @@ class _Writer:
         inner: list[tuple[str, str, str]] = []
         rows = []
         required = table.get("required", [])
+        name = self.place if heading.startswith("Top") else _anchor(heading)
         for key, entry in table["properties"].items():
             inner.extend(self._tables_in(key, path, entry))
-            default = "required" if key in required else _default(entry)
-            accepts, unit = self._accepts(key, path, entry)
-            rows.append((f"`{key}`", accepts, unit, default, entry["description"]))
+            default = "**required**" if key in required else _default(entry)
+            value = _value(*self._accepts(key, path, entry), default)
+            rows.append((_linked(key, name), value, entry["description"]))
         title = f"`{heading}`" if heading.startswith("[") else heading
         yield f"## {title}\n\n{table['description']}\n\n"
-        yield _markdown(("Key", "Value", "SI", "Default", "Meaning"), rows)
+        yield _markdown(("Key", "Value", "Meaning"), rows)
         for inner_heading, inner_path, name in inner:
             if self.headings[name] == inner_heading:
                 yield from self._section(inner_heading, inner_path, self.schema["$defs"][name])
@@ -193,8 +197,10 @@ class _Writer:
         words: list[str] = []
         for full, _, name in self._tables_in(key, path, entry):
             first = self.headings[name]
-            own = full if full == first else f"{full}`, with the keys of `{first}"
-            words.append(f"table `{own}`")
+            to = f"[`{first}`](#{_slug(first)})"
+            words.append(
+                f"table {to}" if full == first else f"table `{full}`, with the keys of {to}"
+            )
         alternatives = [item for item in entry.get("oneOf", []) if "$ref" not in item]
         if words and not alternatives:
             return " or ".join(words), ""
@@ -238,17 +244,37 @@ def _plain(entry: dict[str, Any]) -> tuple[str, str]:
 
 def _default(entry: dict[str, Any]) -> str:
     if "default" not in entry or entry["default"] in ({}, []):
-        return "none"
-    return f"`{json.dumps(entry['default'], ensure_ascii=False)}`"
+        return "optional"
+    return f"default `{json.dumps(entry['default'], ensure_ascii=False)}`"
+
+
+def _value(words: str, unit: str, default: str) -> str:
+    """What a key takes, its SI unit, and on a line of its own what holds when it is left out."""
+    return f"{words} [{unit}]<br>{default}" if unit not in ("", "-") else f"{words}<br>{default}"
+
+
+def _anchor(heading: str) -> str:
+    """What anchors of keys of a table begin with: 'motions.record' of '[[motions]] type = ...'."""
+    return re.sub(r'[\[\]"]', "", heading).replace(" type = ", ".")
+
+
+def _slug(heading: str) -> str:
+    """The anchor of a heading, as MyST makes it."""
+    return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+
+
+def _linked(key: str, place: str) -> str:
+    """A key that may be linked to: place.key."""
+    name = f"{place}.{key}" if place else key
+    return f'<a class="key" id="{name}" href="#{name}">`{key}`</a>'
 
 
 def _csv_section(title: str, about: str, model: type[Section]) -> str:
     rows = [
-        (f"`{name}`", *_column(info), one_line(info)) for name, info in model.model_fields.items()
+        (_linked(name, _slug(title)), _value(*_column(info)), one_line(info))
+        for name, info in model.model_fields.items()
     ]
-    return f"### {title}\n\n{about}\n\n" + _markdown(
-        ("Column", "Value", "SI", "Default", "Meaning"), rows
-    )
+    return f"### {title}\n\n{about}\n\n" + _markdown(("Column", "Value", "Meaning"), rows)
 
 
 def _column(info: FieldInfo) -> tuple[str, str, str]:
@@ -260,10 +286,10 @@ def _column(info: FieldInfo) -> tuple[str, str, str]:
     else:
         words, unit = leaf.phrase.replace(" in quotes", ""), ""
     if info.is_required():
-        return words, unit, "required"
+        return words, unit, "**required**"
     # A default that is not a number stands for something else: the description says what.
     none = info.default is None or info.default != info.default
-    return words, unit, "see meaning" if none else f"`{info.default:g}`"
+    return words, unit, "optional" if none else f"default `{info.default:g}`"
 
 
 def _markdown(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:

@@ -74,14 +74,19 @@ def test_the_paper_s_case_names_the_schema() -> None:
 
 def test_a_table_is_named_by_its_own_key() -> None:
     """Also where the keys stand under another heading."""
-    assert "| `a` | table `[contacts.a]` |" in reference_page()
-    assert "| `b` | table `[contacts.b]`, with the keys of `[contacts.a]` |" in reference_page()
+    page = reference_page()
+    assert "`a`</a> | table [`[contacts.a]`](#contactsa)<br>" in page
+    assert (
+        "`b`</a> | table `[contacts.b]`, with the keys of [`[contacts.a]`](#contactsa)<br>" in page
+    )
 
 
 def test_page_has_every_key() -> None:
     page = reference_page()
     for key, _ in properties(json_schema()):
-        assert f"| `{key}` |" in page
+        assert f"`{key}`</a> |" in page
+    anchors = re.findall(r'id="([^"]+)"', page)
+    assert len(anchors) > 300 and len(set(anchors)) == len(anchors)
 
 
 def test_written_by_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

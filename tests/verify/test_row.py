@@ -6,7 +6,10 @@ import pytest
 
 from impactfem.verify.row import Row, Rows, fitted_order
 
-KEYS = "name quantity reference computed unit error tolerance absolute at_least passed source"
+KEYS = (
+    "name quantity reference computed unit error tolerance absolute at_least passed source "
+    "convergence"
+)
 SIZES = np.array([0.4, 0.2, 0.1])
 
 
@@ -82,3 +85,4 @@ def test_an_order_above_its_bound_passes(order, missing, passed):
     assert row.quantity == "fitted order of b, at least 2"
     assert row.error == pytest.approx(missing, abs=1e-12)
     assert row.passed is passed
+    assert row.convergence == tuple(zip(SIZES, 7.0 * SIZES**order, strict=True))

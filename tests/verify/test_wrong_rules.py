@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from impactfem.motion import design_spectrum
-from impactfem.verify import motion, spectra, sticks
+from impactfem.verify import contact, motion, spectra, sticks
 
 
 @pytest.mark.parametrize(
@@ -63,3 +63,40 @@ def test_another_frequency_is_seen(wrong, failed):
 def test_a_force_on_the_wrong_side_is_seen(monkeypatch, failed):
     monkeypatch.setattr(sticks, "Y", -sticks.Y)
     assert any("difference" in quantity for quantity in failed(sticks.half_sine_pulse()))
+
+
+def test_a_heavier_mass_at_the_wall_is_seen(wrong, failed):
+    wrong(
+        contact,
+        "mass_on_spring",
+        lambda right: lambda name, m, *rest: right(name, 1.002 * m, *rest),
+    )
+    seen = {"largest force", "duration of contact", "impulse", "time of the second largest force"}
+    assert seen <= failed(contact.shock_on_wall())
+
+
+def test_ground_that_is_a_step_late_is_no_second_order(wrong, failed):
+    wrong(
+        sticks,
+        "simulate",
+        lambda right: (
+            lambda system, ground, dt: right(system, np.concatenate([ground[:1], ground[:-1]]), dt)
+        ),
+    )
+    assert "fitted order in the step" in failed(sticks.newmark_order())
+
+
+def test_storeys_of_another_height_are_seen(wrong, failed):
+    wrong(
+        sticks,
+        "_prismatic",
+        lambda right: (
+            lambda section, height, *rest, **mass: right(section, 1.001 * height, *rest, **mass)
+        ),
+    )
+    seen = {
+        "tip along x",
+        "tip along y",
+        *(f"frequency {k} along y, 80 storeys" for k in (1, 2, 3)),
+    }
+    assert failed(sticks.cantilever()) == seen

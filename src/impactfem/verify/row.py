@@ -5,8 +5,8 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Concatenate, ParamSpec
+from dataclasses import dataclass, replace
+from typing import Any, Concatenate, ParamSpec
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -31,6 +31,8 @@ class Row:
     #: Whether the reference is a lower bound: the error is what is missing to it, the plain
     #: difference.
     at_least: bool = False
+    #: Of an order of convergence: sizes of elements or steps, and the error with each.
+    convergence: tuple[tuple[float, float], ...] = ()
 
     @property
     def error(self) -> float:
@@ -45,7 +47,7 @@ class Row:
         """Whether the error is within the tolerance; never for a value that is not finite."""
         return math.isfinite(self.computed) and self.error <= self.tolerance
 
-    def as_dict(self) -> dict[str, str | float | bool | None]:
+    def as_dict(self) -> dict[str, Any]:
         """The row as `impactfem verify --json` writes it."""
         return {
             "name": self.name,
@@ -59,6 +61,7 @@ class Row:
             "at_least": self.at_least,
             "passed": bool(self.passed),
             "source": self.source,
+            "convergence": self.convergence,
         }
 
 
@@ -121,6 +124,12 @@ class Rows(list[Row]):
         quantity = f"fitted order of {quantity}, at least {bound:g}"
         order = fitted_order(sizes, errors)
         self.append(Row(self.name, quantity, bound, order, "-", margin, source, at_least=True))
+        self.fitted_to(sizes, errors)
+
+    def fitted_to(self, sizes: ArrayLike, errors: ArrayLike) -> None:
+        """Keep what the order in the last line was fitted to: errors with sizes."""
+        pairs = np.column_stack([sizes, errors]).astype(float).tolist()
+        self[-1] = replace(self[-1], convergence=tuple((h, error) for h, error in pairs))
 
 
 def fitted_order(sizes: ArrayLike, errors: ArrayLike) -> float:

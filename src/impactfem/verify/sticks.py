@@ -61,6 +61,7 @@ def newmark_order(rows: Rows) -> None:
         errors.append(abs(computed - exact))
     order, source = fitted_order(1.0 / counts, errors), f"Newmark 1959; {rows.source}"
     rows.add("fitted order in the step", 2.0, order, "-", 0.02, source, absolute=True)
+    rows.fitted_to(end / counts, errors)
     rows.add("relative displacement after 3 s in 2400 steps", exact, computed, "m", 2e-4)
 
 

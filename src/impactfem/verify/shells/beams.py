@@ -216,12 +216,11 @@ def beam_frequencies(rows: Rows) -> None:
         found.append(model.modes(3)[0])
     quantities = [f"frequency {k}, 20 elements" for k in (1, 2, 3)]
     rows.add(quantities, exact, found[-1], "Hz", 1e-6 * 10.0 ** np.arange(3))
-    errors = [abs(frequency[0] / exact[0] - 1.0) for frequency in found[:-1]]
-    order, source = (
-        fitted_order(6.0 / counts[:-1], errors),
-        "quadratic elements: twice their degree",
-    )
-    rows.add("order of the first frequency's error", 4.0, order, "-", 0.05, source)
+    sizes, errors = 6.0 / counts[:-1], [abs(f[0] / exact[0] - 1.0) for f in found[:-1]]
+    source = "quadratic elements: twice their degree"
+    quantity = "order of the first frequency's error"
+    rows.add(quantity, 4.0, fitted_order(sizes, errors), "-", 0.05, source)
+    rows.fitted_to(sizes, errors)
 
 
 @benchmark("rigid-body modes of beams")
