@@ -1,4 +1,4 @@
-"""All that impactfem knows about versions of dolfinx: 0.5 (Debian 12) to 0.9 (Debian 13).
+"""All that impactfem knows about versions of dolfinx: 0.5 (Debian 12) to 0.11 (Debian unstable).
 
 Every mesh lives on one rank (its communicator is COMM_SELF). Generations: up to 0.6 function
 spaces are made by classes and elements come from ufl; from 0.7 on by functions and from basix.ufl.
@@ -74,14 +74,21 @@ def local_mesh(cells: Index, vertices: Array, shape: str) -> LocalMesh:
         element = basix.ufl.element("Lagrange", shape, 1, shape=(3,))
     else:
         element = ufl.VectorElement("Lagrange", ufl.Cell(shape, geometric_dimension=3), 1)
+    # The arguments have another order from 0.10 on, and the element another name from 0.8 on.
+    names = inspect.signature(mesh.create_mesh).parameters
     made = mesh.create_mesh(
-        MPI.COMM_SELF, np.ascontiguousarray(cells, dtype=np.int64), vertices, ufl.Mesh(element)
+        MPI.COMM_SELF,
+        cells=np.ascontiguousarray(cells, dtype=np.int64),
+        x=vertices,
+        **{"e" if "e" in names else "domain": ufl.Mesh(element)},
     )
+    tables = getattr(made.geometry, "dofmaps", None)  # from 0.11 on, one for each shape of cell
+    dofmap = tables[0] if isinstance(tables, list) else made.geometry.dofmap
     given = np.asarray(made.geometry.input_global_indices, dtype=np.int64)
     return LocalMesh(
         mesh=made,
         cells=np.asarray(made.topology.original_cell_index, dtype=np.int64),
-        corners=given[_rows(made.geometry.dofmap, _CORNERS[shape])],
+        corners=given[_rows(dofmap, _CORNERS[shape])],
     )
 
 
@@ -101,7 +108,7 @@ def _space(mesh: Any, family: str, degree: int, size: int | None) -> Any:
 
         shape = None if size is None else (size,)
         return fem.functionspace(
-            mesh, basix.ufl.element(family, mesh.ufl_cell().cellname(), degree, shape=shape)
+            mesh, basix.ufl.element(family, mesh.basix_cell(), degree, shape=shape)
         )
     if size is None:
         element = ufl.FiniteElement(family, mesh.ufl_cell(), degree)
