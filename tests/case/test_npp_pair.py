@@ -328,3 +328,47 @@ def test_every_published_value_is_compared(case: Case) -> None:
     assert {n for n in left if not n.endswith(".printed")} == {
         f"building.floor_mass.{k}" for k in range(1, 9)
     }
+
+
+def test_inertia_of_the_3d_floors_beside_appendix_a(case: Case, mesh: GeneratedMesh) -> None:
+    """By hand, storeys halved: docs/limits.md says how far they are from the printed ones."""
+    structure, floors = case.structure, case.buildings[0].floors
+    assert structure is not None and mesh.acroterion is not None
+    rho, (Lx, Ly) = structure.material.density, (mesh.length, mesh.width)
+    mass, Jx, Jy = (dict.fromkeys(range(9), 0.0) for _ in range(3))
+
+    def put(m: float, x: float, y: float, a: float, b: float, *levels: int) -> None:
+        for k in levels:
+            mass[k] += m / len(levels)
+            Jx[k] += m / len(levels) * ((y - 0.5 * Ly) ** 2 + b**2 / 12.0)
+            Jy[k] += m / len(levels) * ((x - 0.5 * Lx) ** 2 + a**2 / 12.0)
+
+    for k in range(1, 9):
+        put(rho * Lx * Ly * mesh.slab_thickness, 0.5 * Lx, 0.5 * Ly, Lx, Ly, k)
+        height = floors[k - 1].storey_height
+        for wall in mesh.walls:
+            if k in wall.storeys:
+                a, b = abs(wall.x2 - wall.x1), abs(wall.y2 - wall.y1)
+                x, y = 0.5 * (wall.x1 + wall.x2), 0.5 * (wall.y1 + wall.y2)
+                put(rho * wall.length * height * wall.thickness, x, y, a, b, k - 1, k)
+                for bay in mesh.bays:
+                    if (bay.wall, bay.storey) == (wall.wall, k):  # in the gables, along y
+                        hole = -rho * bay.width * bay.height * wall.thickness
+                        put(hole, x, wall.y1 + bay.centre, 0.0, bay.width, k - 1, k)
+        for beam in mesh.beams:
+            x, y = 0.5 * (beam.x1 + beam.x2), 0.5 * (beam.y1 + beam.y2)
+            a, b = abs(beam.x2 - beam.x1), abs(beam.y2 - beam.y1)
+            put(rho * beam.length * beam.width * beam.depth, x, y, a, b, k)
+        for column in mesh.columns:
+            if k in column.storeys:
+                m = rho * column.width_x * column.width_y * height
+                put(m, column.x, column.y, column.width_x, column.width_y, k - 1, k)
+    edge = rho * mesh.acroterion.height * mesh.acroterion.thickness
+    for side in (0.0, 1.0):
+        put(edge * Lx, 0.5 * Lx, side * Ly, Lx, 0.0, 8)
+        put(edge * Ly, side * Lx, 0.5 * Ly, 0.0, Ly, 8)
+    for floor in floors:  # what is added to reach the mass is even over the slab
+        put(floor.mass - mass[floor.floor], 0.5 * Lx, 0.5 * Ly, Lx, Ly, floor.floor)
+    about_x = [Jx[floor.floor] / floor.Jx for floor in floors]
+    assert about_x == pytest.approx([1.08, 1.27, 1.27, 1.32, 1.30, 1.30, 1.33, 1.10], abs=0.02)
+    assert [Jy[floor.floor] / floor.Jy for floor in floors] == pytest.approx([1.0] * 8, abs=0.04)
