@@ -157,7 +157,7 @@ class TestReuse:
     ):
         store = tmp_path / "run" / "pounding.nc"
         when = stamp(tmp_path / "run")
-        figure = next((tmp_path / "run" / "figures").glob("*.png"))
+        figure = next((tmp_path / "run" / "figures").glob("*.svg"))
         before = figure.stat().st_mtime_ns, store.stat().st_mtime_ns
         key = Stage.drawing_key
         monkeypatch.setattr(Stage, "drawing_key", lambda stage, case: key(stage, case) + "edited")
@@ -268,7 +268,7 @@ class TestReuse:
 
     def test_missing_figures_are_drawn_again(self, copied, tmp_path, finished):
         shutil.rmtree(tmp_path / "run" / "tables")
-        next((tmp_path / "run" / "figures").glob("*.png")).unlink()
+        next((tmp_path / "run" / "figures").glob("*.svg")).unlink()
         assert study.run(copied, out=tmp_path / "run").reused == ["pounding"]
         assert set(tree(tmp_path / "run")) == set(tree(finished.folder))
 

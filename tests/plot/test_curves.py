@@ -1,14 +1,16 @@
-"""Figures of curves: the same by matplotlib and by plotly."""
+"""Figures of curves, and the words in their files."""
 
-import json
 import re
+from dataclasses import replace
+from xml.etree import ElementTree
 
-import matplotlib.image
 import numpy as np
 import pytest
 
 from impactfem.plot import curves, style
-from impactfem.plot.curves import SAMPLES, Curve, CurveFigure, Panel, plain, thinned
+from impactfem.plot.curves import SAMPLES, Curve, CurveFigure, Panel, thinned
+from impactfem.plot.words import Words, as_html, read_words, spoken
+from impactfem.system.errors import ImpactfemError
 
 
 def test_a_short_history_stays():
@@ -31,7 +33,7 @@ def test_a_long_history_keeps_its_extremes(size):
 F = np.geomspace(0.5, 50.0, 30)
 SPECTRA = CurveFigure(
     "spectra",
-    "Spectra along $e_y$.",
+    "Spectra along $e_y$ of <a> & b. All.",
     [
         Panel(
             "frequency [Hz]",
@@ -39,7 +41,6 @@ SPECTRA = CurveFigure(
             [
                 Curve(F, F, "floor 1", "red", "--", band=(0.9 * F, 1.1 * F)),
                 Curve(F, 2.0 * F, "floor 2", "blue"),
-                Curve(F, 50.0 * F, "floor 3", further=True),
                 Curve(F[[-1]], F[[-1]], "peak", "black", "", marker="o"),
             ],
             title=title,
@@ -63,15 +64,13 @@ def drawn(tmp_path, monkeypatch):
     kept = []
     real = style.letter
     monkeypatch.setattr(curves, "letter", lambda axes: kept.extend(axes) or real(axes))
-    path = SPECTRA.write_png(tmp_path)
-    assert path == tmp_path / "spectra.png" and matplotlib.image.imread(path).std() > 0.0
+    assert SPECTRA.write(tmp_path) == tmp_path / "spectra.svg"
     return kept
 
 
-def test_by_matplotlib(drawn):
+def test_panels(drawn):
     for axes in drawn:
         assert axes.get_xscale() == "log" and axes.get_xlim() == (0.5, 50.0)
-        # What only the page shows counts in no range.
         assert axes.get_ylim()[0] == 0.0 and 150.0 < axes.get_ylim()[1] < 170.0
         texts = [text.get_text() for text in axes.get_legend().get_texts()]
         assert texts == ["peak", "floor 2", "floor 1"]
@@ -80,26 +79,53 @@ def test_by_matplotlib(drawn):
     assert [axes.get_title("right") for axes in drawn] == ["with", "without"]
 
 
-def test_by_plotly():
-    text = SPECTRA.to_html()
-    assert 'id="plot_spectra"' in text and "cdn" not in text
-    read = json.JSONDecoder().raw_decode
-    traces, end = read(text, re.search(r'Plotly\.newPlot\(\s*"plot_spectra",\s*', text).end())
-    layout, _ = read(text, end + re.match(r",\s*", text[end:]).end())
-    shapes = layout["shapes"]
-    greys = [(one["x0"], one["x1"]) for one in shapes if one["type"] == "rect"]
-    assert greys == [(40.0, 50.0)] * 2 and len(shapes) == 4
-    notes = [one["text"] for one in layout["annotations"]]
-    assert notes == ["with", "without", "no impact", "no impact"]
-    assert len(traces) == 2 * 5
-    names = [t["name"] for t in traces if t["showlegend"]]
-    assert names == ["floor 1", "floor 2", "floor 3", "peak"]
-    assert {t["visible"] for t in traces if t["name"] == "floor 3"} == {"legendonly"}
-    assert {t["line"]["dash"] for t in traces if t["name"] == "floor 1" and "mode" in t} == {"dash"}
-    assert traces[-1]["mode"] == "markers"
+def test_a_file_is_a_part_of_a_page(drawn, tmp_path):
+    """Its text is text, its names are its own, its numbers are short; it is the same every time."""
+    text = (tmp_path / "spectra.svg").read_text()
+    root = ElementTree.fromstring(text)
+    assert root.tag.endswith("svg") and root.get("role") == "img"
+    words = [one.text for one in root.iter("{http://www.w3.org/2000/svg}text")]
+    assert {"frequency [Hz]", "floor 1", "no impact", "(b)"} <= set(words)
+    names = re.findall(r'\bid="([^"]*)"', text)
+    assert names and len(set(names)) == len(names)
+    assert not re.search(r"<style|<script|\d\.\d{3,}|\d{4}-\d\d-\d\d", text)
+    SPECTRA.write(tmp_path)
+    assert (tmp_path / "spectra.svg").read_text() == text
+    replace(SPECTRA, name="others").write(tmp_path)
+    others = re.findall(r'\bid="([^"]*)"', (tmp_path / "others.svg").read_text())
+    assert not set(names) & set(others)
 
 
-def test_mathematics_as_html():
-    assert plain("velocity $\\dot u_y$ [m/s], $K_{Ceq}$") == (
-        "velocity u\u0307<sub>y</sub> [m/s], K<sub>Ceq</sub>"
+def test_what_is_seen_is_said(drawn, tmp_path):
+    words = read_words(tmp_path / "spectra.svg")
+    one = (
+        "{} acceleration [m/s²] over frequency [Hz], logarithmic, 2 curves; the largest value is "
+        "100 m/s² at 50 Hz (floor 2)."
     )
+    both = " ".join(one.format(name) for name in ("(a) with", "(b) without"))
+    assert words == Words("Spectra along $e_y$ of <a> & b. All.", both)
+    assert words.title == "Spectra along y of <a> & b"
+
+
+@pytest.mark.parametrize("ending", ["svg", "png"])
+def test_words_of_a_picture(tmp_path, ending):
+    path = tmp_path / f"a.{ending}"
+    with style.figure(path, (1, 1), (2.0, 1.0), "Figure 1: Élan (a).", "Two ‘lines’ & <b>.") as _:
+        pass
+    assert read_words(path) == Words("Figure 1: Élan (a).", "Two ‘lines’ & <b>.")
+    assert read_words(path).title == "Figure 1: Élan"
+
+
+def test_a_file_without_words(tmp_path):
+    (tmp_path / "a.svg").write_text("<svg/>")
+    assert read_words(tmp_path / "a.svg") == Words("", "")
+    with pytest.raises(ImpactfemError, match=r"cannot read .*b\.png"):
+        read_words(tmp_path / "b.png")
+
+
+def test_mathematics():
+    text = "velocity $\\dot u_y$ [m/s], $K_{Ceq}$ along $e_{rx}$ < 1"
+    assert as_html(text) == (
+        "velocity u\u0307<sub>y</sub> [m/s], K<sub>Ceq</sub> along e<sub>rx</sub> &lt; 1"
+    )
+    assert spoken(text) == "velocity [m/s], along rx < 1"

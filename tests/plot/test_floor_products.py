@@ -80,8 +80,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_files(made: Path) -> None:
     found = sorted(str(p.relative_to(made)) for p in made.rglob("*") if p.is_file())
     assert found == [
-        "figures/floor_spectra_B1.png",
-        "figures/floor_spectra_B2.png",
+        "figures/floor_spectra_B1.svg",
+        "figures/floor_spectra_B2.svg",
         "pounding.nc",
         "products/floor_peaks.csv",
         "products/floor_spectra.csv",

@@ -263,6 +263,6 @@ def test_table_and_figure(store: xr.Dataset, tmp_path: Path) -> None:
     named = {row[0]: row[1:] for row in cases_table(found).rows}
     assert named["case file"] == ("one.toml", "other.toml")
     assert named["folder"] == ("runs/one", "runs/other")
-    comparison_figure(tmp_path / "a.png", found)
-    assert (tmp_path / "a.png").stat().st_size > 10_000
-    comparison_figure(tmp_path / "b.png", compared(store, store))  # no difference at all
+    comparison_figure(tmp_path / "a.svg", found)
+    assert (tmp_path / "a.svg").stat().st_size > 10_000
+    comparison_figure(tmp_path / "b.svg", compared(store, store))  # no difference at all

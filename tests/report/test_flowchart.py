@@ -3,11 +3,11 @@
 import json
 from types import SimpleNamespace
 
-import matplotlib.figure
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
+from impactfem.plot.words import read_words
 from impactfem.report.flowchart import ABSENT, flowchart_figure, headlines
 from impactfem.run.stages import STAGES
 from impactfem.system.errors import ImpactfemError
@@ -35,13 +35,9 @@ def write(folder, ran, results=()):
 @pytest.fixture
 def drawn(monkeypatch):
     """Texts with their places, boxes, arrows from place to place, and the lines before them."""
-    found = SimpleNamespace(texts=[], boxes=[], arrows=[], lines=[], caption="")
-    text, annotate, below = Axes.text, Axes.annotate, matplotlib.figure.Figure.text
+    found = SimpleNamespace(texts=[], boxes=[], arrows=[], lines=[])
+    text, annotate = Axes.text, Axes.annotate
     plot, add_patch = Axes.plot, Axes.add_patch
-
-    def caption(self, x, y, words, *args, **options):
-        found.caption = words.replace("\n", " ")
-        return below(self, x, y, words, *args, **options)
 
     monkeypatch.setattr(Axes, "text", lambda *a, **k: found.texts.append(a[1:4]) or text(*a, **k))
     monkeypatch.setattr(
@@ -49,7 +45,6 @@ def drawn(monkeypatch):
         "annotate",
         lambda *a, **k: found.arrows.append((k["xytext"], a[2])) or annotate(*a, **k),
     )
-    monkeypatch.setattr(matplotlib.figure.Figure, "text", caption)
     monkeypatch.setattr(Axes, "plot", lambda *a, **k: found.lines.append(a[1:]) or plot(*a, **k))
     monkeypatch.setattr(
         Axes, "add_patch", lambda self, p: found.boxes.append(p.get_bbox()) or add_patch(self, p)
@@ -60,11 +55,11 @@ def drawn(monkeypatch):
 def test_all_stages(tmp_path, drawn):
     results = (("pounding.impacts", 12.0, "-"), ("pounding.main_impact_force", 1.31e8, "N"))
     (path,) = flowchart_figure(write(tmp_path, NAMES, results), STAGES)
-    assert path == tmp_path / "figures" / "figure_04_flowchart.png" and path.is_file()
+    assert path == tmp_path / "figures" / "figure_04_flowchart.svg" and path.is_file()
     heads, lines = drawn.texts[::2], drawn.texts[1::2]
     assert all(stage.title in text for stage, (_, _, text) in zip(STAGES, heads, strict=True))
     assert "12 impacts, the largest 131 MN" in "\n".join(text for _, _, text in lines)
-    assert "Dashed" not in drawn.caption and len(drawn.arrows) == 12
+    assert "Dashed" not in read_words(path).caption and len(drawn.arrows) == 12
     heights = dict(zip(NAMES, (y for _, y, _ in heads), strict=True))
     for name, needed in NEEDS.items():
         assert all(heights[one] > heights[name] for one in needed)
@@ -87,9 +82,9 @@ def test_nothing_overlaps(tmp_path, drawn):
 
 
 def test_stages_that_were_not_run(tmp_path, drawn):
-    flowchart_figure(write(tmp_path, ["pounding"]), STAGES)
+    (path,) = flowchart_figure(write(tmp_path, ["pounding"]), STAGES)
     assert [text for _, _, text in drawn.texts[1::2]].count(ABSENT) == len(STAGES) - 1
-    assert "Dashed: not part of this run." in drawn.caption and not drawn.arrows
+    assert "Dashed: not part of this run." in read_words(path).caption and not drawn.arrows
 
 
 def test_lines_of_a_stage():
@@ -103,6 +98,6 @@ def test_lines_of_a_stage():
 
 
 def test_a_figure_that_cannot_be_written(tmp_path):
-    (tmp_path / "figures" / "figure_04_flowchart.png" / "full").mkdir(parents=True)
+    (tmp_path / "figures" / "figure_04_flowchart.svg" / "full").mkdir(parents=True)
     with pytest.raises(ImpactfemError, match="cannot write"):
         flowchart_figure(write(tmp_path, NAMES), STAGES)

@@ -1,9 +1,8 @@
-"""Figures of curves, described once: drawn as PNG by matplotlib, to zoom into by plotly."""
+"""Figures of curves, described by what they show and drawn as SVG."""
 
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import to_hex
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
@@ -20,15 +18,9 @@ from impactfem.plot.style import BLUE, HANDLE, figure, letter
 Array = NDArray[np.float64]
 
 SAMPLES = 2400
-"""Points of a curve at most where it is shown in a page; extremes of each interval are kept."""
-HEIGHT = 430
-"""Of a row of panels in a page [pixel]; less where there are several."""
-DASHES = {"-": "solid", "--": "dash", "-.": "dashdot", ":": "dot"}
-SETTINGS = {"displaylogo": False, "responsive": True, "toImageButtonOptions": {"format": "svg"}}
+"""Points of a curve at most: twice what can be told apart; extremes of each interval are kept."""
 ENTRY = 1.5
 """Width of an entry of a legend above the panels [inch]."""
-THIN = 2e-3
-"""Width of a band over the largest value of its curve, below which a page cannot show it."""
 BAND = 0.3
 """Opacity of a band."""
 
@@ -46,7 +38,6 @@ class Curve:
     marker: str = ""  #: as matplotlib takes it; "" for none
     #: Lower and upper values of a band, shape (n,) each; None for none.
     band: tuple[Array, Array] | None = None
-    further: bool = False  #: whether it is in the page alone, where a click in the legend shows it
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +52,7 @@ class Panel:
     bottom: float | None = None  #: lower end along y; None for that of the curves
     room: float = 0.0  #: room above the curves, over their extent, as for a legend
     marks: Sequence[float] = ()  #: where dotted vertical lines stand
-    hatched: tuple[float, float] | None = None  #: range along x that is hatched; grey in the page
+    hatched: tuple[float, float] | None = None  #: range along x that is hatched
     note: str = ""  #: text in the middle; "" for none
     legend: Any = "upper right"  #: place of the legend; "" for none
     reverse: bool = False  #: whether the legend lists the last curve first
@@ -69,20 +60,19 @@ class Panel:
     @property
     def ends(self) -> tuple[float, float]:
         """Extent of the curves along x."""
-        shown = [curve.x for curve in self.curves if curve.dash and not curve.further]
+        shown = [curve.x for curve in self.curves if curve.dash]
         if not shown:
             return 0.0, 1.0
         return min(float(x[0]) for x in shown), max(float(x[-1]) for x in shown)
 
     def draw(self, axes: Axes) -> None:
-        """Draw it by matplotlib."""
+        """Draw it."""
         for one in self.curves:
-            if one.further:
-                continue
             if one.band is not None:
                 axes.fill_between(one.x, *one.band, color=one.colour, alpha=BAND, lw=0.0)
             look: dict[str, Any] = {"color": one.colour, "ls": one.dash or "none", "lw": one.width}
-            axes.plot(one.x, one.y, marker=one.marker, ms=4.0, label=one.label or None, **look)
+            points = (one.x, one.y) if "x" in self.log else thinned(one.x, one.y)
+            axes.plot(*points, marker=one.marker, ms=4.0, label=one.label or None, **look)
         if "x" in self.log:
             axes.set_xscale("log")
         if "y" in self.log:
@@ -118,7 +108,7 @@ class CurveFigure:
     caption: str  #: what it shows
     panels: Sequence[Panel]  #: the panels, row by row
     columns: int = 2  #: panels in a row
-    #: Width and height of the PNG without the caption [inch].
+    #: Width and height [inch].
     size: tuple[float, float] = (9.0, 4.0)
     alike: bool = False  #: whether all panels have the range along y of the largest
     lettered: bool = True  #: whether panels have letters, (a), (b), ..
@@ -129,8 +119,8 @@ class CurveFigure:
         """Rows of panels."""
         return math.ceil(len(self.panels) / self.columns)
 
-    def write_png(self, folder: Path) -> Path:
-        """Draw it by matplotlib into a folder.
+    def write(self, folder: Path) -> Path:
+        """Draw it into a folder.
 
         Returns:
             The file.
@@ -138,7 +128,7 @@ class CurveFigure:
         Raises:
             ImpactfemError: It cannot be written.
         """
-        path = folder / f"{self.name}.png"
+        path = folder / f"{self.name}.svg"
         layout = (self.rows, self.columns)
         with figure(path, layout, self.size, self.caption) as (drawn, axes):
             for one, panel in zip(axes, self.panels, strict=False):
@@ -162,93 +152,6 @@ class CurveFigure:
                 across = math.ceil(len(labels) / rows)
                 drawn.legend(handles, labels, loc="outside upper center", ncols=across)
         return path
-
-    def to_html(self) -> str:
-        """The figure to zoom into, as a part of a page that has plotly's script."""
-        from plotly.subplots import make_subplots
-
-        titles = [plain(panel.title) for panel in self.panels]
-        shown = titles if any(titles) else None
-        plot = make_subplots(self.rows, self.columns, subplot_titles=shown)
-        named: set[str] = set()
-        for k, panel in enumerate(self.panels):
-            place = {"row": k // self.columns + 1, "col": k % self.columns + 1}
-            for curve in panel.curves:
-                for trace in _traces(curve, listed=curve.label not in named):
-                    plot.add_scatter(**trace, **place)
-                named.add(curve.label)
-            for mark in panel.marks:
-                plot.add_vline(mark, line={"dash": "dot", "color": "#888888", "width": 1}, **place)
-            if panel.hatched is not None:
-                grey = {"fillcolor": "#888888", "opacity": 0.2, "line_width": 0}
-                plot.add_vrect(*panel.hatched, **grey, **place)
-            if panel.note:
-                middle = {"x": 0.5, "xref": "x domain", "y": 0.5, "yref": "y domain"}
-                plot.add_annotation(text=plain(panel.note), showarrow=False, **middle, **place)
-            for grow, label, log in (
-                (plot.update_xaxes, panel.xlabel, "x" in panel.log),
-                (plot.update_yaxes, panel.ylabel, "y" in panel.log),
-            ):
-                kind = {"type": "log"} if log else {}
-                grow(title_text=plain(label), showgrid=True, gridcolor="#dddddd", **kind, **place)
-        plot.update_layout(
-            template="simple_white",
-            height=HEIGHT if self.rows == 1 else 260 * self.rows,
-            # Above the legend there is room for the buttons.
-            margin={"l": 60, "r": 10, "t": 36, "b": 45},
-            legend={"font_size": 11},
-            font={"family": "inherit", "color": "#222222"},
-        )
-        html: str = plot.to_html(
-            full_html=False,
-            include_plotlyjs=False,
-            div_id=f"plot_{self.name}",
-            config=SETTINGS,
-            default_width="100%",
-        )
-        return html
-
-
-def _traces(curve: Curve, *, listed: bool) -> list[dict[str, Any]]:
-    """A curve and its band as plotly takes them; those of one label are shown together."""
-    x, y = thinned(np.asarray(curve.x), np.asarray(curve.y))
-    colour = to_hex(curve.colour)
-    common: dict[str, Any] = {
-        "name": plain(curve.label),
-        "legendgroup": curve.label or None,
-        "visible": "legendonly" if curve.further else True,
-    }
-    lines = [name for name, used in (("lines", curve.dash), ("markers", curve.marker)) if used]
-    traces = [
-        {
-            **common,
-            # Half the size: four digits are more than can be read off.
-            "x": np.float32(x),
-            "y": np.float32(y),
-            "mode": "+".join(lines),
-            "line": {"color": colour, "dash": DASHES.get(curve.dash, "solid"), "width": 1.5},
-            "marker": {"color": colour, "size": 5},
-            "showlegend": listed and bool(curve.label),
-        }
-    ]
-    if curve.band is not None and np.ptp(curve.band, axis=0).max() > THIN * np.abs(y).max():
-        low, high = curve.band
-        around = np.float32(np.concatenate([high, np.maximum(low[::-1], 1e-9)]))
-        both = np.float32(np.concatenate([curve.x, curve.x[::-1]]))
-        look = {"fill": "toself", "fillcolor": colour, "opacity": BAND, "line_width": 0}
-        traces.append({**common, **look, "x": both, "y": around, "showlegend": False})
-        traces[-1]["hoverinfo"] = "skip"
-    return traces
-
-
-def plain(text: str) -> str:
-    """A text with mathematics for matplotlib as HTML: subscripts, and dots for derivatives."""
-
-    def html(found: re.Match[str]) -> str:
-        words = re.sub(r"\\(d+)ot\s*(\w)", lambda m: m[2] + "\u0307\u0308"[len(m[1]) - 1], found[1])
-        return re.sub(r"_\{?(\w+)\}?", r"<sub>\1</sub>", words)
-
-    return re.sub(r"\$([^$]*)\$", html, text)
 
 
 def thinned(x: Array, y: Array) -> tuple[Array, Array]:

@@ -116,7 +116,7 @@ def floor_figures(folder: Path, design: DesignFloorSpectra) -> list[Path]:
             f"{design.broadening_text}. Dotted: zero-period acceleration. {design.motions_text}."
         )
         name = f"floor_spectra_{building}"
-        files.append(floor_page(name, caption, panels, PANEL, alike=True).write_png(folder))
+        files.append(floor_page(name, caption, panels, PANEL, alike=True).write(folder))
     return files
 
 

@@ -1,8 +1,13 @@
-"""How figures look: one size, one palette, captions below, panels lettered as in the paper."""
+"""How figures look: one size, one palette, panels lettered as in the paper; and their files.
+
+What is drawn by lines is SVG, whose text is text; fields are PNG.
+"""
 
 from __future__ import annotations
 
-import textwrap
+import html
+import io
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,9 +18,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
+from impactfem.plot.words import CAPTION, SEEN, Words, seen_in
 from impactfem.system.files import atomic
 
+DOTS = 200.0
+"""Of a PNG in an inch: enough for print."""
 SETTINGS: dict[str, Any] = {
     "font.size": 9.0,
     "axes.grid": True,
@@ -23,9 +33,14 @@ SETTINGS: dict[str, Any] = {
     "lines.linewidth": 1.0,
     "legend.fontsize": 8.0,
     "legend.framealpha": 0.9,
-    "figure.dpi": 150.0,
-    "savefig.dpi": 150.0,
+    "figure.dpi": DOTS,
+    "svg.fonttype": "none",
+    # The first one sets the widths; a reader without it has one of nearly the same.
+    "font.sans-serif": ["DejaVu Sans", "Verdana"],
 }
+_TAG = re.compile(r"<[^>]*>")
+_LONG = re.compile(r"\d+\.\d{3,}")
+_LINE = re.compile(r"[ML][-\d. ]*(?:L[-\d. ]*)+")
 # Okabe and Ito's colours: told apart with any colour vision, and in print.
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 BUILDINGS = (BLUE, RED, GREEN, ORANGE)
@@ -61,21 +76,21 @@ def floor_looks(count: int) -> list[dict[str, Any]]:
 
 @contextmanager
 def figure(
-    path: Path, panels: tuple[int, int], size: tuple[float, float], caption: str
+    path: Path, panels: tuple[int, int], size: tuple[float, float], caption: str, seen: str = ""
 ) -> Iterator[tuple[Figure, list[Axes]]]:
-    """A figure with panels; it is written to `path` with its caption when the block ends.
+    """A figure with panels; it is written to `path` with its words when the block ends.
 
     Args:
-        path: The PNG file.
+        path: An SVG file, for lines, or a PNG file, for fields.
         panels: Rows and columns.
-        size: Width and height without the caption [inch].
-        caption: Text below the figure.
+        size: Width and height [inch].
+        caption: What it shows; mathematics between $. It is not drawn.
+        seen: What is seen, for those who do not; of panels with curves it is said from their data.
     """
-    lines = textwrap.wrap(caption, int(size[0] * 15))
-    below = 0.16 * len(lines) + 0.12
-    with mpl.rc_context(SETTINGS):  # type: ignore[arg-type]
+    salt = {"svg.hashsalt": f"{path.stem} {caption}"}  # ids are those of one figure, in every run
+    with mpl.rc_context(SETTINGS | salt):  # type: ignore[arg-type]
         # No pyplot: no global state, no display, nothing to close.
-        drawn = Figure(figsize=(size[0], size[1] + below), layout="constrained")
+        drawn = Figure(figsize=size, layout="constrained")
         grid: Any = drawn.subplots(*panels, squeeze=False)
         axes: list[Axes] = list(grid.flat)
         yield drawn, axes
@@ -83,14 +98,57 @@ def figure(
             if panel.get_xscale() == "log":
                 # 0.5, 1, 10 and not powers of ten: these are frequencies.
                 panel.xaxis.set_major_formatter("{x:g}")
-        share = below / (size[1] + below)
-        drawn.get_layout_engine().set(rect=(0.0, share, 1.0, 1.0 - share))  # type: ignore[union-attr, call-arg]
         # Laid out once here: savefig would draw everything once more for it.
         drawn.get_layout_engine().execute(drawn)  # type: ignore[union-attr]
         drawn.set_layout_engine("none")
-        drawn.text(0.02, 0.07 / (size[1] + below), "\n".join(lines), va="bottom", fontsize=8.5)
+        words = Words(caption, seen or seen_in(axes))
         with atomic(path) as temporary:
-            drawn.savefig(temporary, format="png")
+            if path.suffix == ".svg":
+                temporary.write_text(_svg(drawn, words), encoding="utf-8")
+            else:
+                _write_png(drawn, temporary, words)
+
+
+def _svg(drawn: Figure, words: Words) -> str:
+    """The figure as an element that a page can hold: nothing in it names or formats the page."""
+    buffer = io.StringIO()
+    drawn.savefig(buffer, format="svg", metadata={"Date": None})
+    text = buffer.getvalue()
+    said = "".join(
+        f"<{tag}>{html.escape(one, quote=False)}</{tag}>"
+        for tag, one in (
+            ("title", words.title),
+            ("desc", words.seen),
+            ("metadata", words.caption),
+        )
+    )
+    text = re.sub(r"<metadata>.*?</metadata>", lambda _: said, text, count=1, flags=re.S)
+    # Its style would be that of the whole page, as would the names of its groups.
+    text = re.sub(r"<defs>\s*<style.*?</style>\s*</defs>", "", text, count=1, flags=re.S)
+    text = re.sub(r'<g id="[^"]*"', "<g", text[text.index("<svg") :])
+    look = 'role="img" style="stroke-linejoin: round; stroke-linecap: butt"'
+    text = text.replace("<svg", f"<svg {look}", 1)
+    return re.sub(r">\n\s*<", "><", _TAG.sub(lambda tag: _shorter(tag[0]), text))
+
+
+def _shorter(tag: str) -> str:
+    """A tag whose numbers have a hundredth of a point; lines to points one after the other."""
+    tag = _LONG.sub(lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), tag)
+    tag = re.sub(r"\s*\n(?=[A-Za-z\"])", "", tag)
+    tag = re.sub(r"\b([MLCQ]) ", r"\1", tag)
+    return _LINE.sub(lambda line: line[0][0] + line[0][1:].replace("L", " "), tag)
+
+
+def _write_png(drawn: Figure, path: Path, words: Words) -> None:
+    """The figure in 256 colours, as many as a scale of colours has."""
+    buffer = io.BytesIO()
+    drawn.savefig(buffer, format="png")
+    image = Image.open(buffer).convert("RGB")
+    said = PngInfo()
+    said.add_itxt(CAPTION, words.caption)
+    said.add_itxt(SEEN, words.seen)
+    reduced = image.quantize(256, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+    reduced.save(path, format="png", optimize=True, pnginfo=said, dpi=(DOTS, DOTS))
 
 
 def letter(axes: Sequence[Axes]) -> None:

@@ -19,7 +19,7 @@ from impactfem.system.errors import Fault, InputError
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-STORE, FIGURE = "comparison.nc", "comparison_spectra.png"
+STORE, FIGURE = "comparison.nc", "comparison_spectra.svg"
 CASES, TABLE, DIRECTIONS = "comparison_cases", "comparison_spectra", "comparison_directions"
 NEAR = 0.05
 """Difference of which the table of the directions counts the ordinates that are within it."""

@@ -33,7 +33,7 @@ Slot = tuple[str, ...]
 
 
 def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
-    """Draw `figures/figure_04_flowchart.png`: a box for each stage, an arrow for each need.
+    """Draw `figures/figure_04_flowchart.svg`: a box for each stage, an arrow for each need.
 
     Args:
         folder: The run's folder, with its summary and its provenance.

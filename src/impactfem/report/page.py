@@ -8,16 +8,14 @@ import html
 import tomllib
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
-from plotly.offline import get_plotlyjs
 
-from impactfem.plot.curves import plain
+from impactfem.plot.words import as_html, read_words
 from impactfem.report.beside import (
     ABSENT,
     DIFFERS,
@@ -39,7 +37,7 @@ from impactfem.system.log import LOGGER
 
 ROWS = 400
 """Rows of a table that a page shows; the rest is in the file."""
-TYPES = {".png": "image/png", ".mp4": "video/mp4"}
+TYPES = {".svg": "image/svg+xml", ".png": "image/png", ".mp4": "video/mp4"}
 REPORT = "report.html"
 COMPARED = (
     "Comparison with another run",
@@ -49,7 +47,7 @@ STATUSES = (REPRODUCED, DIFFERS, GIVEN, UNPUBLISHED, SHOWN, ABSENT)
 KINDS = ("equation", "figure", "table")
 FARTHEST = 8
 """Number of results that differ on the first page."""
-GOVERNING = ("plot_figure_13_centre_spectrum", "plot_figure_10_floor_spectra")
+GOVERNING = ("svg_figure_13_centre_spectrum", "svg_figure_10_floor_spectra")
 KEY_WORDS = ("energy", "steps", "points in a cycle", "band", "Sturm", "mass matrix")
 """Words of the checks that the first page shows."""
 TEMPLATES = files("impactfem.report") / "templates"
@@ -92,7 +90,7 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
     stages = [_stage(run, name, known[name.rpartition("/")[2]]) for name in run.stages]
     if run.compared:
         stages.append(_stage(run, COMPARISON, None))
-    plots = {plot["name"]: plot for stage in stages for plot in stage["plots"]}
+    figures = {one["anchor"]: one for stage in stages for one in stage["figures"]}
     written = [name for stage in stages for name in stage["files"]]
     reference = run.case["report"]["reference"]
     compared = [] if reference is None else places(reference, run.summary, written)
@@ -108,12 +106,11 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
         version=run.provenance["impactfem"],
         title=run.case["title"],
         css=Markup((TEMPLATES / "report.css").read_text("utf-8")),
-        plotly=Markup(get_plotlyjs()),
         provenance=run.provenance,
         tiles=tiles(run),
-        drawings=[path for path in [run.folder / "figures/figure_02_case.png"] if path.is_file()],
+        drawing=figures.get("svg_figure_02_case"),
         facts=facts(run),
-        governing=next((plots[name] for name in GOVERNING if name in plots), None),
+        governing=next((figures[name] for name in GOVERNING if name in figures), None),
         met=len(checks[True]),
         unlimited=len(checks[None]),
         failed=checks[False],
@@ -138,10 +135,6 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
 def _stage(run: RunFiles, name: str, stage: Stage | None) -> dict[str, Any]:
     """What the page shows of a stage; without one, of the comparison with another run."""
     title, about = COMPARED if stage is None else (stage.title, stage.about)
-    building = name.rpartition("/")[0]
-    curves = [] if stage is None else list(stage.curves(run.folder / building))
-    if building:  # the page has those of the first one by the same names
-        curves = [replace(drawn, name=f"{building}_{drawn.name}") for drawn in curves]
     figures, tables = run.files_of(name, "figures"), run.files_of(name, "tables")
     kinds = {kind: [path for path in figures if path.suffix == kind] for kind in (".html", *TYPES)}
     return {
@@ -149,20 +142,24 @@ def _stage(run: RunFiles, name: str, stage: Stage | None) -> dict[str, Any]:
         "title": run.named(title, name),
         "about": about,
         "checks": [check for check in run.checks if check["stage"] == name],
-        "plots": [
-            {
-                "name": f"plot_{drawn.name}",
-                "caption": plain(html.escape(drawn.caption)),
-                "markup": drawn.to_html(),
-            }
-            for drawn in curves
-        ],
         # A page as the text of an attribute, for a frame within this one.
         "scenes": [html.escape(_read(path).decode(), quote=True) for path in kinds[".html"][:1]],
-        "figures": kinds[".png"],
+        "figures": [_figure(run, one) for one in figures if one.suffix in (".svg", ".png")],
         "films": kinds[".mp4"],
         "tables": [_table(path) for path in tables],
         "files": [str(path.relative_to(run.folder)) for path in (*figures, *tables)],
+    }
+
+
+def _figure(run: RunFiles, path: Path) -> dict[str, Any]:
+    """A figure as the page shows it; an SVG is a part of the page, so that its text is found."""
+    words = read_words(path)
+    return {
+        "anchor": _anchor(run, path),
+        "path": path,
+        "svg": Markup(_read(path).decode()) if path.suffix == ".svg" else None,
+        "caption": Markup(as_html(words.caption)),
+        "seen": words.seen,
     }
 
 

@@ -27,7 +27,7 @@ from impactfem.system.scalar import alone
 
 COMPARISON = "comparison"
 """What `impactfem compare` writes is listed as if it were a stage, which no run has."""
-FLOWCHART, SCENE = "figure_04_flowchart.png", "building_scene.html"
+FLOWCHART, SCENE = "figure_04_flowchart.svg", "building_scene.html"
 """Figures of the run as a whole."""
 CASE, SUMMARY, PROVENANCE, CHECKS = "case.json", "summary.json", "provenance.json", "checks.json"
 

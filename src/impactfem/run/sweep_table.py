@@ -98,7 +98,7 @@ class SweepTable:
             yield Table(NAME, title, (*heads, ("", "")), tuple(rows)).as_text(width)
 
     def write(self, folder: Path, shown: Sequence[str]) -> list[Path]:
-        """Write `sweep.csv`, `sweep.json` and, where results can be shown, `sweep.png`.
+        """Write `sweep.csv`, `sweep.json` and, where results can be shown, `sweep.svg`.
 
         Returns:
             The files.
@@ -106,7 +106,7 @@ class SweepTable:
         Raises:
             ImpactfemError: A file cannot be written.
         """
-        files = [folder / f"{NAME}.{ending}" for ending in ("csv", "json", "png")]
+        files = [folder / f"{NAME}.{ending}" for ending in ("csv", "json", "svg")]
         units = {**self.keys, **self.units}
         whole = pd.concat([self.values, self.results], axis=1)
         whole.columns = [f"{name} [{units[name]}]" if units[name] else name for name in whole]

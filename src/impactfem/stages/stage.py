@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from impactfem.case import Case
-from impactfem.plot.curves import CurveFigure
 from impactfem.stages.check import Check
 from impactfem.stages.inputs import inputs_key, program_key
 from impactfem.system.log import Steps
@@ -45,8 +44,6 @@ class Stage:
     #: Writes tables and figures from the stores of the run; gives their files. On rank 0.
     draw: Callable[[Case, Path], list[Path]]
     checks: Callable[[Case, Path], list[Check]]  #: the checks of its results in words
-    #: Figures of curves that the report shows to zoom into, from the stores of the run.
-    curves: Callable[[Path], Sequence[CurveFigure]] = lambda folder: ()
     #: The stages whose files it reads; those that these need follow.
     needs: Callable[[Case], tuple[Stage, ...]] = lambda case: ()
     #: Files whose content counts, in addition to those of its sections.

@@ -1,11 +1,9 @@
 """Figures and the table of members of the stage `design`."""
 
-import json
-
 import numpy as np
 import pytest
 
-from impactfem.stages.design.figures import design_curves, design_figures
+from impactfem.stages.design.figures import design_figures
 from impactfem.stages.design.products import member_table
 
 from .design_store import WantedDesign
@@ -29,9 +27,9 @@ def drawn(made, tmp_path):
 def test_a_page_for_each_direction_and_damping(drawn):
     _, files = drawn(WantedDesign(still=True))
     assert files == {
-        "design_device_force.png",
+        "design_device_force.svg",
         *(
-            f"design_{kind}_{direction}_{damping}pct.png"
+            f"design_{kind}_{direction}_{damping}pct.svg"
             for kind in ("spectra", "ensemble")
             for direction in "yz"
             for damping in (2, 5)
@@ -44,22 +42,10 @@ def test_no_page_of_an_ensemble_that_is_not_there(drawn):
     assert len(files) == 6 and not any("ensemble" in name or "force" in name for name in files)
 
 
-@pytest.mark.parametrize("broadening", [0.15, (0.1, 0.15)])
-def test_curves_of_the_report(made, tmp_path, broadening):
-    """With a ratio to either side, which is a list in the case as it was understood, too."""
-    made(WantedDesign(motions=0))
-    spectra = {"broadening": broadening, "clipping": False}
-    (tmp_path / "case.json").write_text(json.dumps({"spectra": spectra}))
-    (page,) = design_curves(tmp_path)
-    assert page.name == "design_spectra_y_2pct" and len(page.panels) == 2
-    words = "±15 %" if broadening == 0.15 else "-10 % and +15 %"
-    assert words in page.caption
-
-
 @pytest.mark.parametrize("devices", [(), ("pump", "rack_1", "rack_2", "cabinet")])
 def test_members(drawn, devices):
     store, files = drawn(WantedDesign(devices=devices, still=True))
-    assert ("design_device_force.png" in files) == bool(devices)
+    assert ("design_device_force.svg" in files) == bool(devices)
     table = member_table(store)
     assert len(table.rows) == 5 + 4 and len(table.columns) == 2 + 2 + 2 * len(devices)
     assert [row[0] for row in table.rows[-4:]] == [

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.axes import Axes
-from PIL import Image
 
 from impactfem.plot import style
 from impactfem.stages.device import figures
@@ -20,6 +19,7 @@ from impactfem.stages.device.model_figures import (
 from impactfem.stages.device.pictures import Floor, device_pictures
 from impactfem.stages.device.selection import input_variants
 
+from ..figure_file import assert_drawn
 from .device_store import FREQUENCIES, HEIGHT, WantedDevice, device_folder, device_store
 
 FORCES = ["device_demand", "figure_27_shear_force", "figure_28_damping"]
@@ -146,9 +146,7 @@ def test_files(drawn, name):
     assert [path.stem for path in one.files] == sorted(CASES[name][2])
     assert sorted((one.folder / "figures").iterdir()) == one.files
     for path in one.files:
-        with Image.open(path) as picture:
-            assert 150 <= picture.width <= 400 and 100 <= picture.height <= 300
-            assert len(picture.convert("RGB").getcolors(maxcolors=10**6)) > 50
+        assert_drawn(path, 400, 300)
 
 
 def test_force_of_the_own_damping(drawn):
@@ -285,9 +283,7 @@ def test_pictures_of_two_devices(tmp_path):
     found = device_pictures(folder)
     assert [path.name for path in found] == ["figure_23_model.png", "figure_23_model_fan.png"]
     for path in found:
-        with Image.open(path) as picture:
-            assert picture.width > 1000
-            assert len(picture.convert("RGB").getcolors(maxcolors=10**7)) > 50
+        assert_drawn(path, 2000, 1000)
 
 
 @pytest.mark.parametrize(

@@ -45,8 +45,8 @@ def test_files(folder):
     files = ensemble_results(folder, {"a.b": 20.0})
     assert [path.name for path in files] == [
         "ensemble.csv",
-        "ensemble_floor_spectra.png",
-        "ensemble_published.png",
+        "ensemble_floor_spectra.svg",
+        "ensemble_published.svg",
     ]
     assert all(path.stat().st_size > (100 if path.suffix == ".csv" else 5000) for path in files)
     with files[0].open(newline="") as stream:

@@ -6,7 +6,6 @@ import pytest
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import rgb_to_hsv
-from PIL import Image
 
 from impactfem.plot import style
 from impactfem.plot.floor_field import SIGNED, TopFloor, round_factor, signed_limits
@@ -16,6 +15,8 @@ from impactfem.stages.transient.curve_figures import centre_spectrum, probe_figu
 from impactfem.stages.transient.floor_figures import psa_at
 from impactfem.stages.transient.selection import at_floor, forces_note, shown
 from impactfem.system.errors import ImpactfemError
+
+from ..figure_file import assert_drawn
 
 PROBES = [
     "figure_12_centre",
@@ -61,9 +62,7 @@ def test_a_building(transient_folder, draw, name):
     assert [path.stem for path in drawn] == sorted(expected)
     assert sorted((folder / "figures").iterdir()) == drawn
     for path in drawn:
-        with Image.open(path) as picture:
-            assert 200 <= picture.width <= 500 and 100 <= picture.height <= 500
-            assert len(picture.convert("RGB").getcolors(maxcolors=10**6)) > 50
+        assert_drawn(path, 500, 500)
 
 
 def test_maps_that_are_asked_for(transient_folder, draw):
@@ -84,8 +83,8 @@ def test_with_pictures(transient_folder, monkeypatch):
 def test_a_folder_that_is_a_file(transient_folder, draw):
     folder = transient_folder(loads=(), maps=False)
     (folder / "figures").mkdir()
-    (folder / "figures" / "figure_12_centre.png").mkdir()
-    (folder / "figures" / "figure_12_centre.png" / "something").touch()
+    (folder / "figures" / "figure_12_centre.svg").mkdir()
+    (folder / "figures" / "figure_12_centre.svg" / "something").touch()
     with pytest.raises(ImpactfemError, match="cannot write"):
         draw(folder)
 
@@ -106,7 +105,7 @@ def test_the_band_is_drawn(transient_folder, monkeypatch):
             xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as sticks,
         ):
             response = shown(store)
-            centre_spectrum(response, sticks).write_png(folder)
+            centre_spectrum(response, sticks).write(folder)
             return at_floor(response, "centre", 3)["psa"].values
 
     psa = draw_one()

@@ -43,10 +43,10 @@ def wall_figures(folder: Path) -> list[Path]:
     target.mkdir(exist_ok=True)
     with open_store(folder / "calibrate.nc") as store:
         curves = (_forces(store), _with_stick(store), _energy(store))
-        drawn = [one.write_png(target) for one in curves]
+        drawn = [one.write(target) for one in curves]
         drawn.append(_line_load(target / "wall_line_load.png", store))
         if store.sizes["case"] > 1:
-            drawn.append(_damping(target / "wall_damping.png", store))
+            drawn.append(_damping(target / "wall_damping.svg", store))
     return sorted(drawn)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -13,9 +12,9 @@ from impactfem.plot.curves import Curve, CurveFigure
 from impactfem.plot.floor_products import floor_page
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
 from impactfem.spectra.statistics import over_members
-from impactfem.stages.design.products import DesignProducts, design_products_of
+from impactfem.stages.design.products import DesignProducts
 from impactfem.stages.design.store import largest_impact
-from impactfem.stages.stores import names_of, of_run, open_store
+from impactfem.stages.stores import names_of
 
 PANEL = (2.5, 2.1)
 """Width and height of a floor's panel [inch]."""
@@ -40,29 +39,16 @@ def design_figures(folder: Path, products: DesignProducts) -> list[Path]:
     source = products.case.source
     files = []
     for x, d in np.ndindex(len(source.directions), len(source.damping)):
-        files.append(_case_page(products, d, x).write_png(target))
+        files.append(_case_page(products, d, x).write(target))
         if products.members is not None:
-            files.append(_ensemble_page(products, d, x).write_png(target))
+            files.append(_ensemble_page(products, d, x).write(target))
     if "device" in products.store.dims:
-        files.append(target / "design_device_force.png")
+        files.append(target / "design_device_force.svg")
         _force_figure(files[-1], products.store)
     return files
 
 
-def design_curves(folder: Path) -> list[CurveFigure]:
-    """Design spectra along the shown direction at the first damping, for the report."""
-    wanted = json.loads(of_run(folder, "case.json").read_text(encoding="utf-8"))["spectra"]
-    broadening, clipping = wanted["broadening"], wanted["clipping"]
-    # A ratio down and one up is a list in JSON.
-    sides = tuple(broadening) if isinstance(broadening, list) else broadening
-    with open_store(folder / "design.nc") as store:
-        made = design_products_of(store, of_run(folder, "pounding.nc"), sides, clipping)
-        shown = names_of(store, "direction").index(store.attrs["shown_direction"])
-        return [_case_page(made, 0, shown)]
-
-
 def _case_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
-    """The case's motion; the page has the statistics over an ensemble in addition."""
     design = products.case
     caption = (
         f"under the case's motion: envelope of {_points(products)} of each floor of the 3D model "
@@ -84,7 +70,7 @@ def _case_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
             curves.append(Curve(*whole, "3D, all vertices, computed", GREEN, width=0.7))
         ends, zpa = design.frequency[[0, -1]], design.zpa[s, x].repeat(2)
         curves.append(Curve(ends, zpa, "", BLUE, ":", width=0.8))
-        floors.append([*curves, *_statistics(products, place, further=True)])
+        floors.append(curves)
     return _page("design_spectra", products, d, x, caption, floors)
 
 
@@ -108,12 +94,10 @@ def _ensemble_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
     return _page("design_ensemble", products, d, x, caption, floors)
 
 
-def _statistics(
-    products: DesignProducts, place: tuple[int, int, int], *, further: bool = False
-) -> list[Curve]:
+def _statistics(products: DesignProducts, place: tuple[int, int, int]) -> list[Curve]:
     found = products.statistics
     return [
-        Curve(found[n].frequency, found[n].psa[place], label, colour, dash, 1.3, further=further)
+        Curve(found[n].frequency, found[n].psa[place], label, colour, dash, 1.3)
         for n, label, colour, dash in STATISTICS
         if n in found
     ]

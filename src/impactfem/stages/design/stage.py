@@ -10,7 +10,7 @@ from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.selection import with_contact_of_run
 from impactfem.stages.design.checks import design_checks
-from impactfem.stages.design.figures import design_curves, design_figures
+from impactfem.stages.design.figures import design_figures
 from impactfem.stages.design.products import design_products_of, write_design_products
 from impactfem.stages.device.stage import DEVICE
 from impactfem.stages.ensemble.stage import ENSEMBLE
@@ -100,7 +100,6 @@ DESIGN = Stage(
     stores={"design": "design.nc"},
     compute=_compute,
     draw=_draw,
-    curves=design_curves,
     checks=lambda case, folder: design_checks(folder),
     lacks=lambda case: "transient" if case.transient is None else None,
     needs=_needs,

@@ -83,20 +83,14 @@ def device_figures(folder: Path) -> list[Path]:
     with meanwhile(lambda: device_pictures(folder)) as pictures, open_stores(folder) as opened:
         store = loaded(opened("device.nc"))
         building = opened("building.nc") if (folder / "building.nc").is_file() else None
-        drawn = [one.write_png(target) for one in _curves(store)]
-        drawn.append(_damping_figure(target / "figure_28_damping.png", store))
+        drawn = [one.write(target) for one in _curves(store)]
+        drawn.append(_damping_figure(target / "figure_28_damping.svg", store))
         for device in names_of(store, "device"):
             for stem, draw in _of_device(store, device, building).items():
-                path = target / f"{file_stem(store, stem, device)}.png"
+                path = target / f"{file_stem(store, stem, device)}.svg"
                 draw(path, store, device)
                 drawn.append(path)
     return sorted([*drawn, *pictures()])
-
-
-def device_curves(folder: Path) -> list[CurveFigure]:
-    """Figures 27 and 29 of all devices, for the report; argument as above."""
-    with open_stores(folder) as opened:
-        return _curves(loaded(opened("device.nc")))
 
 
 def _curves(store: xr.Dataset) -> list[CurveFigure]:

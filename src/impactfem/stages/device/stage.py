@@ -15,7 +15,7 @@ from impactfem.stages.calibrate.selection import (
 )
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.device.checks import device_checks
-from impactfem.stages.device.figures import device_curves, device_figures
+from impactfem.stages.device.figures import device_figures
 from impactfem.stages.device.tables import device_tables
 from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING
@@ -102,7 +102,6 @@ DEVICE = Stage(
     drawn_by=("figures", "tables"),
     stores={"device": "device.nc"},
     compute=_compute,
-    curves=device_curves,
     draw=lambda case, folder: [
         *device_tables(folder, published_values(case)),
         *device_figures(folder),

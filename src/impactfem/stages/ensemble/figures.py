@@ -26,7 +26,7 @@ def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]
             (folder / part).mkdir(exist_ok=True)
         table = bands(store, published)
         files = [table.comparing({"published", "inside"}).write_csv(folder / "tables")]
-        files.append(_spectra_figure(store).write_png(folder / "figures"))
+        files.append(_spectra_figure(store).write(folder / "figures"))
     if all(row[-2] is None for row in table.rows):
         return files
     rows = [row for row in table.rows[::-1] if row[-2] is not None and float(row[-2]) != 0.0]
@@ -34,7 +34,7 @@ def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]
         "Ensemble over published value: median, 16 % to 84 % (thick) and 5 % to 95 % (thin). "
         "Blue: the published value, 1, is inside 5 % to 95 %; red: outside."
     )
-    path, size = folder / "figures" / "ensemble_published.png", (7.5, 0.26 * len(rows) + 0.8)
+    path, size = folder / "figures" / "ensemble_published.svg", (7.5, 0.26 * len(rows) + 0.8)
     with figure(path, (1, 1), size, caption) as (_, axes):
         panel = axes[0]
         for y, row in enumerate(rows):
@@ -101,14 +101,8 @@ def bands(store: xr.Dataset, published: Mapping[str, float]) -> Table:
     )
 
 
-def ensemble_curves(folder: Path) -> list[CurveFigure]:
-    """The floor spectra with their bands, for the report; argument as `ensemble_results`."""
-    with open_store(folder / "ensemble.nc") as store:
-        return [_spectra_figure(store)]
-
-
 def _spectra_figure(store: xr.Dataset) -> CurveFigure:
-    """Median and band of some floors; the page has all other percentiles in addition."""
+    """Median and bands of some floors."""
     direction = str(store.attrs["shown_direction"])
     spectra = store.sel(direction=direction).isel(damping=0)
     floors = store["station_floor"].values
@@ -117,7 +111,8 @@ def _spectra_figure(store: xr.Dataset) -> CurveFigure:
     caption = (
         f"Floor response spectra ({100 * damping:g} % damping) of building "
         f"{store.attrs['studied_building']} along $e_{direction}$ over {store.sizes['motion']} "
-        "motions: median and 16 % to 84 %, with pounding and without contact."
+        "motions, with pounding and without contact: median, 16 % to 84 % (shaded) and 5 % to 95 % "
+        "(dotted)."
     )
     panels = [
         Panel(
@@ -142,12 +137,10 @@ def _spectra_figure(store: xr.Dataset) -> CurveFigure:
 
 
 def _with_band(spectra: xr.DataArray, colour: str, label: str) -> list[Curve]:
-    """The median with the band from 16 % to 84 %, and the other percentiles."""
+    """The median with the band from 16 % to 84 %, and from 5 % to 95 % between dotted lines."""
     frequency = spectra["frequency"].values
     low, middle, high = (spectra.sel(percentile=q).values for q in (16.0, 50.0, 84.0))
     curves = [Curve(frequency, middle, label, colour, band=(low, high))]
-    for q in spectra["percentile"].values:
-        if q != 50.0:
-            y, name = spectra.sel(percentile=q).values, f"{label}, {q:g} %"
-            curves.append(Curve(frequency, y, name, colour, ":", further=True))
+    for q in (5.0, 95.0):
+        curves.append(Curve(frequency, spectra.sel(percentile=q).values, "", colour, ":", 0.7))
     return curves

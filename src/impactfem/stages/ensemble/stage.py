@@ -10,7 +10,7 @@ from impactfem.plot.floor_products import write_floor_products
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.selection import with_contact_of_run
 from impactfem.stages.ensemble.compute import run_ensemble
-from impactfem.stages.ensemble.figures import ensemble_checks, ensemble_curves, ensemble_results
+from impactfem.stages.ensemble.figures import ensemble_checks, ensemble_results
 from impactfem.stages.ensemble.store import write_ensemble
 from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING, motions_key
@@ -76,7 +76,6 @@ ENSEMBLE = Stage(
     stores={"ensemble": "ensemble.nc"},
     compute=_compute,
     draw=_draw,
-    curves=ensemble_curves,
     checks=lambda case, folder: ensemble_checks(folder, _published(case)),
     lacks=lambda case: "ensemble" if case.ensemble is None else None,
     needs=lambda case: (POUNDING,),

@@ -43,7 +43,7 @@ def stick_figures(folder: Path) -> list[Path]:
     """
     target = folder / "figures"
     target.mkdir(exist_ok=True)
-    drawn = [target / name for name in ("figure_02_case.png", "figure_03_stick.png")]
+    drawn = [target / name for name in ("figure_02_case.svg", "figure_03_stick.svg")]
     with (
         open_store(folder / "motion.nc") as motion,
         open_store(folder / "pounding.nc") as sticks,
@@ -53,23 +53,10 @@ def stick_figures(folder: Path) -> list[Path]:
         stick_figure(drawn[1], sticks)
         curves = [_response(sticks), _floor_spectra(sticks)]
         if sticks.sizes["pair"]:
-            drawn.append(target / "figure_05_contact.png")
+            drawn.append(target / "figure_05_contact.svg")
             contact_figure(drawn[-1], sticks, forces)
             curves.append(_forces(sticks, forces))
-        return [*drawn, *(one.write_png(target) for one in curves)]
-
-
-def stick_curves(folder: Path) -> list[CurveFigure]:
-    """Ground motion, floor spectra and impact forces, for the report; argument as above."""
-    with open_store(folder / "pounding.nc") as sticks, open_store(folder / "forces.nc") as forces:
-        direction = str(sticks.attrs["shown_direction"])
-        ground = Curve(sticks["time"].values, sticks["ground"].sel(axis=direction).values, "ground")
-        panel = Panel("time [s]", "acceleration [m/s²]", [ground])
-        motion = CurveFigure(
-            "motion", f"Ground acceleration along $e_{direction}$.", [panel], columns=1
-        )
-        hit = bool(forces["force"].size) and float(abs(forces["force"]).max()) > 0.0
-        return [motion, _floor_spectra(sticks), *([_forces(sticks, forces)] if hit else [])]
+        return [*drawn, *(one.write(target) for one in curves)]
 
 
 def _response(sticks: xr.Dataset) -> CurveFigure:
@@ -126,7 +113,7 @@ def _forces(sticks: xr.Dataset, forces: xr.Dataset) -> CurveFigure:
         if str(other["pair"].item()) != name and float(abs(other).max()) > 0.0:
             label = str(other["pair"].item()).replace("-", " and ")
             colour = BUILDINGS[(k + 1) % len(BUILDINGS)]
-            whole.append(Curve(time, other.values, label, colour, further=True))
+            whole.append(Curve(time, other.values, label, colour, "--", width=0.8))
     near: list[Curve] = []
     impacts = sticks.isel(impact=sticks["impact_pair"] == name)
     if impacts.sizes["impact"]:
@@ -143,7 +130,7 @@ def _forces(sticks: xr.Dataset, forces: xr.Dataset) -> CurveFigure:
     )
     axes = ("time [s]", "impact force [MN]")
     note = "" if near else "no impact"
-    panels = [Panel(*axes, whole, legend=""), Panel(*axes, near, room=0.25, note=note)]
+    panels = [Panel(*axes, whole, room=0.1), Panel(*axes, near, room=0.25, note=note)]
     return CurveFigure("figure_09_forces", caption, panels, size=(9.0, 3.2))
 
 

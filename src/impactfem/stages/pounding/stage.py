@@ -15,7 +15,7 @@ from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.inputs import inputs_key, tolerances
 from impactfem.stages.pounding.checks import facing_checks, stick_checks
 from impactfem.stages.pounding.compute import STEPS, run_sticks
-from impactfem.stages.pounding.figures import stick_curves, stick_figures
+from impactfem.stages.pounding.figures import stick_figures
 from impactfem.stages.pounding.store import write_motion, write_sticks
 from impactfem.stages.pounding.tables import stick_tables
 from impactfem.stages.stage import DRAWING, Stage
@@ -85,7 +85,6 @@ POUNDING = Stage(
     stores={"pounding": "pounding.nc", "motion": "motion.nc", "forces": "forces.nc"},
     compute=_compute,
     draw=_draw,
-    curves=stick_curves,
     checks=lambda case, folder: [
         *stick_checks(folder, case.pounding.points_per_impact, tolerances(case)),
         *facing_checks(folder, case),

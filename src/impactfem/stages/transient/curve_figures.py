@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,7 @@ from impactfem.plot.style import (
     ordered_looks,
 )
 from impactfem.spectra.design import ENDED
-from impactfem.stages.stores import open_stores, time_step
+from impactfem.stages.stores import time_step
 from impactfem.stages.transient.physics import force_spectra, power_spectrum
 from impactfem.stages.transient.selection import (
     at_floor,
@@ -32,7 +31,6 @@ from impactfem.stages.transient.selection import (
     of_kind,
     of_sticks,
     plates_note,
-    shown,
     shown_line,
     transfer,
     wave_floor,
@@ -48,12 +46,6 @@ SHOWN_EDGES = 3
 DECADES = 5.0
 """Decades of a power spectral density that are shown."""
 PSA = "pseudo-acceleration [m/s²]"
-
-
-def transient_curves(folder: Path) -> list[CurveFigure]:
-    """Figures 13, 15 and 19 of the stores of a run, for the report."""
-    with open_stores(folder) as opened:
-        return list(spectra_figures(shown(opened("transient.nc")), opened("pounding.nc")))
 
 
 def probe_figures(response: xr.Dataset, sticks: xr.Dataset) -> Iterator[CurveFigure]:
@@ -282,19 +274,14 @@ def spectra_figures(response: xr.Dataset, sticks: xr.Dataset) -> Iterator[CurveF
     d, percent = response["component"].item(), f"{100 * response['damping'].item():g} % damping"
     line, edges = of_kind(response, "line"), of_kind(response, "edge")
     if line.sizes["probe"]:
-        # The page has the spectra of all probes of the line.
-        drawn = set(shown_line(response)["probe"].values)
-        further = [probe not in drawn for probe in line["probe"].values]
-        shades = iter(ordered_looks(len(drawn)))
+        line = shown_line(response)
         caption = (
             f"Figure 15: Floor response spectra ({percent}) along $e_{d}$ of floor "
             f"{wave_floor(response)} at distances d from its impact edge: displacement (a) and "
-            f"pseudo-acceleration (b).{_note(line.isel(probe=~np.array(further)))}"
-            f"{plates_note(response)}"
+            f"pseudo-acceleration (b).{_note(line)}{plates_note(response)}"
         )
         labels = [f"d = {distance:.1f} m" for distance in line["distance"].values]
-        looks = [{"color": "0.6", "ls": ":"} if late else next(shades) for late in further]
-        panels = _both(line, labels, looks, further=further)
+        panels = _both(line, labels, ordered_looks(len(labels)))
         yield CurveFigure("figure_15_across_spectra", caption, panels)
     if edges.sizes["probe"]:
         caption = (
@@ -308,34 +295,33 @@ def spectra_figures(response: xr.Dataset, sticks: xr.Dataset) -> Iterator[CurveF
 
 
 def centre_spectrum(response: xr.Dataset, sticks: xr.Dataset) -> CurveFigure:
-    """Figure 13: the spectrum of the top floor's mass centre, 3D and sticks.
-
-    The page has those of all other mass centres and points in addition.
-    """
+    """Figure 13: the spectrum of the top floor's mass centre, 3D and sticks, and of the others."""
     top = wave_floor(response)
     centre = at_floor(response, "centre", top)
     other = of_sticks(sticks, "psa", response)
     caption = (
         "Figure 13: Floor response spectrum (pseudo-acceleration, "
         f"{100 * response['damping'].item():g} % damping) along "
-        f"$e_{response['component'].item()}$ at the mass centre of floor {top}: 3D model and "
-        f"sticks.{_note(centre.expand_dims('probe'))}{plates_note(response)}"
+        f"$e_{response['component'].item()}$ at the mass centre of floor {top}, 3D model and "
+        "sticks (a), and at those of all floors and user-defined points, 3D model (b)."
+        f"{_note(centre.expand_dims('probe'))}{plates_note(response)}"
     )
     curves = [] if other is None else _with_peak(_spectrum(other, "sticks", (RED, "--")))
     curves += _with_peak(_spectrum(centre["psa"], "3D", (BLUE, "-"), centre["psa_band"]))
-    good = known(response)
-    points = [
-        (f"floor {psa['probe_floor'].item()}, mass centre", psa)
-        for psa in of_kind(good, "centre")["psa"][::-1]
-        if psa["probe_floor"].item() != top
-    ]
-    points += [(str(p["probe"].item()).replace("_", " "), p) for p in of_kind(good, "point")["psa"]]
-    curves += [
-        _spectrum(psa, label, tuple(look.values()), further=True)
-        for look, (label, psa) in zip(ordered_looks(len(points)), points, strict=True)
-    ]
-    panel = _spectrum_panel(response, PSA, curves)
-    return CurveFigure("figure_13_centre_spectrum", caption, [panel], 1, (6.5, 4.0))
+    panels = [_spectrum_panel(response, PSA, curves)]
+    centres, points = (of_kind(response, kind)["psa"] for kind in ("centre", "point"))
+    others = [(f"floor {psa['probe_floor'].item()}", psa) for psa in centres]
+    looks = floor_looks(len(others))
+    others += [(str(psa["probe"].item()).replace("_", " "), psa) for psa in points]
+    looks += ordered_looks(len(points))
+    if len(others) > 1:
+        every = [
+            _spectrum(psa, label, tuple(look.values()))
+            for look, (label, psa) in zip(looks, others, strict=True)
+        ]
+        panels.append(_spectrum_panel(response, PSA, every, reverse=True))
+    size = (4.5 * len(panels) + 0.5, 3.8)
+    return CurveFigure("figure_13_centre_spectrum", caption, panels, len(panels), size)
 
 
 def _both(
@@ -343,17 +329,15 @@ def _both(
     labels: Sequence[str],
     looks: Sequence[dict[str, Any]],
     *,
-    further: Sequence[bool] = (),
     reverse: bool = False,
 ) -> list[Panel]:
     """Spectral displacement and pseudo-acceleration of probes."""
     # PSa = ω² Sd, and so are their error bands.
     band = probes["psa_band"] / (2.0 * np.pi * probes["frequency"]) ** 2
-    late = further or [False] * len(labels)
     displacement, acceleration = (
         [
-            _spectrum(one, label, tuple(look.values()), half, further=only)
-            for one, label, look, half, only in zip(values, labels, looks, bands, late, strict=True)
+            _spectrum(one, label, tuple(look.values()), half)
+            for one, label, look, half in zip(values, labels, looks, bands, strict=True)
         ]
         for values, bands in ((1e2 * probes["sd"], 1e2 * band), (probes["psa"], probes["psa_band"]))
     )
@@ -368,15 +352,13 @@ def _spectrum(
     label: str,
     look: Sequence[Any],
     band: xr.DataArray | None = None,
-    *,
-    further: bool = False,
 ) -> Curve:
     frequency, values = spectrum["frequency"].values, spectrum.values
     around = None
-    if band is not None and band.any() and not further:
+    if band is not None and band.any():
         around = (values - band.values, values + band.values)
     colour, dash = look
-    return Curve(frequency, values, label, colour, dash, band=around, further=further)
+    return Curve(frequency, values, label, colour, dash, band=around)
 
 
 def _with_peak(curve: Curve) -> list[Curve]:

@@ -44,7 +44,7 @@ def transient_figures(
     target.mkdir(exist_ok=True)
     with meanwhile(lambda: transient_pictures(folder)) as pictures, open_stores(folder) as opened:
         response = shown(opened("transient.nc"))
-        drawn = [one.write_png(target) for one in probe_figures(response, opened("pounding.nc"))]
+        drawn = [one.write(target) for one in probe_figures(response, opened("pounding.nc"))]
         makers: dict[str, Callable[[Path], None]] = {}
         on_line = of_kind(response, "line").sizes["probe"] > 1
         if main_impact(response) is not None and on_line:

@@ -18,7 +18,6 @@ from impactfem.stages.transient.checks import (
     stick_against_model,
     transient_checks,
 )
-from impactfem.stages.transient.curve_figures import transient_curves
 from impactfem.stages.transient.figures import transient_figures
 from impactfem.stages.transient.physics import physics_scalars
 from impactfem.stages.transient.tables import transient_tables
@@ -140,7 +139,6 @@ TRANSIENT = Stage(
     stores={"transient": "transient.nc", "maps": "transient_maps.nc"},
     compute=_compute,
     draw=_draw,
-    curves=transient_curves,
     checks=_checks,
     announces=_announce,
     lacks=lambda case: "transient" if case.transient is None else None,
