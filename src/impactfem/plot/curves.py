@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,10 @@ SAMPLES = 2400
 """Points of a curve at most: twice what can be told apart; extremes of each interval are kept."""
 ENTRY = 1.5
 """Width of an entry of a legend above the panels [inch]."""
+NONE: Mapping[str, float] = MappingProxyType({})
+"""Published values of a case without a publication."""
+SIZES = {"*": 11.0, "^": 8.0}
+"""Of markers that are no samples of a curve, as published values [point]."""
 BAND = 0.3
 """Opacity of a band."""
 
@@ -33,7 +38,7 @@ class Curve:
     y: Array  #: shape (n,)
     label: str = ""  #: its name in the legend; "" for none
     colour: Any = BLUE  #: as matplotlib takes it
-    dash: str = "-"  #: as matplotlib takes it; "" for points alone
+    dash: Any = "-"  #: as matplotlib takes it; "" for points alone
     width: float = 1.0  #: of the line
     marker: str = ""  #: as matplotlib takes it; "" for none
     #: Lower and upper values of a band, shape (n,) each; None for none.
@@ -72,7 +77,8 @@ class Panel:
                 axes.fill_between(one.x, *one.band, color=one.colour, alpha=BAND, lw=0.0)
             look: dict[str, Any] = {"color": one.colour, "ls": one.dash or "none", "lw": one.width}
             points = (one.x, one.y) if "x" in self.log else thinned(one.x, one.y)
-            axes.plot(*points, marker=one.marker, ms=4.0, label=one.label or None, **look)
+            look |= {"marker": one.marker, "ms": SIZES.get(one.marker, 4.0)}
+            axes.plot(*points, label=one.label or None, **look)
         if "x" in self.log:
             axes.set_xscale("log")
         if "y" in self.log:
@@ -152,6 +158,44 @@ class CurveFigure:
                 across = math.ceil(len(labels) / rows)
                 drawn.legend(handles, labels, loc="outside upper center", ncols=across)
         return path
+
+
+def published_point(
+    published: Mapping[str, float],
+    x: str,
+    y: str,
+    label: str = "",
+    colour: Any = "black",
+    scale: float = 1.0,
+) -> list[Curve]:
+    """A point whose coordinates are published; none where one of both is not.
+
+    Args:
+        published: Values in SI by the name of the result.
+        x: Name of the value along x.
+        y: Name of the value along y.
+        label: What it is of, as in the legend.
+        colour: Of the curve that it belongs to.
+        scale: Unit of the axis along y over the SI unit.
+    """
+    if x not in published or y not in published:
+        return []
+    place = np.array([published[x]]), np.array([scale * published[y]])
+    return [Curve(*place, _published(label), colour, "", marker="*")]
+
+
+def published_level(
+    published: Mapping[str, float], y: str, x: Array, label: str = "", scale: float = 1.0
+) -> list[Curve]:
+    """A published value as a line over the range of x; none where it is not published."""
+    if y not in published:
+        return []
+    level = np.full(2, scale * published[y])
+    return [Curve(x[[0, -1]], level, _published(label), "black", (0, (1, 3)), 1.4)]
+
+
+def _published(label: str) -> str:
+    return f"published, {label}" if label else "published"
 
 
 def thinned(x: Array, y: Array) -> tuple[Array, Array]:

@@ -104,7 +104,15 @@ def _sentence(panel: Axes, named: bool) -> str:
     (_, of_x), (_, of_y) = (_unit(one) for one in (x, y))
     text += f", {count} curve{'s' if count > 1 else ''}; "
     text += f"the largest value is {value:.4g}{of_y} at {place:.4g}{of_x}"
-    return f"{text} ({spoken(label)})." if label and count > 1 else f"{text}."
+    text += f" ({spoken(label)})" if label and count > 1 else ""
+    for line in panel.get_lines():
+        known, own = str(line.get_label()), np.asarray(line.get_ydata(), dtype=float)
+        if known.startswith("published") and own.size == 1:
+            at = np.asarray(line.get_xdata(), dtype=float).item()
+            text += f"; {spoken(known)}: {own.item():.4g}{of_y} at {at:.4g}{of_x}"
+        elif known.startswith("published") and np.ptp(own) == 0.0:
+            text += f"; {spoken(known)}: {own[0]:.4g}{of_y}"
+    return f"{text}."
 
 
 def _unit(label: str) -> tuple[str, str]:

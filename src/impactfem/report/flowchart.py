@@ -66,7 +66,10 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
     )
     target = folder / "figures"
     target.mkdir(parents=True, exist_ok=True)
-    with figure(target / FLOWCHART, (1, 1), (0.09 * across, ROW * len(rows)), caption) as (_, axes):
+    handed = "; ".join(f"{a} to {b}" for a, b in links)
+    seen = f"Boxes of the stages {', '.join(done)}{f', with arrows from {handed}' * bool(links)}."
+    size = (0.09 * across, ROW * len(rows))
+    with figure(target / FLOWCHART, (1, 1), size, caption, seen) as (_, axes):
         for name in [*done, *missing]:
             building, _, own = name.rpartition("/")
             lines = [ABSENT]

@@ -76,7 +76,7 @@ def test_with_pictures(transient_folder, monkeypatch):
     folder = transient_folder(loads=(), maps=False)
     pictures = [folder / "figures" / "figure_14_probes.png"]
     monkeypatch.setattr(transient_figures, "transient_pictures", lambda _: pictures)
-    monkeypatch.setattr(transient_figures, "probe_figures", lambda response, sticks: [])
+    monkeypatch.setattr(transient_figures, "probe_figures", lambda *_: [])
     assert transient_figures.transient_figures(folder) == pictures
 
 
@@ -136,9 +136,9 @@ def drawn(transient_folder, monkeypatch):
 
         return method
 
-    def figure(path, panels, size, caption):
+    def figure(path, panels, size, caption, seen):
         captions.append(caption)
-        return style.figure(path, panels, size, caption)
+        return style.figure(path, panels, size, caption, seen)
 
     def make(name, *, maps=True, **wanted):
         folder = transient_folder(**wanted)

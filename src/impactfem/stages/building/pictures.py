@@ -159,7 +159,14 @@ def _mesh(store: xr.Dataset, path: Path) -> Path:
     if side is not None and side.opened > 0.0:
         caption += f" Openings of the side: {side.opened:.4g} m²."
     widths = [WIDTH] * len(pictures) + [SIDE_WIDTH] * (side is not None)
-    with figure(path, (1, len(widths)), (sum(widths), 4.1), caption) as (drawn, axes):
+    names = ", ".join(label for label, _, _ in legend)
+    low, high = store["node_position"].min("node").values, store["node_position"].max("node").values
+    long, wide, tall = high - low
+    seen = f"A building of {long:.3g} m by {wide:.3g} m, {tall:.3g} m high, with {names}"
+    seen += (
+        "." if side is None else f", and its side at {side.axis} = {side.at:.4g} m in elevation."
+    )
+    with figure(path, (1, len(widths)), (sum(widths), 4.1), caption, seen) as (drawn, axes):
         grid = axes[0].get_gridspec()
         if grid is not None:
             grid.set_width_ratios(widths)
@@ -232,7 +239,12 @@ def _mode(store: xr.Dataset, mode: int, number: int, path: Path) -> Path:
         f"{store.attrs.get('building', '')}: {frequency:.3f} Hz. Black lines: floors at rest; "
         "displacement not to scale."
     )
-    with figure(path, (1, 1), (6.5, 4.6), caption) as (drawn, axes):
+    least, most = rest[np.argmin(length)], rest[np.argmax(length)]
+    seen = (
+        f"The deformed building; its displacement is largest at a height of {most[2]:.3g} m and "
+        f"least at {least[2]:.3g} m."
+    )
+    with figure(path, (1, 1), (6.5, 4.6), caption, seen) as (drawn, axes):
         show(axes[0], picture)
         scale = ScalarMappable(Normalize(0.0, 1.0), COLOURS)
         bar = drawn.colorbar(scale, ax=axes[0], shrink=0.7, aspect=25, pad=0.02)

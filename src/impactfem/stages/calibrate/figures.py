@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from matplotlib.ticker import MaxNLocator
 
-from impactfem.plot.curves import Curve, CurveFigure, Panel
+from impactfem.plot.curves import NONE, Curve, CurveFigure, Panel, published_point
 from impactfem.plot.floor_field import COLOURS
 from impactfem.plot.style import (
     BLUE,
@@ -37,12 +39,15 @@ CUT = 0.05
 MARKERS = "osD^vP*X"
 
 
-def wall_figures(folder: Path) -> list[Path]:
-    """Draw figures 6 and 7, line load, energies and what several dampings do; the files."""
+def wall_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[Path]:
+    """Draw figures 6 and 7, line load, energies and what several dampings do; the files.
+
+    Published values, in SI by the name of the result, are drawn with ours.
+    """
     target = folder / "figures"
     target.mkdir(exist_ok=True)
     with open_store(folder / "calibrate.nc") as store:
-        curves = (_forces(store), _with_stick(store), _energy(store))
+        curves = (_forces(store, published), _with_stick(store), _energy(store))
         drawn = [one.write(target) for one in curves]
         drawn.append(_line_load(target / "wall_line_load.png", store))
         if store.sizes["case"] > 1:
@@ -56,7 +61,7 @@ def _and(floors: list[int]) -> str:
     return f"floors {', '.join(first)} and {last}" if first else f"floor {last}"
 
 
-def _forces(store: xr.Dataset) -> CurveFigure:
+def _forces(store: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
     history, time = history_of(store, MODEL), store["time"].values
     colours = dict(zip(history.floors, floor_colours(len(history.floors)), strict=True))
     first, last = focus(store)
@@ -77,6 +82,17 @@ def _forces(store: xr.Dataset) -> CurveFigure:
         forces.append(Curve(time[shown], force, f"floor {floor}", colours[floor]))
         label = f"floor {floor}, {impulse.max():.3g} kN·s"
         impulses.append(Curve(time[shown], impulse, label, colours[floor]))
+    # The end of the impact is where the impulse, of the highest floor, has its value.
+    start, lasts, pushed = (
+        published.get(f"calibration.{name}")
+        for name in ("impact_time", "impact_duration", "impulse")
+    )
+    if start is not None and lasts is not None:
+        known = {"start": start, "end": start + lasts, "force": 0.0}
+        known |= {} if pushed is None else {"impulse": pushed}
+        forces += published_point(known, "start", "force", "first and last contact")
+        forces += [replace(one, label="") for one in published_point(known, "end", "force")]
+        impulses += published_point(known, "end", "impulse", f"floor {max(hitting)}", scale=1e-3)
     panels = [
         Panel("time [s]", label, curves, room=0.12, legend="upper left")
         for label, curves in (("contact force [MN]", forces), ("impulse [kN·s]", impulses))
@@ -166,7 +182,13 @@ def _line_load(path: Path, store: xr.Dataset) -> Path:
         f"{pushing.max():.3g} MN/m."
     )
     size = (2.7 * len(loads) + 1.2, 3.6)
-    with figure(path, (1, len(loads)), size, caption) as (drawn, axes):
+    most = max(loads, key=lambda floor: float(loads[floor].max()))
+    i, _ = np.unravel_index(loads[most].values.argmax(), loads[most].shape)
+    seen = (
+        f"Line load by colour over time and edge, of {len(loads)} floors: largest, "
+        f"{pushing.max():.3g} MN/m, on floor {most} at {1e3 * float(store['step'][i]):.4g} ms."
+    )
+    with figure(path, (1, len(loads)), size, caption, seen) as (drawn, axes):
         for panel, (floor, of_floor) in zip(axes, loads.items(), strict=True):
             mappable = panel.pcolormesh(
                 1e3 * of_floor["step"],

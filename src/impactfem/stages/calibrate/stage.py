@@ -61,7 +61,7 @@ CALIBRATE = Stage(
     compute=_compute,
     draw=lambda case, folder: [
         *wall_tables(folder, published_values(case)),
-        *wall_figures(folder),
+        *wall_figures(folder, published_values(case)),
     ],
     checks=lambda case, folder: wall_checks(folder),
     needs=lambda case: (REDUCE,),

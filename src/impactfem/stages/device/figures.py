@@ -9,7 +9,7 @@ in several ways.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,14 @@ import xarray as xr
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from impactfem.plot.curves import Curve, CurveFigure, Panel
+from impactfem.plot.curves import (
+    NONE,
+    Curve,
+    CurveFigure,
+    Panel,
+    published_level,
+    published_point,
+)
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter, span
 from impactfem.stages.device.model_figures import (
     drawing_of,
@@ -69,11 +76,12 @@ RIGID_COLOURS = {"none": "0.75", GUPTA: "0.45", LINDLEY_YOW: "#7a4fa3"}
 MARKERS = "os^Dvp*X"
 
 
-def device_figures(folder: Path) -> list[Path]:
+def device_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[Path]:
     """Draw figures 23 to 30 and the demand by damping into `figures/`; gives the files.
 
     Figures 23 to 27, 29 and 30 of further devices than the first have their names in the files.
     What the stores have no data for is left out, such as the position without `building.nc`.
+    Published values, in SI by the name of the result, are drawn with ours.
 
     Raises:
         ImpactfemError: A file cannot be written, or OpenGL is missing.
@@ -83,7 +91,7 @@ def device_figures(folder: Path) -> list[Path]:
     with meanwhile(lambda: device_pictures(folder)) as pictures, open_stores(folder) as opened:
         store = loaded(opened("device.nc"))
         building = opened("building.nc") if (folder / "building.nc").is_file() else None
-        drawn = [one.write(target) for one in _curves(store)]
+        drawn = [one.write(target) for one in _curves(store, published)]
         drawn.append(_damping_figure(target / "figure_28_damping.svg", store))
         for device in names_of(store, "device"):
             for stem, draw in _of_device(store, device, building).items():
@@ -93,9 +101,9 @@ def device_figures(folder: Path) -> list[Path]:
     return sorted([*drawn, *pictures()])
 
 
-def _curves(store: xr.Dataset) -> list[CurveFigure]:
-    makers = (_spectra_figure, _force_figure)
-    return [make(store, device) for make in makers for device in names_of(store, "device")]
+def _curves(store: xr.Dataset, published: Mapping[str, float]) -> list[CurveFigure]:
+    makers, devices = (_spectra_figure, _force_figure), names_of(store, "device")
+    return [make(store, device, published) for make in makers for device in devices]
 
 
 def _of_device(
@@ -126,7 +134,7 @@ def _dashes(case: int) -> str:
     return DASHES[(case - 1) % len(DASHES)] if case else "--"
 
 
-def _force_figure(store: xr.Dataset, device: str) -> CurveFigure:
+def _force_figure(store: xr.Dataset, device: str, published: Mapping[str, float]) -> CurveFigure:
     """Figure 27: the force without and with impacts, with the buildings' own damping."""
     axis, time = direction(store), store["time"].values
     caption = (
@@ -147,6 +155,10 @@ def _force_figure(store: xr.Dataset, device: str) -> CurveFigure:
             Curve(ends, np.full(2, level), *around),
             Curve(ends, np.full(2, -level), "", *around[1:]),
         ]
+        names = (load.scalar(f"f{axis}.{kind}") for kind in ("detailed", "rsa"))
+        for name, what in zip(names, ("in detail", "by spectrum"), strict=True):
+            words = f"{what}: {1e-3 * published.get(name, 0.0):.4g} kN"
+            curves += published_level(published, name, time, words, 1e-3)
         panels.append(Panel("time [s]", f"force $F_{axis}$ [kN]", curves, room=0.3))
     stem = file_stem(store, "figure_27_shear_force", device)
     return CurveFigure(stem, caption, panels, size=(9.0, 3.4))
@@ -186,7 +198,7 @@ def _damping_figure(path: Path, store: xr.Dataset) -> Path:
     return path
 
 
-def _spectra_figure(store: xr.Dataset, device: str) -> CurveFigure:
+def _spectra_figure(store: xr.Dataset, device: str, published: Mapping[str, float]) -> CurveFigure:
     """Figure 29: spectra of the floor at the anchor, without and with impacts, by damping case."""
     ratio = 100.0 * float(modes_of(store, device)["mode_damping"][0])
     caption = (
@@ -198,9 +210,12 @@ def _spectra_figure(store: xr.Dataset, device: str) -> CurveFigure:
     for impact in LOADS:
         curves = []
         for case, look in _looks(store).items():
-            psa = Load(store, device, impact, case).psa
+            load = Load(store, device, impact, case)
+            psa = load.psa
             peak = f"{float(psa.max()):.3g} m/s² at {float(psa.idxmax('frequency')):.3g} Hz"
             curves.append(Curve(psa["frequency"].values, psa.values, f"{case}: {peak}", *look))
+            key = load.scalar("frs.peak")
+            curves += published_point(published, f"{key}_frequency", key, case, look[0])
         panel = Panel(
             "frequency [Hz]",
             "pseudo-acceleration [m/s²]",
@@ -279,7 +294,12 @@ def _demand_figure(path: Path, store: xr.Dataset, device: str) -> None:
     if not all(load.was_done(choice) for _, choice, _ in kinds for load in every):
         caption += NOT_DONE
     width = 0.8 / len(kinds)
-    with figure(path, (2, 2), (9.0, 5.8), caption) as (drawn, axes):
+    most = max(every, key=lambda load: load.detailed)
+    seen = (
+        f"Bars for {len(cases)} dampings and {len(kinds)} analyses; the largest force in detail is "
+        f"{1e-3 * most.detailed:.4g} kN ({most.case})."
+    )
+    with figure(path, (2, 2), (9.0, 5.8), caption, seen) as (drawn, axes):
         for forces, differences, impact in zip(axes[:2], axes[2:], LOADS, strict=True):
             for k, (label, choice, colour) in enumerate(kinds):
                 at = np.arange(len(cases)) + (k - 0.5 * (len(kinds) - 1)) * width

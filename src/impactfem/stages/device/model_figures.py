@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
+from impactfem.plot.words import spoken
 from impactfem.stages.device.selection import anchor_of, direction, shown_modes
 
 Array = NDArray[np.float64]
@@ -104,7 +105,9 @@ def modes_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> 
     arm = outline - np.array([0.0, drawn.height])
     # So wide that the width of the panel, not its height, gives the scale.
     reach = max(float(np.abs(outline[:, 0]).max()) + 1.35 * AMPLITUDE * top, 0.95 * top)
-    with figure(path, (1, count), (max(2.9 * count, 4.0), 3.5), caption) as (_, axes):
+    listed = ", ".join(f"{f:.2f} Hz" for f in modes["mode_frequency"].values)
+    seen = f"Outlines of {device}, displaced and rotated, beside those at rest: modes of {listed}."
+    with figure(path, (1, count), (max(2.9 * count, 4.0), 3.5), caption, seen) as (_, axes):
         for panel, k in zip(axes, modes["mode"], strict=True):
             shift, slope = drawn.shift[int(k) - 1], drawn.slope[int(k) - 1]
             # The body turns about its mass centre, the last level.
@@ -140,7 +143,11 @@ def elements_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) 
     )
     outline, top = drawn.outline, drawn.top
     half = float(np.abs(outline[:, 0]).max())
-    with figure(path, (1, 1), (6.5, 4.4), caption) as (drawing, (panel, *_)):
+    seen = (
+        f"An outline {2.0 * half:.3g} m wide and {top:.3g} m high, with its mass centre at "
+        f"{drawn.height:g} m above springs and rigid links to the floor."
+    )
+    with figure(path, (1, 1), (6.5, 4.4), caption, seen) as (drawing, (panel, *_)):
         panel.fill(outline[:, 0], outline[:, 1], color=RED, alpha=0.12)
         panel.plot(outline[:, 0], outline[:, 1], color=RED, lw=1.0, label="body, rigid")
         if not math.isnan(drawn.beam):
@@ -197,7 +204,11 @@ def model_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> 
             strict=True,
         )
     ]
-    with figure(path, (1, 1), (6.5, 4.4), caption) as (_, (panel, *_)):
+    seen = (
+        f"A mass {spoken(body)} on a {spoken(carrier)}, on a spring along {axis} and one about "
+        f"{about}. {'; '.join(lines)}."
+    ).replace("\n", ", ")
+    with figure(path, (1, 1), (6.5, 4.4), caption, seen) as (_, (panel, *_)):
         # The spring along: a zigzag from a wall on the left to the base.
         across = np.array([0, 0, 1, -1, 1, -1, 1, -1, 0, 0]) * 0.12
         panel.plot(np.linspace(-1.5, -0.4, across.size), across, color=ORANGE, lw=1.6)

@@ -129,7 +129,12 @@ def position_figure(path: Path, store: xr.Dataset, device: str, building: xr.Dat
         f"at ({point[0]:g}, {point[1]:g}, {point[2]:g}) m (a), and its rigid connection to "
         f"{count} node{'s' * (count > 1)} of the mesh (b)."
     )
-    with figure(path, (1, 2), (9.0, 3.7), caption) as (drawn, axes):
+    seen = (
+        f"Plan of floor {number}, {width:.3g} m by {depth:.3g} m, with {device} at x = "
+        f"{point[0]:.4g} m, y = {point[1]:.4g} m; and the mesh around it with {count} rigid "
+        f"link{'s' * (count > 1)}."
+    )
+    with figure(path, (1, 2), (9.0, 3.7), caption, seen) as (drawn, axes):
         grid = axes[0].get_gridspec()
         if grid is not None:
             grid.set_width_ratios((1.7, 1.0))
@@ -214,7 +219,11 @@ def _draw(folder: Path) -> list[Path]:
             whole = render(scene, nodes, impact_view(building))
             near = _near(Floor(building, number), point, count, *device_size(store, device))
             drawn.append(target / f"{file_stem(store, 'figure_23_model', device)}.png")
-            with figure(drawn[-1], (1, 2), (9.0, 4.0), caption) as (sheet, axes):
+            seen = (
+                f"The building, with {device} as a ball on floor {number}; and its body on the "
+                f"slab, with {count} rigid link{'s' * (count > 1)} and the beams around it."
+            )
+            with figure(drawn[-1], (1, 2), (9.0, 4.0), caption, seen) as (sheet, axes):
                 show(axes[0], whole)
                 note(axes[0], whole, point, device)
                 show(axes[1], near)

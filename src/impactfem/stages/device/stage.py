@@ -104,7 +104,7 @@ DEVICE = Stage(
     compute=_compute,
     draw=lambda case, folder: [
         *device_tables(folder, published_values(case)),
-        *device_figures(folder),
+        *device_figures(folder, published_values(case)),
     ],
     checks=lambda case, folder: device_checks(folder),
     lacks=_lacks,

@@ -35,7 +35,9 @@ def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]
         "Blue: the published value, 1, is inside 5 % to 95 %; red: outside."
     )
     path, size = folder / "figures" / "ensemble_published.svg", (7.5, 0.26 * len(rows) + 0.8)
-    with figure(path, (1, 1), size, caption) as (_, axes):
+    outside = [str(row[0]) for row in rows if row[-1] != "yes"]
+    seen = f"{len(rows)} bars over one another; outside: {', '.join(outside) or 'none'}."
+    with figure(path, (1, 1), size, caption, seen) as (_, axes):
         panel = axes[0]
         for y, row in enumerate(rows):
             paper = float(row[-2] or 1.0)

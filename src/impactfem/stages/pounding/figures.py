@@ -5,6 +5,7 @@ What is modelled is drawn in figures 2 (the case), 3 (stick and first mode) and 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from impactfem.plot.curves import Curve, CurveFigure, Panel
+from impactfem.plot.curves import NONE, Curve, CurveFigure, Panel, published_point
 from impactfem.plot.style import (
     BLUE,
     BUILDINGS,
@@ -36,10 +37,11 @@ MOST_ROOM = 4.0
 """Of a pair of points in figure 5 [m]."""
 
 
-def stick_figures(folder: Path) -> list[Path]:
+def stick_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[Path]:
     """Draw figures 2, 3, 5, 8, 9 and 10 into `figures/`; the files.
 
-    Those about impacts are left out when nothing can touch.
+    Those about impacts are left out when nothing can touch. Published values, in SI by the name of
+    the result, are drawn with ours.
     """
     target = folder / "figures"
     target.mkdir(exist_ok=True)
@@ -51,11 +53,11 @@ def stick_figures(folder: Path) -> list[Path]:
     ):
         case_figure(drawn[0], motion, sticks, forces)
         stick_figure(drawn[1], sticks)
-        curves = [_response(sticks), _floor_spectra(sticks)]
+        curves = [_response(sticks), _floor_spectra(sticks, published)]
         if sticks.sizes["pair"]:
             drawn.append(target / "figure_05_contact.svg")
             contact_figure(drawn[-1], sticks, forces)
-            curves.append(_forces(sticks, forces))
+            curves.append(_forces(sticks, forces, published))
         return [*drawn, *(one.write(target) for one in curves)]
 
 
@@ -104,7 +106,7 @@ def _response(sticks: xr.Dataset) -> CurveFigure:
     return CurveFigure("figure_08_response", caption, panels, size=(9.0, 5.6))
 
 
-def _forces(sticks: xr.Dataset, forces: xr.Dataset) -> CurveFigure:
+def _forces(sticks: xr.Dataset, forces: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
     time, every = forces["time"].values, 1e-6 * forces["force"].transpose("pair", "time")
     force = every.isel(pair=every.max("time").argmax("pair"))
     name, dt = str(force["pair"].item()), time[1] - time[0]
@@ -114,6 +116,9 @@ def _forces(sticks: xr.Dataset, forces: xr.Dataset) -> CurveFigure:
             label = str(other["pair"].item()).replace("-", " and ")
             colour = BUILDINGS[(k + 1) % len(BUILDINGS)]
             whole.append(Curve(time, other.values, label, colour, "--", width=0.8))
+    floor = forces["floor_a"].values[forces["pair"].values == name].item()
+    key = "pounding.main_impact_time", f"pounding.peak_force.floor_{floor}"
+    whole += published_point(published, *key, scale=1e-6)
     near: list[Curve] = []
     impacts = sticks.isel(impact=sticks["impact_pair"] == name)
     if impacts.sizes["impact"]:
@@ -134,7 +139,7 @@ def _forces(sticks: xr.Dataset, forces: xr.Dataset) -> CurveFigure:
     return CurveFigure("figure_09_forces", caption, panels, size=(9.0, 3.2))
 
 
-def _floor_spectra(sticks: xr.Dataset) -> CurveFigure:
+def _floor_spectra(sticks: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
     direction = str(sticks.attrs["shown_direction"])
     studied = str(sticks.attrs["studied_building"])
     spectra = sticks.sel(direction=direction).isel(damping=0)
@@ -146,24 +151,18 @@ def _floor_spectra(sticks: xr.Dataset) -> CurveFigure:
         "without contact (b)."
     )
     looks = floor_looks(floors.sizes["station"])
-    panels = [
-        Panel(
-            "frequency [Hz]",
-            "pseudo-acceleration [m/s²]",
-            [
-                Curve(frequency, psa.values, f"floor {psa.station_floor.item()}", *look.values())
-                for look, psa in zip(
-                    looks, floors[name].transpose("station", "frequency"), strict=True
-                )
-            ],
-            log="x",
-            bottom=0.0,
-            room=0.05,
-            legend=legend,
-            reverse=True,
-        )
-        for name, legend in (("psa", ""), ("psa_free", "upper right"))
-    ]
+    panels = []
+    for name, known in (("psa", published), ("psa_free", NONE)):
+        curves: list[Curve] = []
+        spectra_of_floors = floors[name].transpose("station", "frequency")
+        for look, psa in zip(looks, spectra_of_floors, strict=True):
+            floor = f"floor {psa.station_floor.item()}"
+            curves.append(Curve(frequency, psa.values, floor, *look.values()))
+            key = f"frs.{floor.replace(' ', '_')}.peak"
+            curves += published_point(known, f"{key}_frequency", key, floor, look["color"])
+        options: dict[str, Any] = {"log": "x", "bottom": 0.0, "room": 0.05, "reverse": True}
+        options["legend"] = "upper left" if name == "psa" else ""
+        panels.append(Panel("frequency [Hz]", "pseudo-acceleration [m/s²]", curves, **options))
     return CurveFigure("figure_10_floor_spectra", caption, panels, alike=True)
 
 
@@ -302,7 +301,11 @@ def stick_figure(path: Path, sticks: xr.Dataset) -> None:
         "floors, their mass centres and the Timoshenko storeys between them, and its first mode "
         f"of bending along $e_{direction}$, about $e_{axis}$ (c)."
     )
-    with figure(path, (1, 2), (6.5, 4.6), caption) as (_, axes):
+    seen = (
+        f"A vertical line with {len(building.floors)} floors between heights of "
+        f"{building.base:.4g} m and {building.top:.4g} m, straight and bent to one side."
+    )
+    with figure(path, (1, 2), (6.5, 4.6), caption, seen) as (_, axes):
         _draw_stick(axes[0], building)
         for z, number in zip(building.floors, building.numbers, strict=True):
             axes[0].text(0.12, z, f"floor {number}", va="center", fontsize=7.5)
@@ -356,7 +359,11 @@ def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
             f" The laws are {' and '.join(laws)}: where not kelvin-voigt, K and C stand for forces "
             "that go with powers of the penetration."
         )
-    with figure(path, (1, 1), (6.5, 4.6), caption) as (_, axes):
+    seen = (
+        f"The sticks of {', '.join(names)}, with {forces.sizes['pair']} pairs of points between "
+        "them, each a spring above a dashpot and a gap."
+    )
+    with figure(path, (1, 1), (6.5, 4.6), caption, seen) as (_, axes):
         panel = axes[0]
         for position, name in enumerate(names):
             building = drawn[name]

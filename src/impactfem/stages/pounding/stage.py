@@ -12,7 +12,7 @@ from impactfem.stages.building.stage import target_models
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.selection import asks_calibration, with_contact_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
-from impactfem.stages.inputs import inputs_key, tolerances
+from impactfem.stages.inputs import inputs_key, published_values, tolerances
 from impactfem.stages.pounding.checks import facing_checks, stick_checks
 from impactfem.stages.pounding.compute import STEPS, run_sticks
 from impactfem.stages.pounding.figures import stick_figures
@@ -43,7 +43,7 @@ def _draw(case: Case, folder: Path) -> list[Path]:
         broadening=case.spectra.broadening,
         clipping=case.spectra.clipping,
     )
-    return [*stick_tables(folder), *stick_figures(folder), *products]
+    return [*stick_tables(folder), *stick_figures(folder, published_values(case)), *products]
 
 
 def _needs(case: Case) -> tuple[Stage, ...]:

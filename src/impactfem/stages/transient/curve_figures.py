@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +10,14 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.plot.curves import Curve, CurveFigure, Panel
+from impactfem.plot.curves import (
+    NONE,
+    Curve,
+    CurveFigure,
+    Panel,
+    published_level,
+    published_point,
+)
 from impactfem.plot.style import (
     BLUE,
     RED,
@@ -48,22 +55,27 @@ DECADES = 5.0
 PSA = "pseudo-acceleration [m/s²]"
 
 
-def probe_figures(response: xr.Dataset, sticks: xr.Dataset) -> Iterator[CurveFigure]:
-    """All figures of what `shown` gives, and of the sticks, as far as there is data for them."""
+def probe_figures(
+    response: xr.Dataset, sticks: xr.Dataset, published: Mapping[str, float] = NONE
+) -> Iterator[CurveFigure]:
+    """All figures of what `shown` gives, and of the sticks, as far as there is data for them.
+
+    Published values, in SI by the name of the result, are drawn with ours.
+    """
     hit = main_impact(response) is not None and response.sizes["edge"] > 0
     line, edges = (of_kind(response, kind).sizes["probe"] for kind in ("line", "edge"))
     if hit:
         yield _forces(response)
     yield _centre(response, sticks)
-    yield from spectra_figures(response, sticks)
+    yield from spectra_figures(response, sticks, published)
     if line:
         yield _across(response)
     if edges:
-        yield _edge(response)
+        yield _edge(response, published)
     if hit:
         yield _force_spectra(response)
     if response.sizes.get("transfer_load", 0) and line + edges:
-        yield _transfer(response)
+        yield _transfer(response, published)
 
 
 def focus(response: xr.Dataset) -> slice | None:
@@ -156,7 +168,7 @@ def _across(response: xr.Dataset) -> CurveFigure:
     return CurveFigure("figure_16_across", caption, panels, len(panels), (9.0, 3.6))
 
 
-def _edge(response: xr.Dataset) -> CurveFigure:
+def _edge(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
     """Figure 20: acceleration at the impact edge of the floor below the top, and its PSD."""
     floors = floors_of(response, "edge")
     floors = [floor for floor in floors if floor <= wave_floor(response)] or floors
@@ -174,6 +186,7 @@ def _edge(response: xr.Dataset) -> CurveFigure:
     curves = [
         _history(history, "", BLUE, width=0.8),
         _history(peak, label, "black", dash="", marker="o"),
+        *published_level(published, f"transient.pfa.edge_{floor}", history["time"].values),
     ]
     panels = [
         Panel("time [s]", f"acceleration $\\ddot u_{d}$ [m/s²]", curves, room=0.2),
@@ -223,7 +236,7 @@ def _density_panel(
     return Panel("frequency [Hz]", ylabel, curves, **look)
 
 
-def _transfer(response: xr.Dataset) -> CurveFigure:
+def _transfer(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
     """Figure 22: acceleration over the impact force of a floor."""
     edges = of_kind(response, "edge").isel(probe=slice(-SHOWN_EDGES, None))
     loads = response["transfer_load_floor"].values.tolist()[-2:]
@@ -252,6 +265,10 @@ def _transfer(response: xr.Dataset) -> CurveFigure:
         for size, bound, label, colour in zip(sizes, bounds, labels, colours, strict=True):
             within = np.where(bound < size, bound, 0.0)
             curves.append(Curve(f, size, label, colour, band=(size - within, size + within)))
+        # Published is the largest value at the edge that the force acts on.
+        if probes is edges:
+            name, label = f"transient.transfer.floor_{load}", f"largest at the edge of floor {load}"
+            curves += published_level(published, name, f, label, 1e6)
         panels.append(
             Panel(
                 "frequency [Hz]",
@@ -268,9 +285,11 @@ def _transfer(response: xr.Dataset) -> CurveFigure:
     return CurveFigure("figure_22_transfer", caption, panels, len(panels), size, alike=True)
 
 
-def spectra_figures(response: xr.Dataset, sticks: xr.Dataset) -> Iterator[CurveFigure]:
+def spectra_figures(
+    response: xr.Dataset, sticks: xr.Dataset, published: Mapping[str, float]
+) -> Iterator[CurveFigure]:
     """Figures 13, 15 and 19; arguments as of `probe_figures`."""
-    yield centre_spectrum(response, sticks)
+    yield centre_spectrum(response, sticks, published)
     d, percent = response["component"].item(), f"{100 * response['damping'].item():g} % damping"
     line, edges = of_kind(response, "line"), of_kind(response, "edge")
     if line.sizes["probe"]:
@@ -281,7 +300,13 @@ def spectra_figures(response: xr.Dataset, sticks: xr.Dataset) -> Iterator[CurveF
             f"pseudo-acceleration (b).{_note(line)}{plates_note(response)}"
         )
         labels = [f"d = {distance:.1f} m" for distance in line["distance"].values]
-        panels = _both(line, labels, ordered_looks(len(labels)))
+        looks = ordered_looks(len(labels))
+        panels = _both(line, labels, looks)
+        # Near the impact the spectrum is highest there, and exceeds what the edge is said to.
+        names = "transient.frs.near_highest_at", f"transient.pfa.edge_{wave_floor(response)}"
+        near = published_point(published, *names, f"{labels[0]}, exceeded", looks[0]["color"])
+        above = [replace(one, marker="^") for one in near]
+        panels[1] = replace(panels[1], curves=[*panels[1].curves, *above])
         yield CurveFigure("figure_15_across_spectra", caption, panels)
     if edges.sizes["probe"]:
         caption = (
@@ -291,10 +316,25 @@ def spectra_figures(response: xr.Dataset, sticks: xr.Dataset) -> Iterator[CurveF
         )
         labels = [f"floor {floor}" for floor in edges["probe_floor"].values]
         panels = _both(edges, labels, floor_looks(len(labels)), reverse=True)
+        panels[1] = replace(panels[1], curves=[*panels[1].curves, *_overtaking(edges, published)])
         yield CurveFigure("figure_19_edge_spectra", caption, panels)
 
 
-def centre_spectrum(response: xr.Dataset, sticks: xr.Dataset) -> CurveFigure:
+def _overtaking(edges: xr.Dataset, published: Mapping[str, float]) -> list[Curve]:
+    """Where the floor below the one with the line is published to be above it, if it is."""
+    floors = [floor for floor in floors_of(edges, "edge") if floor <= wave_floor(edges)][-2:]
+    name = "_above_".join(f"floor_{floor}" for floor in floors)
+    ends = [published.get(f"transient.frs.{name}.{end}") for end in ("lowest", "highest")]
+    if None in ends:
+        return []
+    level = np.full(2, 0.03 * float(known(edges)["psa"].max()))
+    words = "published, floor {} above floor {}".format(*floors)
+    return [Curve(np.array(ends, dtype=float), level, words, "black", width=1.4, marker="|")]
+
+
+def centre_spectrum(
+    response: xr.Dataset, sticks: xr.Dataset, published: Mapping[str, float] = NONE
+) -> CurveFigure:
     """Figure 13: the spectrum of the top floor's mass centre, 3D and sticks, and of the others."""
     top = wave_floor(response)
     centre = at_floor(response, "centre", top)
@@ -308,6 +348,9 @@ def centre_spectrum(response: xr.Dataset, sticks: xr.Dataset) -> CurveFigure:
     )
     curves = [] if other is None else _with_peak(_spectrum(other, "sticks", (RED, "--")))
     curves += _with_peak(_spectrum(centre["psa"], "3D", (BLUE, "-"), centre["psa_band"]))
+    for name, label, colour in (("frs", "sticks", RED), ("transient.frs", "3D", BLUE)):
+        key = f"{name}.floor_{top}.peak"
+        curves += published_point(published, f"{key}_frequency", key, label, colour)
     panels = [_spectrum_panel(response, PSA, curves)]
     centres, points = (of_kind(response, kind)["psa"] for kind in ("centre", "point"))
     others = [(f"floor {psa['probe_floor'].item()}", psa) for psa in centres]

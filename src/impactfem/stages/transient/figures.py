@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from impactfem.case.transient import Transient
+from impactfem.plot.curves import NONE
 from impactfem.stages.stores import open_stores
 from impactfem.stages.transient.animation import wave_animation
 from impactfem.stages.transient.curve_figures import probe_figures
@@ -27,6 +28,7 @@ FIELD_FREQUENCIES: tuple[float, ...] = Transient.model_fields["field_frequencies
 
 def transient_figures(
     folder: Path,
+    published: Mapping[str, float] = NONE,
     *,
     fields: Sequence[str] = FIELDS,
     field_frequencies: Sequence[float] = FIELD_FREQUENCIES,
@@ -37,6 +39,7 @@ def transient_figures(
 
     Args:
         folder: The run's folder, with the stores; that of the fields where they were computed.
+        published: Published values in SI by the name of the result, which are drawn with ours.
         fields: Maps of the floors, as in the case: "pfa", "psa" or both.
         field_frequencies: Frequencies of the maps of pseudo-acceleration [Hz].
     """
@@ -44,7 +47,8 @@ def transient_figures(
     target.mkdir(exist_ok=True)
     with meanwhile(lambda: transient_pictures(folder)) as pictures, open_stores(folder) as opened:
         response = shown(opened("transient.nc"))
-        drawn = [one.write(target) for one in probe_figures(response, opened("pounding.nc"))]
+        curves = probe_figures(response, opened("pounding.nc"), published)
+        drawn = [one.write(target) for one in curves]
         makers: dict[str, Callable[[Path], None]] = {}
         on_line = of_kind(response, "line").sizes["probe"] > 1
         if main_impact(response) is not None and on_line:

@@ -24,6 +24,7 @@ from impactfem.plot.floor_field import (
     signed_limits,
 )
 from impactfem.plot.style import BLUE, GREEN, HANDLE, ORANGE, RED, figure, letter
+from impactfem.plot.words import spoken
 from impactfem.spectra import sampling_loss
 from impactfem.stages.transient.curve_figures import focus
 from impactfem.stages.transient.physics import HALF, line_arrivals
@@ -103,7 +104,9 @@ def snapshots_figure(path: Path, response: xr.Dataset, maps: xr.Dataset) -> None
         panel.legend(loc="upper center", ncols=3 if floor.wide else 1)
         panel.set_ylabel(label)
 
-    _plans(path, response, floor, times, caption, label, plan, over_distance)
+    k, n = np.unravel_index(np.abs(values).argmax(), values.shape)
+    seen = _seen(times, label, values[k, n], times[k], floor.position[n])
+    _plans(path, response, floor, times, (caption, seen), label, plan, over_distance)
 
 
 def membrane_figure(path: Path, response: xr.Dataset, maps: xr.Dataset) -> None:
@@ -123,7 +126,18 @@ def membrane_figure(path: Path, response: xr.Dataset, maps: xr.Dataset) -> None:
     def plan(panel: Axes, k: int) -> Any:
         return panel.tripcolor(mesh, facecolors=force[k], cmap=SIGNED, vmin=low, vmax=high)
 
-    _plans(path, response, floor, times, caption, "normal force $F_y$ [MN/m]", plan)
+    label = "normal force $F_y$ [MN/m]"
+    k, n = np.unravel_index(np.abs(force).argmax(), force.shape)
+    place = floor.position[floor.cells[n, :3]].mean(axis=0)
+    seen = _seen(times, label, force[k, n], times[k], place)
+    _plans(path, response, floor, times, (caption, seen), label, plan)
+
+
+def _seen(times: Array, label: str, value: Any, time: Any, place: Array) -> str:
+    return (
+        f"{len(times)} plans of the floor coloured by {spoken(label)}; the largest value is "
+        f"{value:.4g} at {time:.4g} s, x = {place[0]:.3g} m, y = {place[1]:.3g} m."
+    )
 
 
 def _plans(
@@ -131,7 +145,7 @@ def _plans(
     response: xr.Dataset,
     floor: TopFloor,
     times: Array,
-    caption: str,
+    words: tuple[str, str],
     label: str,
     plan: Callable[[Axes, int], Any],
     beside: Callable[[Axes], None] | None = None,
@@ -147,7 +161,7 @@ def _plans(
     else:
         width = min(3.6, max(2.2, 4.2 * short / long + 0.9))
         panels, size = (across, rows), (width * rows + 1.0, 4.2 * across)
-    with figure(path, panels, size, caption) as (drawn, axes):
+    with figure(path, panels, size, *words) as (drawn, axes):
         plan_layout(drawn)
         for k, time in enumerate(times):
             mappable = plan(axes[k], k)
@@ -184,7 +198,12 @@ def wave_map(path: Path, response: xr.Dataset) -> None:
     )
     low, high = signed_limits(float(values.min()), float(values.max()))
     halo = [withStroke(linewidth=3.0, foreground="white")]
-    with figure(path, (1, 1), (6.5, 4.0), caption) as (drawn, axes):
+    i, j = np.unravel_index(np.abs(values).argmax(), values.shape)
+    seen = (
+        "Acceleration by colour over time and distance from the impact edge; the largest value is "
+        f"{values[i, j]:.4g} m/s² at {distance[i]:.3g} m, {time[j]:.3g} ms after the first sample."
+    )
+    with figure(path, (1, 1), (6.5, 4.0), caption, seen) as (drawn, axes):
         panel = axes[0]
         mappable = panel.pcolormesh(
             time, distance, values, shading="gouraud", cmap=SIGNED, vmin=low, vmax=high
@@ -258,7 +277,13 @@ def floor_map(
     if floor.wide:
         panels, size = (2, 1), (7.2, 2.0 * (6.0 * short / long + 0.7))
     mesh = floor.elements()
-    with figure(path, panels, size, caption) as (drawn, axes):
+    n, most = int(on_floor.argmax()), float(on_floor.max())
+    x, y = mesh.x[n], mesh.y[n]
+    seen = (
+        f"Plan of floor {top} coloured by {label}, and over the value of its mass centre: largest, "
+        f"{most:.4g}, at x = {x:.3g} m, y = {y:.3g} m, {ratio.max():.3g} times the mass centre."
+    )
+    with figure(path, panels, size, caption, seen) as (drawn, axes):
         plan_layout(drawn)
         both = ((on_floor, label), (ratio, "over the mass centre"))
         for panel, (one, name) in zip(axes, both, strict=True):

@@ -29,6 +29,7 @@ from impactfem.plot.scene import (
     surface,
 )
 from impactfem.plot.style import RED, figure
+from impactfem.plot.words import spoken
 from impactfem.stages.stores import open_stores
 from impactfem.stages.transient.selection import of_kind, shown
 from impactfem.system.own_process import in_own_process
@@ -104,7 +105,10 @@ def _probes(path: Path, building: xr.Dataset, response: xr.Dataset) -> Path:
         f"Figure 14: Points of building {response.attrs['building']} where the response in 3D is "
         f"looked at: {response.sizes['probe']} nodes of the mesh nearest to them."
     )
-    with figure(path, (1, 1), (6.5, 4.9), caption) as (drawn, axes):
+    counts = (f"{of_kind(response, k).sizes['probe']} {label}" for k, (label, _) in KINDS.items())
+    listed = ", ".join(one for one in counts if not one.startswith("0 "))
+    seen = f"The building, seen through, with balls at its points: {listed}."
+    with figure(path, (1, 1), (6.5, 4.9), caption, seen) as (drawn, axes):
         show(axes[0], picture)
         if len(labelled) <= MOST_LABELS:
             for position in labelled:
@@ -182,7 +186,13 @@ def _stack(path: Path, grids: Grids, edges: dict[int, Array], label: str, captio
     caption += f" {'xy'[long]} to the right; heights not to scale"
     caption += "; the impact edges are marked" if any(map(len, impacts)) else ""
     caption += "; colours by the logarithm." if isinstance(scale, LogNorm) else "."
-    with figure(path, (1, 1), (8.2, 7.0 * height / width + 0.9), caption) as (drawn, axes):
+    largest = {f: float(np.nanmax(grid.point_data[path.name])) for f, grid in grids.items()}
+    most = max(largest, key=lambda floor: largest[floor])
+    seen = (
+        f"{len(grids)} slabs above one another, coloured by {spoken(label)}: largest on floor "
+        f"{most}, {largest[most]:.4g}."
+    )
+    with figure(path, (1, 1), (8.2, 7.0 * height / width + 0.9), caption, seen) as (drawn, axes):
         show(axes[0], picture, triad=False)
         for ends in impacts:
             lines = list(picture.place(ends))

@@ -98,8 +98,10 @@ def _draw(case: Case, folder: Path) -> list[Path]:
     if asked is None:
         return []
     return [
-        *transient_tables(folder, published_values(case)),
-        *transient_figures(folder, fields=asked.fields, field_frequencies=asked.field_frequencies),
+        *transient_tables(folder, published := published_values(case)),
+        *transient_figures(
+            folder, published, fields=asked.fields, field_frequencies=asked.field_frequencies
+        ),
     ]
 
 
