@@ -114,7 +114,7 @@ def wall_figures(case_file: str = "geometry/npp_pair.toml") -> list[Figure]:
     def start() -> FullMotion:
         u = np.ascontiguousarray(patterns.held(K)[0])
         G, h = patterns.contact, experiment.time_step
-        motion = FullMotion(K, model.mass, G, h, damping=damping, probes=patterns.seen)
+        motion = FullMotion(K, model.mass, G, h, damping=damping.rayleigh, probes=patterns.seen)
         motion.delassus()
         motion.start(u, None)
         return motion

@@ -206,7 +206,7 @@ def _full_figures(
     model: BuildingModel, K: Any, prepared: Prepared, patterns: Array
 ) -> list[Figure]:
     """Steps of Newmark in full order from the first impact on, each with a bare solve."""
-    loads, damping = prepared.loads, prepared.damping
+    loads, damping = prepared.loads, prepared.damping.rayleigh
     amplitudes = loads.amplitudes
     with Newmark(K, model.mass, loads.time_step, patterns, damping=damping) as system:
         factor, factored = timed(system.factorise)

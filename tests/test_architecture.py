@@ -29,7 +29,7 @@ PACKAGES = {
     "reduction": {"building", "case", "coupling", "dynamics", "spectra"},
     "device": {"case", "coupling", "dynamics", "spectra", "sticks"},
     "plot": {"spectra"},
-    "stages": {"case", "spectra"},
+    "stages": {"case", "dynamics", "spectra"},
     "stages.building": {"building", "case", "dynamics", "plot", "reduction", "stages"},
     "stages.reduce": {
         *("building", "case", "coupling", "dynamics", "reduction", "stages", "stages.building")

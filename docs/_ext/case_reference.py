@@ -226,8 +226,12 @@ def _references(entry: dict[str, Any]) -> list[str]:
 def _plain(entry: dict[str, Any]) -> tuple[str, str]:
     """What a value without tables accepts, and its SI unit."""
     if "prefixItems" in entry:
-        words, unit = _plain(entry["prefixItems"][0])
-        return f"list of {len(entry['prefixItems'])}, each {words}", unit
+        parts = [_plain(part) for part in entry["prefixItems"]]
+        if len(set(parts)) > 1:
+            each = [f"{words} [{unit}]" if unit else words for words, unit in parts]
+            return f"list of {' and '.join(each)}", ""
+        words, unit = parts[0]
+        return f"list of {len(parts)}, each {words}", unit
     if "items" in entry and "x-accepts" not in entry:
         words, unit = _plain(entry["items"])
         return f"list, each {words}", unit

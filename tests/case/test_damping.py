@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import DampingCase, load_case
-from impactfem.case.damping import PartDamping
+from impactfem.case.damping import Damping, PartDamping
 from impactfem.case.template import write_new_case
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.damping import Caughey, DampingLaw, ModeRatios, RatioTable, Rayleigh
 
 from .faults import faults_of, refused
 from .sections import FULL_ORDER, LIGHT, PART_DAMPING, TRANSIENT, WALL
@@ -119,3 +119,86 @@ def test_template(tmp_path: Path) -> None:
     read = tomllib.loads(block.replace("# ", "", 1).replace("\n# ", "\n"))
     (entry,) = read["buildings"]["structure"]["damping"]
     assert PartDamping.model_validate(entry).ratio == pytest.approx(0.02)
+
+
+RAYLEIGH_TEXT = 'ratio = "7 %"\nfrequencies = ["1 Hz", "20 Hz"]'
+
+
+@pytest.mark.parametrize(
+    ("text", "law"),
+    [
+        ('type = "rayleigh"\n' + RAYLEIGH_TEXT, Rayleigh.through(0.07, 1.0, 20.0)),
+        ('type = "constant"\nratio = 0.04', RatioTable.constant(0.04)),
+        (
+            'type = "table"\npoints = [["500 mHz", "2 %"], ["500 Hz", 1.2]]',
+            RatioTable((0.5, 500.0), (0.02, 1.2)),
+        ),
+        (
+            'type = "caughey"\npoints = [["1 Hz", 0.07], ["4 Hz", 0.02], ["20 Hz", 0.07]]',
+            Caughey((1.0, 4.0, 20.0), (0.07, 0.02, 0.07)),
+        ),
+        (
+            'type = "modes"\nratios = ["1 %", 0]\n' + RAYLEIGH_TEXT,
+            ModeRatios((0.01, 0.0), Rayleigh.through(0.07, 1.0, 20.0)),
+        ),
+    ],
+)
+def test_laws(broken: Write, text: str, law: DampingLaw) -> None:
+    case = load_case(broken((None, RAYLEIGH_TEXT, text), more=LIGHT))
+    assert case.damping.law == law and {one.damping.law for one in case.buildings} == {law}
+    again = Damping.model_validate_json(case.damping.model_dump_json(), strict=True)
+    assert again.law == law
+
+
+POINTS = 'points = [["1 Hz", "5 %"], ["500 Hz", "5 %"]]'
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "words"),
+    [
+        ('type = "hysteretic"', "type", "expected"),
+        ('type = "constant"', "ratio", "missing; expected the damping ratio of all modes"),
+        (f'type = "constant"\n{RAYLEIGH_TEXT}', "frequencies", "'constant' takes ratio"),
+        (f'type = "constant"\nratio = 0.05\n{POINTS}', "points", "'constant' takes ratio"),
+        ('type = "table"', "points", "missing; expected frequencies with their ratios"),
+        ('type = "table"\npoints = []', "points", "expected"),
+        (f'type = "table"\nratio = 0.05\n{POINTS}', "ratio", "'table' takes points"),
+        ('type = "table"\npoints = [["1 Hz"]]', "points[0]", "2"),
+        ('type = "table"\npoints = [["1 s", 0.1]]', "points[0][0]", "Hz"),
+        ('type = "table"\npoints = [["1 Hz", -0.1]]', "points[0][1]", "at least 0"),
+        (
+            'type = "table"\npoints = [["9 Hz", 0.1], ["8 Hz", 0.1]]',
+            "points",
+            "expected frequencies that ascend",
+        ),
+        ('type = "table"\npoints = [["1 Hz", 0.1], ["5 Hz", 0.1]]', "points", "points up to"),
+        (
+            'type = "caughey"\npoints = [["1 Hz", 0.1], ["5 Hz", 0.01]]',
+            "points",
+            "is negative at",
+        ),
+        (f'type = "modes"\n{RAYLEIGH_TEXT}', "ratios", "a ratio of each of the first modes"),
+        ('type = "modes"\nratios = [0.01]', "stiffness_coefficient", "expected ratio and"),
+        (f'type = "modes"\nratios = [1.0]\n{RAYLEIGH_TEXT}', "ratios[0]", "below 1"),
+        (f"{RAYLEIGH_TEXT}\nratios = [0.1]", "ratios", "'rayleigh' takes ratio"),
+    ],
+)
+def test_laws_that_are_refused(broken: Write, text: str, key: str, words: str) -> None:
+    refused(broken((None, RAYLEIGH_TEXT, text)), f"damping.{key}", words)
+
+
+def test_laws_of_parts_and_in_full_order(structured: Write) -> None:
+    constant = (None, RAYLEIGH_TEXT, 'type = "constant"\nratio = 0.05')
+    refused(
+        structured(constant, more=PART_DAMPING + FULL_ORDER),
+        "damping.type",
+        "expected 'rayleigh' beside [[buildings.structure.damping]]",
+    )
+    part = PART_DAMPING.replace(
+        "[[buildings.structure.damping]]", "[[buildings.structure.damping]]\ntype = 'constant'", 1
+    )
+    found = faults_of(structured(more=part + FULL_ORDER))
+    (key,) = (key for key in found if key.endswith("type"))
+    assert "a part has no modes" in found[key]
+    # A 3D model without either takes any law.
+    assert load_case(structured(constant, more=TRANSIENT)).damping.type == "constant"

@@ -83,14 +83,15 @@ def test_floors_and_damping(case):
     floor = stick.floors[2]
     assert floor.number == 3 and floor.mass == 192e3
     assert floor.inertia == pytest.approx((2304e3, 6400e3, 8704e3))
-    assert floor.damping.ratio(np.array([1.0, 20.0])) == pytest.approx(0.05)
+    assert stick.damping.ratio(np.array([1.0, 20.0])) == pytest.approx(0.05)
+    assert pytest.approx(stick.damping.alpha * stick.M + stick.damping.beta * stick.K) == stick.C
     assert stick.name == "west" and stick.axis == (10.0, 6.0) and stick.base == 0.0
     assert stick.positions[2] == pytest.approx([10.0, 6.0, 10.5])
 
 
 def test_a_building_with_its_own_damping(small_case):
     own = small_case(("# damping = { ratio", "damping = { ratio"))
-    west, east = (stick_of(building).floors[0].damping for building in own.buildings)
+    west, east = (stick_of(building).damping for building in own.buildings)
     assert west.ratio(20.0) == pytest.approx(0.04) and east.ratio(20.0) == pytest.approx(0.05)
 
 

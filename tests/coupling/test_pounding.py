@@ -8,6 +8,7 @@ import scipy.linalg
 from impactfem.coupling.contact import effective_mass, hertz_damp, kelvin_voigt
 from impactfem.coupling.impacts import impacts
 from impactfem.coupling.pounding import End, Load, Pair, System, interpolate_ground, simulate
+from impactfem.dynamics.damping import RatioTable, Rayleigh
 from impactfem.sticks.stick import build_stick, mass_on_spring
 from impactfem.system.errors import ImpactfemError, SolutionError
 from impactfem.verify.contact import Y, against_wall, collision
@@ -29,6 +30,36 @@ def test_a_gap_that_never_closes_changes_nothing(row, shake):
     assert free.force.shape == (4000, 0) and free.gap.shape == (4000, 0)
     pounding = simulate(row(0.005), ground, DT)
     assert pounding.force.any() and not np.array_equal(pounding.u, free.u)
+
+
+@pytest.mark.parametrize("points", [[], [(2, 0.3), (1, 0.5)]])
+def test_rayleigh_as_a_table_of_its_own_curve(floors, shake, points):
+    """With points without mass, and with impacts, the numbers of Rayleigh damping."""
+    own = Rayleigh(0.6, 8e-4)
+    sticks = [build_stick(name, floors(2), damping=own, storey_points=points) for name in "ab"]
+    soft = replace(sticks[1], K=0.7 * sticks[1].K, C=own.matrix(0.7 * sticks[1].K, sticks[1].M))
+    law = kelvin_voigt(1e9, 0.1, effective_mass(*(2 * [floors(1)[0].mass])))
+    ends = [End.of_floor(stick, 2, (0.0, 0.0, 0.0)) for stick in sticks]
+    system = System((sticks[0], soft), (Pair("2", *ends, Y, 0.003, law),))
+    ground, found = shake(), {}
+    for factor in (None, 1.0, 1.01):
+        as_table = []
+        for (_, body), stick in zip(system.modes, system.sticks, strict=True):
+            top = body.eigenvalue[body.mass > 0.0].max()
+            frequency = (
+                np.sqrt(np.unique([*body.eigenvalue[body.mass > 0.0], 4.0 * top])) / 2 / np.pi
+            )
+            ratios = tuple((factor or 1.0) * own.ratio(frequency))
+            damping = RatioTable(tuple(frequency), ratios) if factor else own
+            C = damping.matrix(stick.K, stick.M)
+            as_table.append(replace(stick, damping=damping, C=C))
+        found[factor] = simulate(replace(system, sticks=tuple(as_table)), ground, DT)
+    one, same, other = found.values()
+    assert one.force.any() and one.energy.residual < 1e-10 and same.energy.residual < 1e-10
+    for name in ("u", "v", "force", "acceleration"):
+        size = np.abs(getattr(one, name)).max()
+        assert np.abs(getattr(same, name) - getattr(one, name)).max() < 1e-10 * size
+        assert np.abs(getattr(other, name) - getattr(one, name)).max() > 1e-4 * size
 
 
 def test_buildings_alike_never_touch(row, shake):

@@ -1,7 +1,15 @@
 import numpy as np
 import pytest
+import scipy.linalg
 
-from impactfem.dynamics.damping import Rayleigh, checked_ratio
+from impactfem.dynamics.damping import (
+    UNDAMPED,
+    Caughey,
+    ModeRatios,
+    RatioTable,
+    Rayleigh,
+    checked_ratio,
+)
 from impactfem.system.errors import ImpactfemError
 
 
@@ -50,3 +58,108 @@ def test_damping_of_100_per_cent_is_refused(ratio):
 def test_pairs_that_are_refused(make, pair, words):
     with pytest.raises(ImpactfemError, match=words):
         make(*([0.02, *pair] if make == Rayleigh.through else pair))
+
+
+LAWS = {
+    "rayleigh": Rayleigh(0.5, 2e-3),
+    "constant": RatioTable.constant(0.04),
+    "table": RatioTable((0.5, 2.0, 8.0), (0.02, 0.08, 0.05)),
+    "caughey": Caughey((0.5, 2.0, 8.0, 12.0), (0.05, 0.04, 0.04, 0.05)),
+    "modes": ModeRatios((0.01, 0.2), Rayleigh(0.5, 2e-3)),
+}
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_each_mode_decays_by_its_ratio(name, chain):
+    """By exp(-2πξ) in a cycle 2π/ω, as the matrix exponential of M, C, K says."""
+    law, n = LAWS[name], 5
+    M, K = np.diag(np.linspace(1.0, 2.0, n)), 700.0 * chain(n, last=False)
+    eigenvalue, shapes = scipy.linalg.eigh(K, M)
+    omega, d = np.sqrt(eigenvalue), law.modal(eigenvalue)
+    C = law.matrix(K, M)
+    assert np.abs(shapes.T @ C @ shapes - np.diag(d)).max() < 1e-12 * d.max()
+    inverse = np.linalg.inv(M)
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ K, -inverse @ C]])
+    for k in range(n):
+        xi = law.ratios[k] if name == "modes" and k < 2 else float(law.ratio(omega[k] / 2 / np.pi))
+        # x = Re exp((-ξ + i√(1-ξ²)) ωt): after one damped cycle it is smaller by a known factor.
+        damped = omega[k] * np.sqrt(1.0 - xi**2)
+        start = np.concatenate([shapes[:, k], -xi * omega[k] * shapes[:, k]])
+        after = scipy.linalg.expm(A * 2.0 * np.pi / damped) @ start
+        decay = float(shapes[:, k] @ M @ after[:n]) ** (damped / omega[k])
+        assert decay == pytest.approx(np.exp(-2.0 * np.pi * xi), rel=1e-8)
+        assert abs(decay / np.exp(-2.0 * np.pi * 1.001 * xi) - 1.0) > 1e-6
+
+
+def test_a_table_is_straight_in_the_logarithm_of_the_frequency():
+    law = RatioTable((1.0, 10.0, 100.0), (0.02, 0.04, 0.10))
+    middle = np.sqrt(10.0)
+    assert law.ratio([0.0, 0.1, 1.0, middle, 10.0 * middle, 100.0, 1e4]) == pytest.approx(
+        [0.02, 0.02, 0.02, 0.03, 0.07, 0.10, 0.10]
+    )
+    assert law.modal(np.array([(2.0 * np.pi * middle) ** 2])) == pytest.approx(
+        0.06 * 2.0 * np.pi * middle
+    )
+    assert law.modal(np.zeros(1)) == 0.0
+
+
+def test_two_terms_of_caughey_are_rayleigh():
+    law, same = Caughey((1.0, 20.0), (0.07, 0.07)), Rayleigh.through(0.07, 1.0, 20.0)
+    frequency = np.geomspace(0.1, 1e3, 30)
+    assert law.ratio(frequency) == pytest.approx(same.ratio(frequency), rel=1e-12)
+    many = Caughey((1.0, 4.0, 20.0), (0.07, 0.02, 0.07))
+    assert many.ratio([1.0, 4.0, 20.0]) == pytest.approx([0.07, 0.02, 0.07], rel=1e-12)
+    # Chopra, Dynamics of Structures, equation 11.4.16: d = 2 ξ ω = Σ a_l ω^2l.
+    omega = 2.0 * np.pi * np.array([1.0, 4.0, 20.0])
+    a = np.linalg.solve(np.array([[1.0, w**2, w**4] for w in omega]), 2.0 * omega * many.ratios)
+    w = 2.0 * np.pi * 9.0
+    assert float(many.ratio(9.0)) == pytest.approx((a[0] / w + a[1] * w + a[2] * w**3) / 2.0)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_what_has_no_mass(count, chain):
+    """Rayleigh's own curve as a table gives Rayleigh's matrix, massless rows included."""
+    n, own = 6, Rayleigh(0.5, 2e-3)
+    K, M = 900.0 * chain(n, last=False), np.diag(np.linspace(1.0, 2.0, n))
+    M[2, 2] *= count < 1
+    M[4, 4] *= count < 2
+    c = np.flatnonzero(np.diag(M))
+    condensed = np.linalg.inv(np.linalg.inv(K)[np.ix_(c, c)])
+    eigenvalue = scipy.linalg.eigvalsh(condensed, M[np.ix_(c, c)])
+    frequency = np.sqrt([*eigenvalue, 4.0 * eigenvalue[-1]]) / (2.0 * np.pi)
+    table = RatioTable(tuple(frequency), tuple(own.ratio(frequency)))
+    C = 0.5 * M + 2e-3 * K
+    assert np.abs(table.matrix(K, M) - C).max() < 1e-12 * np.abs(C).max()
+    assert np.abs(own.matrix(K, M) - C).max() < 1e-14 * np.abs(C).max()
+    other = RatioTable(tuple(frequency), tuple(1.01 * own.ratio(frequency)))
+    assert np.abs(other.matrix(K, M) - C).max() > 5e-3 * np.abs(C).max()
+
+
+def test_only_rayleigh_has_coefficients():
+    assert Rayleigh(0.5, 2e-3).coefficients == (0.5, 2e-3)
+    assert np.all(np.isnan(LAWS["table"].coefficients))
+    assert UNDAMPED.rayleigh is UNDAMPED
+    with pytest.raises(ImpactfemError, match="expected Rayleigh damping"):
+        _ = LAWS["table"].rayleigh
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: RatioTable((), ()), "ascending frequencies above zero"),
+        (lambda: RatioTable((2.0, 1.0), (0.1, 0.1)), "ascending frequencies above zero"),
+        (lambda: RatioTable((0.0, 1.0), (0.1, 0.1)), "ascending frequencies above zero"),
+        (lambda: RatioTable((1.0, 2.0), (0.1,)), "a ratio for each"),
+        (lambda: RatioTable((1.0,), (-0.1,)), "expected 0 or more"),
+        (lambda: RatioTable((1.0,), (np.nan,)), "expected 0 or more"),
+        (lambda: RatioTable.constant(1.0), "expected 0 <= ratio < 1"),
+        (lambda: ModeRatios((-0.1,), UNDAMPED), "expected 0 <= ratio < 1"),
+        (lambda: Caughey((1.0, 2.0), (0.1, -0.2)), "expected 0 or more"),
+        # Falls below zero between its points, and above the last one.
+        (lambda: Caughey((1.0, 5.0, 20.0, 40.0), (0.2, 0.01, 0.01, 0.2)), "is negative at"),
+        (lambda: Caughey((1.0, 5.0), (0.1, 0.01)), "is negative at"),
+    ],
+)
+def test_laws_that_are_refused(make, words):
+    with pytest.raises(ImpactfemError, match=words):
+        make()

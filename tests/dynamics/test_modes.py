@@ -66,8 +66,8 @@ def test_a_mode_that_is_missed_is_looked_for(petsc, chain, monkeypatch):
 
 
 def test_a_mode_that_stays_missing_is_an_error(petsc, chain, monkeypatch):
-    counted = room._number_below
-    monkeypatch.setattr(room, "_number_below", lambda *arguments: counted(*arguments) + 1)
+    counted = room.number_below
+    monkeypatch.setattr(room, "number_below", lambda *arguments: counted(*arguments) + 1)
     with pytest.raises(SolutionError, match=r"modes were computed for 4.* Sturm count says"):
         modes(petsc(chain(50)), petsc(np.eye(50)), 4)
 

@@ -3,10 +3,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import scipy.linalg
 
-from impactfem.dynamics.damping import UNDAMPED, Rayleigh
+from impactfem.dynamics.damping import UNDAMPED, ModeRatios, RatioTable, Rayleigh
 from impactfem.dynamics.history import QUANTITIES
-from impactfem.dynamics.newmark import Newmark
+from impactfem.dynamics.newmark import Newmark, in_full_order
 from impactfem.system.errors import SolutionError
 
 PARTS = ("displacement", "velocity", "acceleration", "momentum", "restoring")
@@ -141,6 +142,37 @@ def test_energies(system, building):
     free, _ = of(system, building, damping=UNDAMPED, C=None)
     history = free.march(free.start(amplitudes[0]), amplitudes)
     assert np.all(history.energy.damped == 0.0) and history.energy.residual < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("law", "highest"),
+    [
+        (ModeRatios((0.02, 0.3, 0.1), Rayleigh(0.3, 2e-3)), 6.0),
+        (RatioTable((0.1, 20.0), (0.01, 0.2)), 6.0),
+        (RatioTable.constant(0.05), 1e-3),
+    ],
+)
+def test_a_law_in_full_order(system, building, petsc, law, highest):
+    """With the factor of α M + β K alone, as the textbook with C of all modes; C₊ is added."""
+    K, M = building["K"], building["M"]
+    eigenvalue, shapes = scipy.linalg.eigh(K, M)
+    base, modal = in_full_order(law, petsc(K), petsc(M), highest)
+    d = law.modal(eigenvalue)
+    # Above the highest frequency, β K through the law there.
+    above = eigenvalue > (2.0 * np.pi * highest) ** 2
+    d[above] = base.modal(eigenvalue[above])
+    image = M @ shapes
+    C = image * d @ image.T + building["C"]
+    many, amplitudes = of(system, building, damping=base, modal=modal)
+    f, start = amplitudes @ building["patterns"].T, np.linspace(1.0, -1.0, 8)
+    history = many.march(many.start(amplitudes[0], 0.0 * start, start), amplitudes, probes=range(8))
+    exact = textbook(K, M, C, building["dt"], f, 0.0 * start, start)
+    for name, truth in zip(QUANTITIES, exact, strict=True):
+        assert np.abs(history.motion[name] - truth).max() < 1e-10 * np.abs(truth).max()
+    assert history.energy.residual < 1e-12
+    if np.all(above):
+        assert modal is None and base.alpha == 0.0
+        assert base.ratio(highest) == pytest.approx(0.05)
 
 
 def test_the_start_is_in_equilibrium(system, building):

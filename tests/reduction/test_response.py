@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import splu
 
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.damping import ModeRatios, RatioTable, Rayleigh
+from impactfem.dynamics.newmark import in_full_order
 from impactfem.reduction.error_band import effectivity
 from impactfem.reduction.response import (
     LARGER,
@@ -45,6 +46,35 @@ def test_spectra_are_those_of_the_full_model(frame, loads, basis, full_runs, spe
     exact = modal_histories(basis, loads, damping)
     other = node_spectra(node_response(basis, exact, loads, frame.nodes), spectra)
     assert np.abs(other.psa / truth.psa - 1.0).max() > TOLERANCE
+
+
+def test_twenty_modes_off_the_curve_of_rayleigh(frame, loads, basis, spectra, tmp_path):
+    """From the same basis, up to 100 Hz, as the full model with C of low rank in addition."""
+    law = ModeRatios(tuple(0.01 + 0.02 * (np.arange(20) % 3)), frame.damping)
+    base, modal = in_full_order(law, frame.K, frame.model.mass, HIGHEST)
+    assert base == frame.damping and modal.images.shape[1] == 20
+    full = frame.full(loads, base, tmp_path, modal=modal)
+    truth = node_spectra(full.response, spectra)
+    shown = truth.frequency <= 100.0
+    found = {}
+    for name, damping in {"law": law, "rayleigh": base}.items():
+        history = modal_histories(basis, loads, damping, scheme="newmark")
+        found[name] = node_spectra(node_response(basis, history, loads, frame.nodes), spectra).psa
+    apart = {name: np.abs(psa / truth.psa - 1.0)[..., shown] for name, psa in found.items()}
+    assert apart["law"].max() < 1e-3 and apart["rayleigh"].max() > 0.1
+    assert full.energy.residual < 1e-9
+
+
+def test_rayleigh_as_a_table_of_its_own_curve(frame, loads, basis):
+    own = frame.damping
+    frequency = np.unique(np.sqrt(np.maximum(basis.model.eigenvalue, 1e-6))) / (2.0 * np.pi)
+    law = RatioTable(tuple(frequency), tuple(own.ratio(frequency)))
+    one, same = (modal_histories(basis, loads, damping) for damping in (own, law))
+    size = np.abs(one.acceleration).max()
+    assert np.abs(same.acceleration - one.acceleration).max() < 1e-10 * size
+    bounds = [Transfer.of(basis, frame.nodes, law, HIGHEST).bound for law in (own, law)]
+    # The rigorous bound is known of Rayleigh damping alone.
+    assert np.isfinite(bounds[0]).all() and np.isinf(bounds[1]).all()
 
 
 def test_histories_are_those_of_the_full_model(frame, loads, basis, full_runs):

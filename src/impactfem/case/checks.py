@@ -11,10 +11,12 @@ from collections.abc import Iterator
 
 from impactfem.case.buildings import GeneratedMesh
 from impactfem.case.contact_checks import Finding, of_contacts, of_struck_edges
+from impactfem.case.damping import Damping
 from impactfem.case.design_spectrum import TABLE, TableSpectrum, read_spectrum
 from impactfem.case.members import TOUCH
 from impactfem.case.model import Case
 from impactfem.case.motions import RecordMotion, RestMotion, SyntheticMotion, read_force_table
+from impactfem.case.place import Place
 from impactfem.case.quantity import CALIBRATED
 from impactfem.case.reading import Reading
 from impactfem.case.transient import OUTSIDE
@@ -90,6 +92,31 @@ def file_faults(reading: Reading) -> Iterator[Finding]:
                     "Rayleigh damping of the whole building at a time"
                 )
                 yield (name,), expected
+
+
+def _of_damping(case: Case, reading: Reading) -> Iterator[Finding]:
+    """Laws of damping that end below the frequencies in use, or that full order cannot take."""
+    highest = case.spectra.frequency_values[-1]
+    if case.transient is not None:
+        highest = max(highest, case.transient.maximum_frequency)
+    laws: list[tuple[Place, Damping]] = [(("damping",), case.damping)]
+    laws += [(("buildings", k, "damping"), one.damping) for k, one in enumerate(case.buildings)]
+    laws += [(("damping_cases", k), one) for k, one in enumerate(case.damping_cases)]
+    by_part = any(structure.damping for structure in case.structures)
+    analysis = case.device_analysis
+    full = case.devices and analysis is not None and analysis.solver == "full"
+    for place, damping in laws:
+        if reading.value(*place) is None or damping.type == "rayleigh":
+            continue
+        last = damping.points[-1][0] if damping.type == "table" and damping.points else highest
+        if last < highest * (1.0 - 1e-9):
+            yield (*place, "points"), f"expected points up to {highest:g} Hz, which are in use"
+        for alone, beside in (
+            (by_part, "[[buildings.structure.damping]]"),
+            (full, "solver = 'full' of [device_analysis]"),
+        ):
+            if alone and place[0] != "damping_cases":
+                yield (*place, "type"), f"expected 'rayleigh' beside {beside}"
 
 
 def _of_buildings(case: Case, reading: Reading) -> Iterator[Finding]:
@@ -309,5 +336,13 @@ def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
                     yield ("transient", "probes", index, key), expected
 
 
-CHECKS = (of_struck_edges, _of_buildings, of_contacts, _of_motions, _of_devices, _of_transient)
+CHECKS = (
+    of_struck_edges,
+    _of_damping,
+    _of_buildings,
+    of_contacts,
+    _of_motions,
+    _of_devices,
+    _of_transient,
+)
 """What is looked at in a case, as far as it could be read."""

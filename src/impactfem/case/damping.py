@@ -1,27 +1,52 @@
-"""Rayleigh damping: of buildings, of parts of a 3D model, and further ones for all buildings."""
+"""Damping: of buildings, of parts of a 3D model, and further ones for all buildings."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo
 
-from impactfem.case.base import Section, ascending, rule, together
+from impactfem.case.base import Section, ascending, rule
 from impactfem.case.leaf import Name, Text
 from impactfem.case.quantity import CalibratedRestitution, Frequency, Quantity, Rate, Ratio
 from impactfem.case.unit import TIME
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.damping import Caughey, DampingLaw, ModeRatios, RatioTable, Rayleigh
+from impactfem.system.errors import ImpactfemError
+
+ModalRatio = Annotated[float, Ratio(at_least=0, below=1)]
+CurveRatio = Annotated[float, Ratio(at_least=0)]
+
+
+RAYLEIGH = ("ratio", "frequencies", "mass_coefficient", "stiffness_coefficient")
+KEYS = {
+    "rayleigh": RAYLEIGH,
+    "constant": ("ratio",),
+    "table": ("points",),
+    "caughey": ("points",),
+    "modes": ("ratios", *RAYLEIGH),
+}
+"""Keys of each type of damping."""
 
 
 class Damping(Section):
-    """Rayleigh damping C = α_R M + β_R K, whose stiffness part acts on the storeys only.
+    """Damping of a building or a device: the ratio ξ of each of its modes, by one of these types.
 
-    Either ``ratio`` and ``frequencies``, or ``mass_coefficient`` and ``stiffness_coefficient``.
+    - `rayleigh`: C = α_R M + β_R K, so that ξ = α_R/2ω + β_R ω/2. Either ``ratio`` and
+      ``frequencies``, or ``mass_coefficient`` and ``stiffness_coefficient``;
+    - `constant`: ``ratio`` at all frequencies;
+    - `table`: through ``points``, linear in log f, and constant outside of them;
+    - `caughey`: Caughey's series with as many terms as ``points``, which it goes through;
+    - `modes`: ``ratios`` of the first modes, and Rayleigh damping of all others.
     """
 
-    ratio: Annotated[float, Ratio(above=0, below=1)] | None = None
-    """Damping ratio ξ reached at both frequencies."""
+    type: Literal["rayleigh", "constant", "table", "caughey", "modes"] = "rayleigh"
+    """The law of the damping."""
+    ratio: Annotated[float, Ratio(above=0, below=1)] | None = Field(
+        default=None, validate_default=True
+    )
+    """Damping ratio ξ reached at both frequencies, or of all modes."""
     frequencies: tuple[Frequency, Frequency] | None = Field(default=None, validate_default=True)
     """The two frequencies f_1 < f_2 at which the ratio is reached."""
     mass_coefficient: Rate | None = Field(default=None, validate_default=True)
@@ -30,32 +55,100 @@ class Damping(Section):
         default=None, validate_default=True
     )
     """Coefficient β_R of the stiffness matrix."""
+    points: tuple[tuple[Frequency, CurveRatio], ...] | None = Field(
+        default=None, validate_default=True, min_length=1
+    )
+    """Frequencies, ascending, each with its ratio ξ: `[["1 Hz", "4 %"], ["20 Hz", "7 %"]]`."""
+    ratios: tuple[ModalRatio, ...] | None = Field(default=None, validate_default=True, min_length=1)
+    """Ratios ξ of the first modes, by ascending frequency."""
 
     _in_order = ascending("frequencies", "expected two different frequencies, the lower one first")
-    _with_ratio = together("ratio", "frequencies")
-    _both = together("mass_coefficient", "stiffness_coefficient")
 
-    @rule("mass_coefficient", sited=True)
+    @rule("ratio", "type")
     @staticmethod
-    def _one_way(coefficient: float | None, info: ValidationInfo) -> Iterator[str]:
+    def _constant(ratio: float | None, type_: str) -> Iterator[str]:
+        if ratio is None and type_ == "constant":
+            yield "missing; expected the damping ratio of all modes"
+        yield from _foreign("ratio", ratio, type_)
+
+    @rule("frequencies", "type", "ratio")
+    @staticmethod
+    def _with_ratio(
+        frequencies: tuple[float, float] | None, type_: str, ratio: float | None
+    ) -> Iterator[str]:
+        yield from _foreign("frequencies", frequencies, type_)
+        if type_ != "constant" and (frequencies is None) != (ratio is None):
+            yield "expected ratio and frequencies together"
+
+    @rule("mass_coefficient", "type", sited=True)
+    @staticmethod
+    def _one_way(coefficient: float | None, type_: str, info: ValidationInfo) -> Iterator[str]:
+        yield from _foreign("mass_coefficient", coefficient, type_)
         # A ratio that has a fault of its own is given as well.
         if coefficient is not None and info.data.get("ratio", "at fault") is not None:
             yield "expected either ratio and frequencies or the two coefficients, not both"
 
-    @rule("stiffness_coefficient", "ratio", "frequencies", "mass_coefficient")
+    @rule("stiffness_coefficient", "type", "mass_coefficient")
     @staticmethod
-    def _one_of_them(coefficient: float | None, *others: Any) -> Iterator[str]:
-        if coefficient is None and all(other is None for other in others):
+    def _both(beta: float | None, type_: str, alpha: float | None) -> Iterator[str]:
+        yield from _foreign("stiffness_coefficient", beta, type_)
+        if (beta is None) != (alpha is None):
+            yield "expected mass_coefficient and stiffness_coefficient together"
+
+    @rule("stiffness_coefficient", "type", "ratio", "frequencies", "mass_coefficient")
+    @staticmethod
+    def _one_of_them(coefficient: float | None, type_: str, *others: Any) -> Iterator[str]:
+        none = coefficient is None and all(other is None for other in others)
+        if none and type_ in ("rayleigh", "modes"):
             yield "expected ratio and frequencies, or mass_coefficient and stiffness_coefficient"
+
+    @rule("points", "type")
+    @staticmethod
+    def _points(points: tuple[tuple[float, float], ...] | None, type_: str) -> Iterator[str]:
+        yield from _foreign("points", points, type_)
+        if points is None and "points" in KEYS[type_]:
+            yield "missing; expected frequencies with their ratios"
+        if points is not None and any(b <= a for (a, _), (b, _) in itertools.pairwise(points)):
+            yield "expected frequencies that ascend"
+        if points is not None and type_ == "caughey":
+            try:
+                Caughey(*zip(*points, strict=True))
+            except ImpactfemError as error:
+                yield str(error)
+
+    @rule("ratios", "type")
+    @staticmethod
+    def _ratios(ratios: tuple[float, ...] | None, type_: str) -> Iterator[str]:
+        yield from _foreign("ratios", ratios, type_)
+        if ratios is None and type_ == "modes":
+            yield "missing; expected a ratio of each of the first modes"
+
+    @property
+    def law(self) -> DampingLaw:
+        """The law, for the modes of a building or a device."""
+        if self.type == "modes" and self.ratios is not None:
+            return ModeRatios(self.ratios, self.model_copy(update={"type": "rayleigh"}).law)
+        if self.type == "constant" and self.ratio is not None:
+            return RatioTable.constant(self.ratio)
+        if self.points is not None:
+            frequency, ratios = zip(*self.points, strict=True)
+            return (RatioTable if self.type == "table" else Caughey)(frequency, ratios)
+        return self.rayleigh
 
     @property
     def rayleigh(self) -> Rayleigh:
-        """The damping with the coefficients α_R and β_R."""
+        """The damping of type 'rayleigh', with the coefficients α_R and β_R."""
         if self.mass_coefficient is not None and self.stiffness_coefficient is not None:
             return Rayleigh(self.mass_coefficient, self.stiffness_coefficient)
         if self.ratio is None or self.frequencies is None:
             raise ValueError("this damping was made without validation: it has no coefficients")
         return Rayleigh.through(self.ratio, *self.frequencies)
+
+
+def _foreign(key: str, value: Any, type_: str) -> Iterator[str]:
+    """The fault of a key that is none of a type of damping."""
+    if value is not None and key not in KEYS[type_]:
+        yield f"expected none: damping of type '{type_}' takes {', '.join(KEYS[type_])}"
 
 
 class Parts(Section):
@@ -70,10 +163,15 @@ class Parts(Section):
 class PartDamping(Damping, Parts):
     """Rayleigh damping C = Σ α_p M_p + β_p K_p of some parts p of the 3D model.
 
-    Either ``ratio`` and ``frequencies``, or ``mass_coefficient`` and ``stiffness_coefficient``.
-    Parts without an entry have the damping of the building. The mass that is added to a floor
-    belongs to the slab that it lies on. Only in full order.
+    Of type `rayleigh` only. Parts without an entry have the damping of the building. The mass that
+    is added to a floor belongs to the slab that it lies on. Only in full order.
     """
+
+    @rule("type")
+    @staticmethod
+    def _of_matrices(type_: str) -> Iterator[str]:
+        if type_ != "rayleigh":
+            yield "expected 'rayleigh': a part has no modes of its own"
 
 
 OWN = "own"
@@ -92,10 +190,7 @@ class _Named(Section):
 
 # The name comes first in the order of the fields, which is that of the bases from right to left.
 class DampingCase(Damping, _Named):
-    """A further Rayleigh damping of all buildings, for which the study is repeated.
-
-    Either ``ratio`` and ``frequencies``, or ``mass_coefficient`` and ``stiffness_coefficient``.
-    """
+    """A further damping of all buildings, for which the study is repeated."""
 
     restitution: CalibratedRestitution = "calibrated"
     """Coefficient of restitution with this damping, of contact laws of type 'kelvin-voigt';

@@ -34,7 +34,7 @@ class CaseFile(Section):
     materials: dict[Key, Material]
     """Materials by name."""
     damping: Damping
-    """Rayleigh damping of all buildings without their own."""
+    """Damping of all buildings without their own."""
     damping_cases: tuple[DampingCase, ...] = ()
     """Further dampings of all buildings; none: the study is done once."""
     buildings: tuple[Building, ...] = Field(min_length=1)

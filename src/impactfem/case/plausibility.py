@@ -9,8 +9,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from impactfem.case.contacts import KelvinVoigtLaw
 from impactfem.case.damping import Damping
@@ -45,6 +47,7 @@ USUAL = (
         for place in ("damping", "damping_cases.*", "buildings.*.damping")
         for key, low, high, words in (
             ("ratio", 1e-3, 0.3, "1 % to 10 %"),
+            ("ratios.*", 1e-3, 0.3, "1 % to 10 %"),
             ("mass_coefficient", 0.0, 20.0, "below 5 1/s"),
             ("stiffness_coefficient", 0.0, 0.05, "below 10 ms"),
         )
@@ -101,6 +104,7 @@ RESULTS = (
 )
 """First words of the names of results."""
 SAME = 1e-9  # relative difference of numbers that are the same
+RATES = np.geomspace(1e-2, 1e9, 60)  # ω² at which laws of damping are compared [1/s2]
 
 
 def implausible(case: Case, longest: float) -> list[Fault]:
@@ -167,13 +171,11 @@ def _dampings(source: Source, case: Case) -> Iterator[Fault]:
         *((("damping_cases", k), one) for k, one in enumerate(case.damping_cases)),
     ]
     for place, damping in places:
-        if damping.rayleigh == UNDAMPED and value_at(place, source.raw) is not None:
+        if damping.law == UNDAMPED and value_at(place, source.raw) is not None:
             yield source.fault(place, None, "both coefficients are 0: no damping at all")
     for (i, a), (j, b) in itertools.combinations(enumerate(case.damping_cases), 2):
-        same = all(
-            math.isclose(p, q, rel_tol=SAME)
-            for p, q in zip(astuple(a.rayleigh), astuple(b.rayleigh), strict=True)
-        )
+        pairs = zip(a.law.modal(RATES), b.law.modal(RATES), strict=True)
+        same = all(math.isclose(p, q, rel_tol=SAME) for p, q in pairs)
         if same and a.restitution == b.restitution:
             text = f"the same damping and restitution as damping_cases[{i}], {a.name}"
             yield source.fault(("damping_cases", j, "name"), b.name, text)

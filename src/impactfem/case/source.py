@@ -77,7 +77,7 @@ class Source:
             merged = (
                 isinstance(value, dict)
                 and isinstance(below, dict)
-                and ("type" not in value or below.get("type", value["type"]) == value["type"])
+                and ("type" not in value or below.get("type") == value["type"])
             )
             if not merged:
                 for old in [one for one in self.speakers if one[: len(place)] == place]:

@@ -23,7 +23,7 @@ import scipy.linalg
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
-from impactfem.dynamics.damping import Damping, ModalDamping
+from impactfem.dynamics.damping import Damping, DampingLaw, ModalDamping
 from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import ImpactfemError
 
@@ -114,7 +114,9 @@ def reduced_body(
     return Body(name, eigenvalue, damping, np.zeros((r, 6)), np.zeros((6, 6)), made)
 
 
-def modal_coordinates(M: Array, C: Array, K: Array) -> tuple[Array, Array, Array, ModalDamping]:
+def modal_coordinates(
+    M: Array, C: Array, K: Array, law: DampingLaw | None = None
+) -> tuple[Array, Array, Array, ModalDamping]:
     """All coordinates of a small structure in which mass and stiffness are diagonal; exact.
 
     What has no mass follows the rest by its stiffness, x_s = -K_ss⁻¹ K_sm x_m + η, and keeps
@@ -122,7 +124,8 @@ def modal_coordinates(M: Array, C: Array, K: Array) -> tuple[Array, Array, Array
     coordinates of a part that does not move stay exactly zero.
 
     The matrices are symmetric, shape (n, n); M is positive but for rows of zeros, K positive
-    definite on these. Gives Φ with x = Φ z, shape (n, n); μ; λ; the damping Φᵀ C Φ.
+    definite on these. Gives Φ with x = Φ z, shape (n, n); μ; λ; the damping Φᵀ C Φ: that of the
+    law, where C follows one, without the rounding of C.
 
     Raises:
         ImpactfemError: A mass is negative, or the stiffness is indefinite.
@@ -151,4 +154,8 @@ def modal_coordinates(M: Array, C: Array, K: Array) -> tuple[Array, Array, Array
     # Of a structure that is free to move, zero but for rounding.
     eigenvalue = np.maximum(eigenvalue, 0.0)
     modal = basis.T @ C @ basis
+    if law is not None:
+        λ = eigenvalue[m]
+        modal = np.diag(law.stiffness_part(λ) * eigenvalue)
+        modal[m, m] = law.modal(λ)
     return T @ basis, (np.diag(M) > 0.0).astype(np.float64), eigenvalue, ModalDamping(modal)

@@ -61,11 +61,24 @@ def stick_of(
             Iy=moment * row.Iy,
             Iz=row.Iz,
         )
-        inertia, damping = (row.Jx, row.Jy, row.Jz), building.damping.rayleigh
-        zones = (values.below, values.above)
-        floors.append(Floor(row.floor, row.mass, inertia, float(height), section, damping, *zones))
+        floors.append(
+            Floor(
+                row.floor,
+                row.mass,
+                inertia=(row.Jx, row.Jy, row.Jz),
+                height=float(height),
+                section=section,
+                below=values.below,
+                above=values.above,
+            )
+        )
     return build_stick(
-        building.name, floors, axis=building.axis, base=building.base, storey_points=storey_points
+        building.name,
+        floors,
+        damping=building.damping.law,
+        axis=building.axis,
+        base=building.base,
+        storey_points=storey_points,
     )
 
 

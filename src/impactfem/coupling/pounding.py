@@ -138,7 +138,9 @@ class System:
         found = []
         for stick in self.sticks:
             try:
-                basis, mass, eigenvalue, damping = modal_coordinates(stick.M, stick.C, stick.K)
+                basis, mass, eigenvalue, damping = modal_coordinates(
+                    stick.M, stick.C, stick.K, stick.damping
+                )
             except ImpactfemError as error:
                 raise ImpactfemError(f"building {stick.name}: {error}") from error
             R = stick.rigid_body()

@@ -31,7 +31,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.dynamics.damping import Rayleigh, checked_ratio
+from impactfem.dynamics.damping import DampingLaw, Rayleigh, as_law
 from impactfem.sticks.element import COMPONENTS
 from impactfem.sticks.modes import natural_modes
 from impactfem.system.errors import ImpactfemError
@@ -79,8 +79,8 @@ class Device:
     L: Array  #: coupling mass, shape (n, 6 p)
     J: Array  #: mass of the rigid device about its anchors, shape (6 p, 6 p)
     r: Array  #: own coordinates by unit motions of the anchors, shape (n, 6 p) [-, m, 1/m]
-    #: Rayleigh damping of the own coordinates, or one ratio for all modes [-]
-    damping: Rayleigh | float
+    #: law of the damping of the own coordinates, or one ratio for all modes [-]
+    damping: DampingLaw | float
     #: damping matrix of what is added to it, shape (n, n); none when left out
     dampers: Array | None = None
     anchor_stiffness: Array | None = None  #: K_a, shape (6 p, 6 p); zero when left out
@@ -185,13 +185,13 @@ class Device:
             )
 
     def _damping_matrix(self) -> Array:
-        if isinstance(self.damping, Rayleigh):
-            C = self.damping.matrix(self.K, self.M)
+        law = as_law(self.damping)
+        if isinstance(law, Rayleigh):
+            C = law.matrix(self.K, self.M)
         else:
-            xi = checked_ratio(self.damping)
             omega, shapes = natural_modes(self.M, self.K)
             images = self.M @ shapes
-            C = images @ np.diag(2.0 * xi * omega) @ images.T
+            C = images @ np.diag(law.modal(omega**2)) @ images.T
         return np.asarray(C if self.dampers is None else C + self.dampers, dtype=np.float64)
 
 

@@ -27,7 +27,7 @@ def device_of(setup: DeviceSetup) -> Device:
     Raises ValueError where it has no modes, no matrices and no body on springs: it was made without
     validation.
     """
-    damping = 0.0 if setup.damping is None else setup.damping.rayleigh
+    damping = 0.0 if setup.damping is None else setup.damping.law
     body = None
     if setup.mass is not None and setup.mass_height is not None:
         inertia = setup.inertia

@@ -29,7 +29,7 @@ import scipy.linalg
 
 from impactfem.device.device import Device, refuse_mechanism
 from impactfem.device.parts import BaseSprings, Beam, RigidBody
-from impactfem.dynamics.damping import Rayleigh, checked_ratio
+from impactfem.dynamics.damping import DampingLaw, as_law, checked_ratio
 from impactfem.sticks.element import COMPONENTS, rigid_link
 from impactfem.system.errors import ImpactfemError
 
@@ -40,14 +40,14 @@ def on_springs(
     name: str,
     springs: BaseSprings,
     body: RigidBody,
-    damping: Rayleigh | float,
+    damping: DampingLaw | float,
     beam: Beam | None = None,
 ) -> Device:
     """Build a device on base springs, between its base and its anchor, both at the anchor point.
 
     The rigid body sits on the upper end of the beam, which goes from the base upwards; none makes
-    base and body one. Damping is Rayleigh's of all its parts, or one ratio for all modes. Its own
-    motions are "base y" and so on, then "beam 0.23 m y" and so on.
+    base and body one. Damping follows a law, or is one ratio for all modes. Its own motions are
+    "base y" and so on, then "beam 0.23 m y" and so on.
 
     Raises:
         ImpactfemError: Nothing can move, or the stiffness leaves a motion free.
@@ -90,7 +90,7 @@ def from_matrices(
     M: Array,
     K: Array,
     anchored: Mapping[int, int],
-    damping: Rayleigh | float,
+    damping: DampingLaw | float,
     anchors: int = 1,
     motions: tuple[str, ...] | None = None,
 ) -> Device:
@@ -102,7 +102,7 @@ def from_matrices(
         K: Stiffness of all degrees of freedom, shape (n, n).
         anchored: For each degree of freedom that is one of an anchor, which component it is: for
             anchor k, 6 (k - 1) plus its place in COMPONENTS.
-        damping: Rayleigh damping of the other degrees of freedom, or one ratio for all modes.
+        damping: Law of the other degrees of freedom, or one ratio for all modes.
         anchors: Number of anchors.
         motions: Names of the other degrees of freedom, in their order; numbers when left out.
 
@@ -170,7 +170,10 @@ class TableMode:
 
 
 def from_modes(
-    name: str, modes: Sequence[TableMode], damping: Rayleigh | float, body: RigidBody | None = None
+    name: str,
+    modes: Sequence[TableMode],
+    damping: DampingLaw | float,
+    body: RigidBody | None = None,
 ) -> Device:
     """Build a device of oscillators, one a mode: each a mass in its direction at its height.
 
@@ -199,11 +202,10 @@ def from_modes(
                 f"device {name}: its modes carry {carried[c, c]:g} kg along {component}, more than"
                 f" the {whole[c, c]:g} kg it weighs; expected at most its mass"
             )
-    law = damping if isinstance(damping, Rayleigh) else checked_ratio(damping)
-    ratios = []
-    for mode in modes:
-        own = law.ratio(mode.frequency) if isinstance(law, Rayleigh) else law
-        ratios.append(float(own) if mode.damping is None else checked_ratio(mode.damping))
+    d = as_law(damping).modal(np.square(omega))
+    for i, mode in enumerate(modes):
+        if mode.damping is not None:
+            d[i] = 2.0 * checked_ratio(mode.damping) * omega[i]
     return Device(
         name=name,
         motions=tuple(f"mode {i + 1} {mode.direction}" for i, mode in enumerate(modes)),
@@ -213,7 +215,7 @@ def from_modes(
         J=whole,
         r=r,
         damping=0.0,
-        dampers=np.diag(2.0 * np.array(ratios) * omega * m),
+        dampers=np.diag(d * m),
     )
 
 

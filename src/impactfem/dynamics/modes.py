@@ -85,7 +85,7 @@ def modes(K: PETSc.Mat, M: PETSc.Mat, count: int, *, tolerance: float = 1e-10) -
             continue
         place = _gap(values, count)
         sigma = math.sqrt(values[place - 1] * values[place])
-        below = _number_below(K, M, sigma)
+        below = number_below(K, M, sigma)
         if below == place:
             break
         wanted = max(wanted, values.size) + max(0, below - place)
@@ -194,8 +194,8 @@ def _gap(values: Array, count: int) -> int:
     return count + int(wide[0] if wide.size else np.argmax(ratio))
 
 
-def _number_below(K: PETSc.Mat, M: PETSc.Mat, sigma: float) -> int:
-    """Number of eigenvalues ω² below σ: the inertia of K - σ M."""
+def number_below(K: PETSc.Mat, M: PETSc.Mat, sigma: float) -> int:
+    """Number of eigenvalues ω² below σ [1/s2]: the inertia of K - σ M. Collective."""
     shifted = combined(1.0, K, -sigma, M)
     try:
         with Factorisation(shifted, definite=False, name="K - σ M") as factor:

@@ -8,11 +8,17 @@ u₁ = u₀ + Δt/2 (v₀ + v₁), v₁ = v₀ + Δt/2 (a₀ + a₁) (β = 1/4, 
     u₁ = u₀ + Δt/2 w,   v₁ = w - v₀,   a₁ = 2/Δt (w - 2 v₀) - a₀.
 
 One solve and one product, M w, make a step: M v₁ = M w - M v₀, and K w follows from S w = r.
+
+C₊ may have a part U G Uᵀ of low rank, with U = M φ of some modes and G what a law of damping gives
+each in addition to α + β λ (`ModalPart`). The factor is that of S without it (Woodbury),
+
+    w = y - Z (1 + G Uᵀ Z)⁻¹ G Uᵀ y,   S₀ y = r,   S₀ Z = U.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numba
 import numpy as np
@@ -21,15 +27,49 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.dynamics.columns import combined, product, wrapped
-from impactfem.dynamics.damping import UNDAMPED, Rayleigh
+from impactfem.dynamics.damping import UNDAMPED, DampingLaw, ModeRatios, Rayleigh
 from impactfem.dynamics.factorisation import Factorisation, Held
 from impactfem.dynamics.history import QUANTITIES, History, Recorder, State
+from impactfem.dynamics.modes import modes, number_below
 from impactfem.system.errors import SolutionError
 
 Array = NDArray[np.float64]
 
 CHUNK = 100
 """Steps between two sums over the ranks."""
+
+
+@dataclass(frozen=True, eq=False)
+class ModalPart:
+    """Damping of some modes in addition to α M + β K."""
+
+    images: Array  #: U = M φ at the rows of this rank, shape (n_local, m).
+    excess: Array  #: diagonal of G, d - α - β λ, shape (m,) [1/s].
+
+
+def in_full_order(
+    law: DampingLaw, K: PETSc.Mat, M: PETSc.Mat, highest: float
+) -> tuple[Rayleigh, ModalPart | None]:
+    """A law as α M + β K, and what it gives the modes in addition. Collective.
+
+    Rayleigh's has no such modes. Of other laws they are those with a ratio of their own, or all up
+    to the highest frequency [Hz]: exact there, and above β K that goes through the law at that
+    frequency.
+    """
+    if isinstance(law, Rayleigh):
+        return law, None
+    top = (2.0 * np.pi * highest) ** 2
+    if isinstance(law, ModeRatios) and isinstance(law.others, Rayleigh):
+        base, count = law.others, len(law.ratios)
+    else:
+        base, count = Rayleigh(0.0, float(law.modal(np.array([top]))[0]) / top), 0
+        count = number_below(K, M, top)
+    if count == 0:
+        return base, None
+    found = modes(K, M, count)
+    eigenvalue = (2.0 * np.pi * found.frequency) ** 2
+    excess = law.modal(eigenvalue) - base.modal(eigenvalue)
+    return base, ModalPart(product(M, found.shapes), excess)
 
 
 class Newmark(Held):
@@ -46,6 +86,7 @@ class Newmark(Held):
             load at time i is patterns @ amplitudes[i].
         damping: α and β of C = α M + β K + C₊.
         C: C₊, symmetric (AIJ); for damping by part. It is multiplied at each step.
+        modal: The part of C₊ of low rank.
 
     Raises:
         SolutionError: The step is not positive.
@@ -60,6 +101,7 @@ class Newmark(Held):
         *,
         damping: Rayleigh = UNDAMPED,
         C: PETSc.Mat | None = None,
+        modal: ModalPart | None = None,
     ) -> None:
         if not time_step > 0.0:
             raise SolutionError(f"a time step of {time_step} s: it must be positive")
@@ -68,6 +110,8 @@ class Newmark(Held):
         self._K, self._M, self._C = K, M, C
         self._patterns = np.asarray(patterns, dtype=np.float64)
         self._factor: Factorisation | None = None
+        self._modal = modal
+        self._update: Array | None = None
 
     def destroy(self) -> None:
         """Free the memory; the system is of no use afterwards."""
@@ -90,6 +134,23 @@ class Newmark(Held):
             S.destroy()
         return self._factor
 
+    def _total(self, of_rank: Array) -> Array:
+        """The sum over the ranks."""
+        return np.asarray(self._M.getComm().tompi4py().allreduce(of_rank), dtype=np.float64)
+
+    def correct(self, w: Array) -> Array | None:
+        """Correct w = S₀⁻¹ r, in place, for the part of low rank; gives that part of C₊ w."""
+        if self._modal is None:
+            return None
+        U, g = self._modal.images, self._modal.excess
+        if self._update is None:
+            Z = self.factorise().solve_block(U)
+            inner = np.eye(len(g)) + g[:, None] * self._total(U.T @ Z)
+            self._update = np.linalg.solve(inner.T, Z.T).T * g
+        along = self._total(U.T @ w)
+        w -= self._update @ along
+        return np.asarray(U @ (g * self._total(U.T @ w)))
+
     def start(
         self,
         amplitude: Array,
@@ -110,6 +171,9 @@ class Newmark(Held):
         out_of_balance -= self.damping.alpha * momentum + self.damping.beta * Kv
         if self._C is not None:
             out_of_balance -= product(self._C, v[:, None])[:, 0]
+        if self._modal is not None:
+            U = self._modal.images
+            out_of_balance -= U @ (self._modal.excess * self._total(U.T @ v))
         acceleration: Array = np.zeros(n)
         if self._M.getComm().tompi4py().allreduce(float(out_of_balance @ out_of_balance)) > 0.0:
             with Factorisation(self._M, full_blocks=False, name="the mass matrix") as factor:
@@ -215,9 +279,12 @@ class _Stepper:
         self.r += self.f
         self.r -= 2.0 * state.restoring
         self.factor.solve(self.r_vector, self.w_vector)
+        modal = system.correct(self.w)
         system._M.mult(self.w_vector, self.Mw_vector)
         if system._C is not None:
             system._C.mult(self.w_vector, self.Cw_vector)
+        if modal is not None:
+            self.Cw[:] = modal if system._C is None else self.Cw + modal
         energies: tuple[float, float, float, float] = _advance(
             system.time_step,
             system.damping.alpha,

@@ -21,7 +21,8 @@ the larger models: it is too small where one of these is hardly better, or as wr
 several of them and the safety factor. Smaller models tell their own error, which is often far
 larger than that of the model.
 
-The bound, for an output y = lᵀ x, holds always and needs no eigenvalue. The pencil is normal in the
+These hold for any law of damping. The bound, for an output y = lᵀ x, is known of Rayleigh damping
+alone; there it holds always and needs no eigenvalue. The pencil is normal in the
 inner product of K + σ0 M, where K + σ M has the eigenvalues (λ + σ) / (λ + σ0). None of them is
 smaller than |Im σ| / |σ − σ0|, so that with ‖f‖² = fᴴ (K + σ0 M)⁻¹ f and the residual r
 
@@ -39,7 +40,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.damping import DampingLaw, Rayleigh
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced import ReducedModel, reduced_model, shift_of
 from impactfem.system.errors import SolutionError
@@ -95,7 +96,7 @@ def larger_models(
 
 
 def transfer_band(
-    models: Sequence[ReducedModel], basis: Array, omega: Array, damping: Rayleigh
+    models: Sequence[ReducedModel], basis: Array, omega: Array, damping: DampingLaw
 ) -> Array:
     """Half width of the band on the size of transfer functions, as of `ReducedModel.transfer`.
 

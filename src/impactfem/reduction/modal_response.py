@@ -1,7 +1,7 @@
 """Modal equations integrated in time: exactly for piecewise-linear loads, or by Newmark.
 
-z̈ + c ż + λ z = b p(t) with c = α + β λ, and p straight between its samples. One step is linear in
-the state and in the load's samples at both ends,
+z̈ + c ż + λ z = b p(t) with c by the law of damping (α + β λ, if it is Rayleigh's), and p straight
+between its samples. One step is linear in the state and in the load's samples at both ends,
 
     (z, ż)₁ = D (z, ż)₀ + G₀ b p₀ + G₁ b p₁,
 
@@ -20,7 +20,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.reduced import ReducedModel
 from impactfem.system.errors import SolutionError
 
@@ -40,7 +40,7 @@ def modal_response(
     model: ReducedModel,
     amplitudes: Array,
     time_step: float,
-    damping: Rayleigh,
+    damping: DampingLaw,
     *,
     scheme: str = "exact",
     start: Array | None = None,

@@ -3,9 +3,10 @@
 In the space of a Krylov basis (see `krylov`) the response to the load p(t) of a pattern is
 x = Φ z with Φ = V Y, where T Y = Y Θ, Yᵀ Y = I, and
 
-    z̈ + (α + β λ) ż + λ z = b p(t),   λ = 1/θ − σ0,   b = Θ⁻¹ Yᵀ R.
+    z̈ + d ż + λ z = b p(t),   λ = 1/θ − σ0,   b = Θ⁻¹ Yᵀ R.
 
-Its residual at the angular frequency ω, for p = exp(iωt), lies in a few directions,
+with d of any law of damping, α + β λ of Rayleigh's. With the latter, its residual at the angular
+frequency ω, for p = exp(iωt), lies in a few directions,
 
     r = F − (K + iωC − ω²M) x = −(σ − σ0) (1 + iωβ) (K + σ0 M) Q S Y z.
 """
@@ -19,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.dynamics.columns import inner
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.damping import DampingLaw, Rayleigh
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.system.errors import SolutionError
 
@@ -46,11 +47,11 @@ class ReducedModel:
         """Φ, shape (n, r), at rows of V, shape (n, size), of this basis or one it is nested in."""
         return np.asarray(basis[:, : len(self.coordinates)] @ self.coordinates, dtype=np.float64)
 
-    def amplitude(self, omega: Array, damping: Rayleigh) -> Complex:
+    def amplitude(self, omega: Array, damping: DampingLaw) -> Complex:
         """Modal coordinates z for the loads exp(iωt), one pattern at a time, (n, r, n_patterns)."""
         return np.asarray(self._factor(omega, damping)[:, :, None] * self.load)
 
-    def transfer(self, basis: Array, omega: Array, damping: Rayleigh) -> Complex:
+    def transfer(self, basis: Array, omega: Array, damping: DampingLaw) -> Complex:
         """Displacements at rows of V, as of `shapes`, under the loads exp(iωt), one at a time.
 
         ω has the shape (n_freq,) [rad/s]; gives shape (n_freq, n, n_patterns) [m per unit of the
@@ -59,15 +60,15 @@ class ReducedModel:
         shapes, factor = self.shapes(basis), self._factor(omega, damping)
         return np.stack([factor @ (shapes * b).T for b in self.load.T], axis=-1)
 
-    def outside(self, omega: Array, damping: Rayleigh) -> Complex:
+    def outside(self, omega: Array, damping: DampingLaw) -> Complex:
         """What A x has outside the space under the loads exp(iωt), w = S Y z, by pattern.
 
         Shape (n, n_tail, n_patterns); its norm is that of A x there in the mass.
         """
         return np.asarray(self.tail @ self.amplitude(omega, damping))
 
-    def _factor(self, omega: Array, damping: Rayleigh) -> Complex:
-        """1 / (λ + iω (α + β λ) − ω²), shape (n_freq, r)."""
+    def _factor(self, omega: Array, damping: DampingLaw) -> Complex:
+        """1 / (λ + iω d − ω²), shape (n_freq, r)."""
         s = 1j * np.asarray(omega)[:, None]
         d = damping.modal(self.eigenvalue)
         return np.asarray(1.0 / (s * s + d * s + self.eigenvalue), dtype=np.complex128)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from impactfem.building.links import Displacements
 from impactfem.building.mesh import DOFS
 from impactfem.building.model import BuildingModel
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.damping import DampingLaw, Rayleigh
 from impactfem.reduction.error_band import (
     NESTED_SHARES,
     by_third_octave,
@@ -85,12 +85,14 @@ class ReducedBasis:
         vectors = self.rows(kept)[..., : len(self.model.coordinates)]
         return replace(self, models=self.models[:1], larger=(), nodes=kept, vectors=vectors)
 
-    def bound(self, nodes: Index, omega: Array, damping: Rayleigh) -> Array:
+    def bound(self, nodes: Index, omega: Array, damping: DampingLaw) -> Array:
         """Rigorous bound on the error of displacements under exp(iωt) of each load.
 
         ω has the shape (n_freq,) [rad/s]. Shape (n_freq, n, 3, n_loads); infinite where nothing is
-        known.
+        known, as of damping that is not Rayleigh's.
         """
+        if not isinstance(damping, Rayleigh):
+            return np.full((len(omega), len(nodes), 3, len(self.loads)), math.inf)
         at = np.searchsorted(self.certified, nodes)
         known = np.isin(nodes, self.certified)
         norm = np.full((len(nodes), 3), math.inf)
@@ -99,7 +101,7 @@ class ReducedBasis:
         found = transfer_bound(self.model, norm.ravel(), residual, omega, damping)
         return found.reshape(len(omega), len(nodes), 3, -1)
 
-    def error(self, probes: Index, damping: Rayleigh, maximum_frequency: float) -> float:
+    def error(self, probes: Index, damping: DampingLaw, maximum_frequency: float) -> float:
         """Largest estimated error of the accelerations at probes, as of `NestedModels.error`."""
         rows = self.vectors[np.searchsorted(self.nodes, np.unique(probes))]
         return NestedModels(self.models, rows).error(damping, maximum_frequency)
@@ -154,7 +156,7 @@ def models_of_content(name: str, content: Mapping[str, Any]) -> tuple[ReducedMod
 class Accuracy:
     """How good a basis has to be."""
 
-    damping: Rayleigh
+    damping: DampingLaw
     maximum_frequency: float  #: up to which the transfer functions must be accurate [Hz]
     tolerance: float  #: their largest relative error at the probes, as of `NestedModels.error`
     #: What to do where it is not met, in the words of the case.
@@ -168,7 +170,7 @@ class NestedModels:
     models: tuple[ReducedModel, ...]  #: the model, then those nested in it
     rows: Array  #: V at the probes, shape (n_probes, 3, size of the model)
 
-    def error(self, damping: Rayleigh, maximum_frequency: float) -> float:
+    def error(self, damping: DampingLaw, maximum_frequency: float) -> float:
         """Largest estimated error of the accelerations at the probes under any one of the loads.
 
         The error band of the transfer functions by nested models up to a frequency [Hz], over the
@@ -348,7 +350,7 @@ def _omega(maximum_frequency: float) -> Array:
 
 
 def _difference(
-    models: Sequence[ReducedModel], rows: Array, omega: Array, damping: Rayleigh
+    models: Sequence[ReducedModel], rows: Array, omega: Array, damping: DampingLaw
 ) -> float:
     """Largest error, as estimated, of the transfer functions over the largest of any probe."""
     flat = rows.reshape(-1, rows.shape[2])

@@ -33,7 +33,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impactfem.case import Spectra
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.error_band import LARGER_SAFETY, NESTED_SAFETY
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import ModalHistory, modal_response
@@ -66,7 +66,7 @@ class NodeResponse:
 def modal_histories(
     basis: ReducedBasis,
     loads: Loads,
-    damping: Rayleigh,
+    damping: DampingLaw,
     *,
     scheme: str = "exact",
     model: ReducedModel | None = None,
@@ -141,7 +141,7 @@ class Transfer:
         cls,
         basis: ReducedBasis,
         nodes: Index,
-        damping: Rayleigh,
+        damping: DampingLaw,
         highest: float,
         loads: Collection[str] | None = None,
     ) -> Transfer:
@@ -179,7 +179,7 @@ class Band:
 def response_band(
     basis: ReducedBasis,
     loads: Loads,
-    damping: Rayleigh,
+    damping: DampingLaw,
     nodes: Index,
     response: NodeResponse,
     psa: Array,

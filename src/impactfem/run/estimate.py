@@ -251,7 +251,7 @@ def nodes_of_file(path: Path) -> int:
 
 def _block_steps(damping: Damping, frequency: float, tolerance: float) -> float:
     """Vectors for each load; the paper's building with three dampings to 100 and 450 Hz."""
-    ratio = max(float(damping.rayleigh.ratio(frequency)), 1e-4)
+    ratio = max(float(damping.law.ratio(frequency)), 1e-4)
     growth = (frequency / ratio / 300.0) ** 0.69
     return float(53.0 * growth * (1.0 + math.log(1e-3 / tolerance) / 7.0))
 

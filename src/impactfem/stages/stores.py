@@ -10,7 +10,7 @@ readers select by it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +20,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from impactfem.dynamics.damping import DampingLaw, RatioTable, Rayleigh
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.scalar import Scalar, with_scalars
 
@@ -82,6 +83,36 @@ def dataset(
         attrs=dict(attributes),
     )
     return found if scalars is None else with_scalars(found, scalars)
+
+
+def damping_outputs(dimension: str) -> dict[str, Output]:
+    """Outputs that describe laws of damping, those of damping cases or of buildings."""
+    return {
+        "mass_coefficient": Output(dimension, "1/s", "α of Rayleigh damping"),
+        "stiffness_coefficient": Output(dimension, "s", "β of Rayleigh damping"),
+        "law_frequency": Output("law_frequency", "Hz", "at which the laws of damping are given"),
+        "law_ratio": Output(f"{dimension} law_frequency", "-", "damping ratio by the law"),
+    }
+
+
+def damping_values(laws: Sequence[DampingLaw]) -> dict[str, Any]:
+    """Laws of damping as `damping_outputs`, at the points of their tables, too."""
+    points = [law.frequency for law in laws if isinstance(law, RatioTable)]
+    frequency = np.unique(np.concatenate([np.geomspace(0.1, 1e3, 401), *points]))
+    return {
+        "mass_coefficient": [law.coefficients[0] for law in laws],
+        "stiffness_coefficient": [law.coefficients[1] for law in laws],
+        "law_frequency": frequency,
+        "law_ratio": [law.ratio(frequency) for law in laws],
+    }
+
+
+def damping_of(one: xr.Dataset) -> DampingLaw:
+    """The law of one damping case or building of a store, from `damping_outputs`."""
+    α, β = float(one["mass_coefficient"]), float(one["stiffness_coefficient"])
+    if np.isfinite(α):
+        return Rayleigh(α, β)
+    return RatioTable(tuple(one["law_frequency"].values), tuple(one["law_ratio"].values))
 
 
 @contextmanager

@@ -11,11 +11,14 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.damping import UNDAMPED, DampingLaw, Rayleigh
 from impactfem.sticks.element import Section, rigid_link, storey_stiffness
 from impactfem.system.errors import ImpactfemError
 
 Array = NDArray[np.float64]
+
+HIGH = np.array([1e12])
+"""λ of modes beyond those of any storey [1/s2]."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,8 @@ class Floor:
     inertia: tuple[float, float, float]
     height: float  #: from the mass centre below (or the base) to this mass centre [m]
     section: Section  #: section of the storey below the floor, stiffness factors included
-    damping: Rayleigh  #: Rayleigh coefficients of the storey (β) and of the floor's mass (α)
+    #: Coefficients of the storey (β) and of the floor's mass (α), where the stick has no law.
+    damping: Rayleigh = UNDAMPED
     below: float = 0.0  #: from the mass centre down to the lower edge of the rigid zone [m]
     above: float = 0.0  #: from the mass centre up to its upper edge [m]
 
@@ -61,6 +65,7 @@ class Stick:
     C: Array  #: damping matrix, shape (n, n) [N s/m, N m s]
     K: Array  #: stiffness matrix, shape (n, n) [N/m, N m]
     elements: tuple[StoreyElement, ...]  #: the beam elements, for the forces in the storeys
+    damping: DampingLaw | None = None  #: the law of C; None where it is by floors and storeys
     #: Master of each (storey number, relative height) added for contact.
     storey_points: Mapping[tuple[int, float], int] = field(default_factory=dict)
 
@@ -163,6 +168,7 @@ def build_stick(
     name: str,
     floors: Sequence[Floor],
     *,
+    damping: DampingLaw | None = None,
     axis: tuple[float, float] = (0.0, 0.0),
     base: float = 0.0,
     storey_points: Sequence[tuple[int, float]] = (),
@@ -171,12 +177,13 @@ def build_stick(
 
     Each floor has three nodes (lower edge of the cross beams, mass centre, upper edge); rigid
     links tie the edges to the mass centre by transformation, so that no large stiffness enters.
-    The storeys between the edges are massless; all mass is the floors'. Damping is by part:
-    α M on floors, β K on storeys (paper, section 3.2.2).
+    The storeys between the edges are massless; all mass is the floors'.
 
     Args:
         name: The building's name.
         floors: The floors, bottom to top.
+        damping: The law of the whole; None for damping by part, α M on floors and β K on storeys,
+            each with its own coefficients.
         axis: Plan position (x, y) of the axis [m].
         base: Elevation of the clamped base [m].
         storey_points: Points (floor number above, relative height of the flexible part, between 0
@@ -184,8 +191,8 @@ def build_stick(
 
     Raises:
         ImpactfemError: A storey has no flexible length left between its rigid zones; or a point
-            is not inside its storey, or in one without stiffness-proportional damping, where a
-            node without mass would ring for ever.
+            is not inside its storey, or in one whose damping does not grow with the stiffness,
+            where a node without mass would ring for ever.
     """
     z = base + np.cumsum([floor.height for floor in floors])
     positions = [np.array([*axis, height]) for height in z]
@@ -208,7 +215,8 @@ def build_stick(
                     f"building {name}: a point inside the storey below floor {floor.number} needs "
                     f"a relative height between 0 and 1, got {s:g}; its ends are points of floors"
                 )
-            if not floor.damping.beta > 0.0:
+            beta = floor.damping.beta if damping is None else damping.stiffness_part(HIGH)
+            if not beta > 0.0:
                 raise ImpactfemError(
                     f"building {name}: a contact point inside the storey below floor "
                     f"{floor.number} has no mass and needs damping of the storey "
@@ -245,9 +253,10 @@ def build_stick(
         base=base,
         positions=np.array(positions),
         M=M,
-        C=C,
+        C=C if damping is None else damping.matrix((K + K.T) / 2.0, M),
         K=(K + K.T) / 2.0,
         elements=tuple(elements),
+        damping=damping,
         storey_points=masters,
     )
 

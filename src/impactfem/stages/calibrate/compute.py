@@ -24,7 +24,7 @@ from impactfem.coupling.unilateral import (
     body_before_walls,
     unilateral_response,
 )
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.wall import WallModel, wall_side
 from impactfem.stages.calibrate.experiment import WallExperiment, WallHistory, run_stick
 from impactfem.stages.calibrate.impact import (
@@ -50,7 +50,7 @@ class Prepared:
     experiment: WallExperiment
     #: The building's own damping, then by name that of each damping case with a calibrated
     #: restitution.
-    dampings: dict[str, Rayleigh]
+    dampings: dict[str, DampingLaw]
     position: Array  #: place of each contact constraint along its edge, shape (m,) [m]
     length: Array  #: length of edge that it stands for, shape (m,) [m]
 
@@ -68,7 +68,7 @@ class DampedRun:
     """The experiment with one damping of the building."""
 
     name: str
-    damping: Rayleigh
+    damping: DampingLaw
     run: BuildingRun  #: what the 3D model did
     impacts: tuple[FloorImpacts, ...]  #: impacts of its floors that may hit, bottom to top
     penalty: PenaltyParameters  #: ε, ξ_c and K_Ceq from the top one of them
@@ -99,7 +99,7 @@ def prepare(case: Case, mesh_file: Path) -> Prepared:
     parts, masses, _ = read_parts(case, mesh_file)
     side = wall_side(parts.mesh, setup.floors, mesh_file)
     edges = [contact_edge(parts.mesh, floor, setup.contact_spacing) for floor in setup.floors]
-    own = case.building(structure.building).damping.rayleigh
+    own = case.building(structure.building).damping.law
     return Prepared(
         parts=parts,
         mass=masses.floors[[list(parts.mesh.floors).index(floor) for floor in setup.floors]],
@@ -107,7 +107,7 @@ def prepare(case: Case, mesh_file: Path) -> Prepared:
             **setup.model_dump(exclude={"building", "contact_spacing"}), side=side
         ),
         dampings={OWN: own}
-        | {one.name: one.rayleigh for one in case.damping_cases if one.restitution == CALIBRATED},
+        | {one.name: one.law for one in case.damping_cases if one.restitution == CALIBRATED},
         position=np.concatenate([edge.position for edge in edges]),
         length=np.concatenate([edge.weight for edge in edges]),
     )
@@ -151,7 +151,7 @@ def run_calibrate(case: Case, prepared: Prepared, model: WallModel, step: Step) 
 
 
 def run_reduced(
-    model: WallModel, experiment: WallExperiment, mass: Array, damping: Rayleigh
+    model: WallModel, experiment: WallExperiment, mass: Array, damping: DampingLaw
 ) -> BuildingRun:
     """Run the experiment with the reduced model and the masses of the floors that may hit [kg].
 

@@ -15,10 +15,9 @@ from impactfem.case import Case, KelvinVoigtLaw
 from impactfem.case.damping import OWN
 from impactfem.case.quantity import CALIBRATED
 from impactfem.coupling.restitution import kelvin_voigt_phase, kelvin_voigt_xi
-from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.calibrate.experiment import WallHistory
 from impactfem.stages.calibrate.impact import FloorImpacts, floor_impacts
-from impactfem.stages.stores import number_of, open_store, time_step
+from impactfem.stages.stores import damping_of, names_of, number_of, open_store, time_step
 
 Array = NDArray[np.float64]
 MODEL, STICK = "", "stick_"
@@ -133,8 +132,7 @@ def half_wave(store: xr.Dataset) -> float:
 
 def damping_ratios(store: xr.Dataset, frequency: float) -> xr.DataArray:
     """The building's damping ratio at a frequency [Hz] in each damping case [-]."""
-    both = (store[f"{name}_coefficient"].values for name in ("mass", "stiffness"))
-    ratios = [Rayleigh(*pair).ratio(frequency) for pair in zip(*both, strict=True)]
+    ratios = [damping_of(store.sel(case=case)).ratio(frequency) for case in names_of(store, "case")]
     return xr.DataArray(ratios, coords={"case": store["case"]}, dims="case")
 
 

@@ -6,6 +6,7 @@ the floors away from it. What begins with `stick_` is of the stick, the rest of 
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from impactfem.stages.calibrate.compute import CalibrationStudy
 from impactfem.stages.calibrate.experiment import WallHistory
-from impactfem.stages.stores import Output, dataset
+from impactfem.stages.stores import Output, damping_outputs, damping_values, dataset
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar
 
@@ -41,8 +42,7 @@ OUTPUTS = {
     "step": Output("step", "s", "times of the first impact"),
     "constraint_force": Output("step constraint", "N"),
     "case": Output("case", "", "damping, that of the building first"),
-    "mass_coefficient": Output("case", "1/s", "α of Rayleigh damping"),
-    "stiffness_coefficient": Output("case", "s", "β of Rayleigh damping"),
+    **damping_outputs("case"),
     "epsilon": Output("case", "-", "restitution by equation 5"),
     "xi_c": Output("case", "-", "damping ratio of the contact by equation 4"),
     "K_Ceq": Output("case", "N/m", "stiffness of the contact by equation 6"),
@@ -79,8 +79,7 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
         "step": contact.time[near],
         "constraint_force": contact.force[near],
         "case": [case.name for case in cases],
-        "mass_coefficient": [case.damping.alpha for case in cases],
-        "stiffness_coefficient": [case.damping.beta for case in cases],
+        **damping_values([case.damping for case in cases]),
         **{
             name: [getattr(c.penalty, name) for c in cases] for name in ("epsilon", "xi_c", "K_Ceq")
         },
@@ -184,7 +183,8 @@ def calibration_scalars(study: CalibrationStudy) -> list[Scalar]:
         ("energy_gained", energy.gained, "-", "by the contact"),
     ]
     for one in study.cases[1:]:
-        note = f"α = {one.damping.alpha:.4g} 1/s, β = {one.damping.beta:.4g} s"
+        α, β = one.damping.coefficients
+        note = "" if math.isnan(α) else f"α = {α:.4g} 1/s, β = {β:.4g} s"
         rows += [
             (f"epsilon.{one.name}", one.penalty.epsilon, "-", note),
             (f"K_Ceq.{one.name}", one.penalty.K_Ceq, "N/m", note),

@@ -23,7 +23,7 @@ from impactfem.case import Case, Spectra
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.coupling.from_case import loads_of
 from impactfem.coupling.pounding import System, interpolate_ground, simulate
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.damping import DampingLaw
 from impactfem.motion.from_case import ground_motions
 from impactfem.reduction.forces import with_floor_forces
 from impactfem.reduction.loads import EdgeForce, Loads, make_loads
@@ -105,7 +105,7 @@ class Carrier:
     candidates: pd.DataFrame
     frequency: Array  #: at which frequencies they are sought [Hz]
     search_damping: float  #: with which damping of the oscillators [-]
-    damping: Rayleigh  #: of the building
+    damping: DampingLaw  #: of the building
     spectra: Spectra  #: the case's floor spectra
     analyst: Analyst | None  #: of the devices; None without devices
     choice: SpectrumChoice | None  #: which response spectrum analysis counts; None without devices

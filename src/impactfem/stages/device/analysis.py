@@ -15,7 +15,7 @@ from impactfem.device.modes import DeviceModes, device_modes
 from impactfem.device.mounted import MountedDevice, MountedHistory, mounted_response
 from impactfem.device.spectrum import AnchorSpectrum
 from impactfem.device.spectrum_analysis import SpectrumResponse
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import modal_response
 from impactfem.reduction.reduced_building import CompleteModel
@@ -112,7 +112,7 @@ class Analyst:
     spectra: Spectra  #: the case's floor spectra
     substeps: int  #: steps of the detailed analysis in one of the loads
 
-    def analyse(self, loads: Loads, damping: Rayleigh) -> list[DeviceResult]:
+    def analyse(self, loads: Loads, damping: DampingLaw) -> list[DeviceResult]:
         """All devices at all their anchors under loads, with a damping of the building.
 
         Raises:

@@ -21,7 +21,7 @@ from impactfem.coupling.from_case import calibration_of
 from impactfem.device.from_case import checked_devices, rules_of
 from impactfem.device.mounted import MountedDevice
 from impactfem.device.spectrum import given_spectra
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.damping import DampingLaw
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.probes import CoveredPoints, covered_points
@@ -45,7 +45,7 @@ class Prepared:
     base_plates: tuple[BasePlate, ...]  #: where they are anchored, one for each anchor of each
     points: CoveredPoints  #: further points, which envelopes of spectra cover
     plans: tuple[SpectrumPlan, ...]  #: response spectrum analyses of each
-    own: Rayleigh  #: damping of the building, α [1/s] and β [s]
+    own: DampingLaw  #: damping of the building, α [1/s] and β [s]
     loads: Loads  #: ground motion and impact forces with that damping, at the step of the 3D model
     motions: tuple[GroundMotion, ...]
     #: contact laws that left their restitution to the impact on the wall; empty where none did
@@ -99,7 +99,7 @@ def prepare(
             )
             for device, setup in zip(devices, case.devices, strict=True)
         ),
-        own=case.building(structure.building).damping.rayleigh,
+        own=case.building(structure.building).damping.law,
         loads=case_loads(
             case, parts.mesh, motions, forces, path, transient.duration or float(forces.time[-1])
         ),
@@ -120,7 +120,7 @@ class DampedStudy:
     """The devices with one damping of the buildings."""
 
     name: str  #: name of the damping case
-    damping: Rayleigh
+    damping: DampingLaw
     epsilon: float | None  #: restitution of the pounding; None where the laws kept theirs
     calibrated: bool  #: whether it comes from the impact on the wall with this damping
     loads: Loads  #: ground motion and impacts
@@ -199,7 +199,7 @@ def run_devices(
                 [MountedDevice(plan.device.name, plan.device) for plan in prepared.plans],
                 loads,
                 eccentricity=transient.eccentricity,
-                damping=prepared.own,
+                damping=prepared.own.rayleigh,
             ) as system,
         ):
             LOGGER.debug(
@@ -210,7 +210,7 @@ def run_devices(
             full = full_histories(
                 system,
                 loads,
-                prepared.own,
+                prepared.own.rayleigh,
                 substeps,
                 folder,
                 key=key,
@@ -284,7 +284,7 @@ def _damping_case(
     if forces_file is not None:
         # Nothing is known of what another damping would do to forces from elsewhere.
         LOGGER.debug("device: damping case %s with the forces of %s", one.name, forces_file)
-        return _damped(analyst, one.name, one.rayleigh, prepared.loads)
+        return _damped(analyst, one.name, one.law, prepared.loads)
     calibrated = one.name in prepared.restitution
     epsilon = prepared.restitution.get(one.name)
     if one.restitution != CALIBRATED:
@@ -296,13 +296,13 @@ def _damping_case(
     forces, mesh = ForceHistory.of_response(response), prepared.parts.mesh
     loads = case_loads(damped, mesh, prepared.motions, forces, case.path, duration)
     LOGGER.debug("device: damping case %s with the restitution %s", one.name, epsilon)
-    return _damped(analyst, one.name, one.rayleigh, loads, epsilon, calibrated=calibrated)
+    return _damped(analyst, one.name, one.law, loads, epsilon, calibrated=calibrated)
 
 
 def _damped(
     analyst: Analyst,
     name: str,
-    damping: Rayleigh,
+    damping: DampingLaw,
     loads: Loads,
     epsilon: float | None = None,
     *,

@@ -45,7 +45,6 @@ from impactfem.stages.device.selection import (
     WITH,
     WITHOUT,
     Load,
-    building_damping,
     direction,
     file_stem,
     headline,
@@ -56,7 +55,7 @@ from impactfem.stages.device.selection import (
     shown_modes,
     variant,
 )
-from impactfem.stages.stores import names_of, open_stores
+from impactfem.stages.stores import damping_of, names_of, open_stores
 from impactfem.system.parallel import meanwhile
 
 Array = NDArray[np.float64]
@@ -176,16 +175,16 @@ def _looks(store: xr.Dataset) -> dict[str, tuple[str, str, float]]:
 
 
 def _damping_figure(path: Path, store: xr.Dataset) -> Path:
-    """Figure 28: Rayleigh's damping ratio by damping case."""
+    """Figure 28: the damping ratio by damping case."""
     first, *_ = names_of(store, "device")
     frequency: Array = np.asarray(np.geomspace(*RANGE, 400), dtype=np.float64)
     caption = (
-        "Figure 28: Rayleigh damping ratio of the buildings over the frequency by damping case. "
+        "Figure 28: Damping ratio of the buildings over the frequency by damping case. "
         f"Dotted: modes of {first} along $e_{direction(store)}$."
     )
     with figure(path, (1, 1), (6.5, 3.8), caption) as (_, (panel, *_)):
         for case, (colour, dashes, width) in _looks(store).items():
-            ratio = 100.0 * building_damping(store, case).ratio(frequency)
+            ratio = 100.0 * damping_of(store.sel(case=case)).ratio(frequency)
             panel.loglog(frequency, ratio, label=case, color=colour, ls=dashes, lw=width)
         for mode in shown_modes(store, first)["mode_frequency"].values:
             panel.axvline(mode, color="0.5", ls=":", lw=0.9)

@@ -12,7 +12,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.case.damping import OWN
-from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.stores import names_of
 
 Array = NDArray[np.float64]
@@ -59,12 +58,6 @@ def direction(store: xr.Dataset) -> str:
 def headline(store: xr.Dataset) -> str:
     """The response spectrum analysis as the paper does it."""
     return str(store.attrs["headline"])
-
-
-def building_damping(store: xr.Dataset, case: str) -> Rayleigh:
-    """The damping of the buildings in a damping case."""
-    one = store.sel(case=case)
-    return Rayleigh(float(one["mass_coefficient"]), float(one["stiffness_coefficient"]))
 
 
 def scalar_start(store: xr.Dataset, device: str) -> str:

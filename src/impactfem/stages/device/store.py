@@ -33,7 +33,7 @@ from impactfem.device.parts import solid_cylinder
 from impactfem.stages.device.analysis import DeviceResult
 from impactfem.stages.device.compute import DampedStudy, DeviceStudy
 from impactfem.stages.device.spectrum_plan import SpectrumChoice, SpectrumPlan, headline_of
-from impactfem.stages.stores import Output, dataset
+from impactfem.stages.stores import Output, damping_outputs, damping_values, dataset
 from impactfem.sticks.element import COMPONENTS, rigid_link
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, with_scalars
@@ -75,8 +75,7 @@ OUTPUTS = {
     "net_uplift": Output(_LOAD, "N", "largest force upward less the weight"),
     "net_tension": Output(_LOAD, "N", "n times the pull of the most loaded of n anchors"),
     "spectrum_tension": Output(f"{_LOAD} choice", "N", "the same by response spectrum analysis"),
-    "mass_coefficient": Output("case", "1/s", "α of Rayleigh damping"),
-    "stiffness_coefficient": Output("case", "s", "β of Rayleigh damping"),
+    **damping_outputs("case"),
     "epsilon": Output("case", "-", "restitution of the contact laws; nan where they keep theirs"),
     "epsilon_calibrated": Output("case", "", "whether the impact on the wall gave it"),
     "impact_force": Output("case", "N", "largest one, as resampled to the steps of the 3D model"),
@@ -151,8 +150,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
         "anchor_radius": radius,
         "weight_force": weight,
         **pulls(force, by_spectrum, weight, radius),
-        "mass_coefficient": [one.damping.alpha for one in cases],
-        "stiffness_coefficient": [one.damping.beta for one in cases],
+        **damping_values([one.damping for one in cases]),
         "epsilon": [np.nan if one.epsilon is None else one.epsilon for one in cases],
         "epsilon_calibrated": [int(one.calibrated) for one in cases],
         "impact_force": [one.loads.force.max(initial=0.0) for one in cases],

@@ -15,7 +15,6 @@ from impactfem.stages.device.selection import (
     LOADS,
     ROTATIONS,
     Load,
-    building_damping,
     direction,
     headline,
     loaded,
@@ -28,7 +27,7 @@ from impactfem.stages.device.selection import (
     variant,
 )
 from impactfem.stages.device.verdict import verdict
-from impactfem.stages.stores import names_of, open_store
+from impactfem.stages.stores import damping_of, names_of, open_store
 
 Published = Mapping[str, float]
 Rows = list[tuple[Cell, ...]]
@@ -174,10 +173,10 @@ def _dampings(store: xr.Dataset, published: Published) -> Table:
     for case in names_of(store, "case"):
         name = "calibration.epsilon" if case == own else f"calibration.epsilon.{case}"
         described = published.get(name)
-        damping, (epsilon, source) = building_damping(store, case), restitution(store, case)
+        damping, (epsilon, source) = damping_of(store.sel(case=case)), restitution(store, case)
         rows.append(
             (
-                *(case, damping.alpha, damping.beta),
+                *(case, *damping.coefficients),
                 *(100.0 * float(damping.ratio(f)) for f in shown),
                 epsilon,
                 source,

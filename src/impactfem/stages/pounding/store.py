@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from impactfem.case.contact_checks import pair_distance
 from impactfem.stages.pounding.compute import StickStudy, station_dofs
 from impactfem.stages.pounding.scalars import stick_scalars
-from impactfem.stages.stores import Output, dataset
+from impactfem.stages.stores import Output, damping_outputs, damping_values, dataset
 from impactfem.sticks.element import COMPONENTS
 from impactfem.system.files import write_netcdf
 
@@ -59,8 +59,10 @@ OUTPUTS = {
     "mode_component": Output("mode_component"),
     "mode_frequency": Output("building mode", "Hz"),
     "mode_family": Output("building mode", "", "direction of bending, or the kind of the mode"),
+    "mode_ratio": Output("building mode", "-", "damping ratio"),
     "mode_effective_mass": Output("building mode_direction mode", "kg, kg m2"),
     "mode_shape": Output("station mode mode_component", "kg^-1/2", "with unit modal mass"),
+    **damping_outputs("building"),
     "impact_pair": Output("impact", label=True),
     "impact_first_contact": Output("impact", "s"),
     "impact_end": Output("impact", "s"),
@@ -231,14 +233,17 @@ def _histories(study: StickStudy) -> dict[str, Any]:
 
 
 def _modes(study: StickStudy) -> dict[str, Any]:
+    laws = [building.damping.law for building in study.case.buildings]
     sticks, count = study.system.sticks, max(found.frequency.size for found in study.modes)
-    frequency = np.full((len(sticks), count), np.nan)
+    frequency, ratio = np.full((2, len(sticks), count), np.nan)
     mass = np.full((len(sticks), len(COMPONENTS), count), np.nan)
     family = np.full((len(sticks), count), "", dtype=object)
     shapes = []
     for k, (stick, found) in enumerate(zip(sticks, study.modes, strict=True)):
         floors, size = len(stick.floors), found.frequency.size
         frequency[k, :size] = found.frequency
+        omega = 2.0 * np.pi * found.frequency
+        ratio[k, :size] = laws[k].modal(omega**2) / (2.0 * omega)
         mass[k, :, :size] = found.effective_mass
         family[k, :size] = found.family
         shape = np.full((floors, count, 6), np.nan)
@@ -246,6 +251,7 @@ def _modes(study: StickStudy) -> dict[str, Any]:
         shapes.append(shape)
     return {
         "building": [stick.name for stick in sticks],
+        **damping_values(laws),
         "plan": ["x", "y"],
         "building_axis": [stick.axis for stick in sticks],
         "building_base": [stick.base for stick in sticks],
@@ -253,6 +259,7 @@ def _modes(study: StickStudy) -> dict[str, Any]:
         "mode_component": COMPONENTS,
         "mode_frequency": frequency,
         "mode_family": family,
+        "mode_ratio": ratio,
         "mode_effective_mass": mass,
         "mode_shape": np.concatenate(shapes),
     }

@@ -20,7 +20,7 @@ from impactfem.case.calibration import WallImpactSetup
 from impactfem.case.motions import read_force_table
 from impactfem.case.transient import LARGEST_BASIS, MAXIMUM_FREQUENCY, TOLERANCE, Transient
 from impactfem.coupling.force_history import read_forces
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.forces import check_contacts
 from impactfem.reduction.probes import checked_probes, covered_points, motion_grid, recorded_nodes
 from impactfem.reduction.reduced_basis import Accuracy
@@ -107,11 +107,11 @@ def accuracies(case: Case) -> tuple[Accuracy, ...]:
     """How accurate the reduced building has to be: its own model first, then the whole space."""
     if case.structure is None:
         raise ValueError("the case has no structure")
-    own, transient = case.building(case.structure.building).damping.rayleigh, case.transient
+    own, transient = case.building(case.structure.building).damping.law, case.transient
     if transient is None:
         remedy = f"more than {LARGEST_BASIS} need a section [transient] with a larger largest_basis"
         return (Accuracy(own, MAXIMUM_FREQUENCY, TOLERANCE, remedy),)
-    top, cases = transient.maximum_frequency, [one.rayleigh for one in case.damping_cases]
+    top, cases = transient.maximum_frequency, [one.law for one in case.damping_cases]
     served = [own, *(cases if transient.serve_damping_cases else ())]
     requested = [Accuracy(_lightest(served, top), top, transient.tolerance)]
     # The frequencies of the wall and of the devices are not those of the case.
@@ -124,7 +124,7 @@ def accuracies(case: Case) -> tuple[Accuracy, ...]:
     return tuple(requested)
 
 
-def _lightest(dampings: list[Rayleigh], frequency: float) -> Rayleigh:
+def _lightest(dampings: list[DampingLaw], frequency: float) -> DampingLaw:
     return min(dampings, key=lambda damping: float(damping.ratio(frequency)))
 
 

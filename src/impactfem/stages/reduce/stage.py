@@ -26,7 +26,7 @@ def _wanted(case: Case) -> str:
     content = {
         "transient": None if transient is None else transient.model_dump_json(include=keys),
         # The lightest of them counts where devices stand on the building, or where all are served.
-        "dampings": [str(one.rayleigh) for one in case.damping_cases]
+        "dampings": [str(one.law) for one in case.damping_cases]
         if case.devices or (transient is not None and transient.serve_damping_cases)
         else [],
         "directions": sorted(motion.direction for motion in case.motions),

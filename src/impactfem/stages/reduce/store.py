@@ -14,8 +14,8 @@ from impactfem.system.scalar import Scalar
 OUTPUTS = {
     "load": Output("load", "", "load pattern of the basis"),
     "accuracy": Output("accuracy", "", "what the transfer functions are accurate for"),
-    "mass_coefficient": Output("accuracy", "1/s", "α of the damping"),
-    "stiffness_coefficient": Output("accuracy", "s", "β of the damping"),
+    "mass_coefficient": Output("accuracy", "1/s", "α of Rayleigh damping"),
+    "stiffness_coefficient": Output("accuracy", "s", "β of Rayleigh damping"),
     "maximum_frequency": Output("accuracy", "Hz", "up to which they are accurate"),
     "tolerance": Output("accuracy", "-", "largest error that is allowed"),
     "error": Output("accuracy", "-", "estimated error, by nested models"),
@@ -34,8 +34,8 @@ def write_reduced(
             f"{one.maximum_frequency:g} Hz"
             for one in accuracies
         ],
-        "mass_coefficient": [one.damping.alpha for one in accuracies],
-        "stiffness_coefficient": [one.damping.beta for one in accuracies],
+        "mass_coefficient": [one.damping.coefficients[0] for one in accuracies],
+        "stiffness_coefficient": [one.damping.coefficients[1] for one in accuracies],
         "maximum_frequency": [one.maximum_frequency for one in accuracies],
         "tolerance": [one.tolerance for one in accuracies],
         "error": reduced.errors,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from impactfem.building.links import Displacements, carried, linked
 from impactfem.building.model import assemble_building, damping_matrix
 from impactfem.case import Case
+from impactfem.dynamics.newmark import in_full_order
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.reduction.response import (
@@ -188,18 +189,21 @@ def _full(
             own = sum(one is not None for one in every)
             LOGGER.debug("transient: %d of %d parts have a damping of their own", own, len(every))
             C = damping_matrix(
-                comm, prepared.parts, dampings, prepared.storey_factor, prepared.damping
+                comm, prepared.parts, dampings, prepared.storey_factor, prepared.damping.rayleigh
             ).ptap(T)
         T.destroy()
     with step("time steps"):
+        highest = transient.maximum_frequency
+        base, modal = in_full_order(prepared.damping, K, model.mass, highest)
         return run_full(
             model,
             K,
             loads,
             patterns,
-            prepared.damping,
+            base,
             Displacements(model, nodes, links, mesh.nodes),
             C=C,
+            modal=modal,
             checkpoints=folder / CHECKPOINTS,
             key=key,
             every=max(1, round(transient.checkpoint_every / loads.time_step)),

@@ -16,7 +16,7 @@ from impactfem.building.model import BuildingModel
 from impactfem.dynamics.checkpoints import Checkpoints, resumable_march
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.energy import Energy
-from impactfem.dynamics.newmark import Newmark
+from impactfem.dynamics.newmark import ModalPart, Newmark
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.response import NodeResponse
 
@@ -43,6 +43,7 @@ def run_full(
     probes: Displacements,
     *,
     C: Any | None = None,
+    modal: ModalPart | None = None,
     checkpoints: Path,
     key: str,
     every: int,
@@ -61,9 +62,10 @@ def run_full(
         patterns: Their patterns, shape (n_local, n_patterns).
         damping: The damping.
         probes: What is recorded; clamped nodes move with the ground.
-        C: Damping beside that, by part (see `damping_matrix`).
+        C: Damping in addition, by part (see `damping_matrix`).
+        modal: Damping in addition, of single modes (see `in_full_order`).
         checkpoints: Folder of the checkpoints.
-        key: Hash of what the run depends on, C included; loads, damping and probes are added to it.
+        key: Hash of what the run depends on, C included; loads, other damping and probes are added.
         every: Most steps between two checkpoints.
         progress: Called with the part of the work that is done.
 
@@ -72,10 +74,12 @@ def run_full(
         ImpactfemError: A checkpoint cannot be written.
     """
     free = np.flatnonzero(probes.rows >= 0)
-    seen = (loads.time_step, *astuple(damping)), loads.amplitudes, probes.rows, probes.motion.data
+    seen: list[Any] = [(loads.time_step, *astuple(damping)), loads.amplitudes]
+    seen += [probes.rows, probes.motion.data, *(() if modal is None else (modal.excess,))]
     digest = hashlib.sha256(b"".join(np.asarray(part).tobytes() for part in seen)).hexdigest()
     store = Checkpoints(model.comm, checkpoints, f"{key}, {digest}")
-    with Newmark(K, model.mass, loads.time_step, patterns, damping=damping, C=C) as system:
+    step = loads.time_step
+    with Newmark(K, model.mass, step, patterns, damping=damping, C=C, modal=modal) as system:
         whole = resumable_march(
             system,
             loads.amplitudes,

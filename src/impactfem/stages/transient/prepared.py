@@ -14,7 +14,7 @@ from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
 from impactfem.case.transient import Transient
 from impactfem.coupling.force_history import ForceHistory, read_forces
-from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.damping import DampingLaw
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.reduction.forces import checked_forces, with_floor_forces
 from impactfem.reduction.loads import Loads, make_loads
@@ -31,7 +31,7 @@ class Prepared:
     loads: Loads
     storey_factor: float  #: factor on walls and columns
     base_plates: tuple[BasePlate, ...]  #: of the devices
-    damping: Rayleigh
+    damping: DampingLaw
     wave_floor: int  #: number of the floor whose waves are looked at
 
 
@@ -66,7 +66,7 @@ def prepare(
         loads=loads,
         storey_factor=storey_factor,
         base_plates=find_base_plates(case, parts.mesh),
-        damping=case.building(structure.building).damping.rayleigh,
+        damping=case.building(structure.building).damping.law,
         wave_floor=case.wave_floor,
     )
 

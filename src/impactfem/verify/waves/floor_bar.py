@@ -289,7 +289,7 @@ def paper_floor_as_a_bar(rows: Rows, case_file: Path | None = None) -> None:
     case = paper_case(case_file, END)
     with tempfile.TemporaryDirectory() as folder:
         prepared = prepared_building(case, Path(folder), END)
-    parts, loads, damping = prepared.parts, prepared.loads, prepared.damping
+    parts, loads, damping = prepared.parts, prepared.loads, prepared.damping.rayleigh
     mesh, factor, step = parts.mesh, prepared.storey_factor, loads.time_step
     bar = floor_bar(parts, FLOOR, 1)
     distance, floor = _line_in_3d(parts, FLOOR, loads, damping, factor)
