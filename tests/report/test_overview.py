@@ -1,4 +1,4 @@
-"""What the first page says of an ensemble that went through the 3D model."""
+"""What the page says of an ensemble that went through the 3D model, and of devices."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 from impactfem.report import overview
-from impactfem.report.overview import _carried_floors, facts
+from impactfem.report.overview import _carried_floors, device_verdict
 from impactfem.stages.stores import open_store
 
 from ..stages.device.device_store import device_folder
@@ -70,17 +70,10 @@ def test_a_direction_in_which_this_motion_does_not_move(store: xr.Dataset) -> No
     assert rows[0][1] == "0" and rows[0][4] == ""
 
 
-def facts_of_devices(folder: Path, **wanted: object) -> overview.Facts:
-    """The table of the first page, from a store that no solver made."""
+def forces(folder: Path, **wanted: object) -> overview.Facts:
+    """The table of a device, from a store that no solver made."""
     path = device_folder(folder, **wanted) / "device.nc"
-    run = SimpleNamespace(
-        case={"buildings": [], "structure": None},
-        further=[],
-        values={},
-        has=lambda name: name == "device.nc",
-        store=lambda name: open_store(path),
-    )
-    return facts(run)[-1]
+    return device_verdict(SimpleNamespace(store=lambda name: open_store(path)), "pump")
 
 
 @pytest.mark.parametrize(("share", "difference"), [(0.825, "+17.5"), (1.1, "-10.0")])
@@ -88,16 +81,16 @@ def test_the_difference_of_a_device_has_the_sign_of_its_tables(
     tmp_path: Path, share: float, difference: str
 ) -> None:
     """From the detailed force, over it: positive where the spectra give too little."""
-    table = facts_of_devices(tmp_path, choices={"srss": (share, share)})
+    table = forces(tmp_path, choices={"srss": (share, share)})
     column = list(table.head).index("difference of Fy [%]")
-    assert [row[column] for row in table.rows] == ["", difference] * 2
+    assert [row[column] for row in table.rows[:-1]] == ["", difference] * 2
     assert "positive where response spectrum analysis (RSA) gives too little" in table.note
 
 
 def test_a_device_has_all_components_and_every_rigid_part(tmp_path: Path) -> None:
     choices = {"srss": (0.8, 0.9), "srss.gupta": (1.0, np.nan), "srss.lindley-yow": (1.0, 0.95)}
-    table = facts_of_devices(tmp_path, choices=choices, pulls=(-4e3, 90e3))
-    assert [row[1:3] for row in table.rows] == [
+    table = forces(tmp_path, choices=choices, pulls=(-4e3, 90e3))
+    assert [row[:2] for row in table.rows] == [
         ["without impact", "3D model"],
         ["without impact", "RSA, srss"],
         ["without impact", "RSA, rigid part by Gupta"],
@@ -106,16 +99,19 @@ def test_a_device_has_all_components_and_every_rigid_part(tmp_path: Path) -> Non
         ["with impacts", "RSA, srss"],
         # Gupta's was not done here.
         ["with impacts", "RSA, rigid part by Lindley-Yow"],
+        ["factor of the impacts", "3D model"],
     ]
     detailed = dict(zip(table.head, table.rows[4], strict=True))
     assert (detailed["Fy [kN]"], detailed["Fz [kN]"]) == ("66.00", "33.00")
     assert (detailed["Mx [kN m]"], detailed["net tension [kN]"]) == ("33.00", "90.00")
     assert table.rows[5][-1] == "99.00"
-    assert "pump: without impact: RSA is 20.0 % too low; of that rigid part of the" in table.note
-    assert "pump, net tension at the anchor: yes:" in table.note
+    factors = dict(zip(table.head, table.rows[-1], strict=True))
+    assert (factors["Fy [kN]"], factors["net tension [kN]"]) == ("6.6", "")
+    assert "without impact: RSA is 20.0 % too low; of that rigid part of the" in table.note
+    assert "Net tension at the anchor: yes:" in table.note
 
 
 def test_a_device_whose_weight_is_not_known(tmp_path: Path) -> None:
-    table = facts_of_devices(tmp_path, pulls=(np.nan, np.nan))
-    assert {row[-1] for row in table.rows} == {"not known"}
-    assert "net tension at the anchor:" not in table.note
+    table = forces(tmp_path, pulls=(np.nan, np.nan))
+    assert {row[-1] for row in table.rows[:-1]} == {"not known"}
+    assert "Net tension at the anchor:" not in table.note

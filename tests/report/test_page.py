@@ -3,50 +3,21 @@
 import json
 import re
 import shutil
-from html.parser import HTMLParser
-from types import SimpleNamespace
+from importlib.resources import files
 
 import pytest
 from typer.testing import CliRunner
 
 from impactfem import study
 from impactfem.cli import app
-from impactfem.report import overview
 from impactfem.report.overview import number, quantity
 from impactfem.report.page import assumptions, write_report
-from impactfem.report.run_files import FLOWCHART, SCENE
+from impactfem.report.run_files import FLOWCHART, SCENE, SPECTRA
+from impactfem.report.sections import ROWS
 from impactfem.stages.manifest import file_digest
 from impactfem.system.errors import ImpactfemError, InputError
 
-VOID = {"meta", "img", "br", "link", "input", "hr", "source"}
-
-
-class Page(HTMLParser):
-    """The tags of a page: what is open, which anchors and addresses it has."""
-
-    def __init__(self, text):
-        super().__init__(convert_charrefs=True)
-        self.open, self.ids, self.links, self.addresses, self.words = [], [], [], [], []
-        self.feed(text)
-
-    def handle_starttag(self, tag, attrs):
-        found = dict(attrs)
-        self.ids += [found["id"]] if "id" in found else []
-        if tag == "a":
-            self.links.append(found["href"])
-        self.addresses += [found[k] for k in ("src", "poster") if k in found]
-        self.addresses += [found["href"]] if tag == "link" else []
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag):
-        if self.open[-1] != tag:
-            raise ValueError(f"</{tag}> closes <{self.open[-1]}>")
-        self.open.pop()
-
-    def handle_data(self, data):
-        if not {"script", "style"} & set(self.open):
-            self.words.append(data.strip())
+from .page_faults import LEAST, PAIRS, Page, contrast, schemes
 
 
 @pytest.fixture(scope="module")
@@ -59,18 +30,48 @@ def page(text):
     return Page(text)
 
 
-def test_tags_are_closed_and_it_needs_no_other_file(page):
-    assert page.open == []
-    assert len(set(page.ids)) == len(page.ids)
-    assert {link[1:] for link in page.links if link.startswith("#")} <= set(page.ids)
+def test_tags_are_closed_and_it_needs_no_other_file(finished, page):
+    assert page.open == [] and page.faults == []
     assert all(one.startswith("data:") for one in page.addresses)
+    # Nothing is lacking without the files that it leads to, which are there.
+    inside = {link for link in page.links if not link.startswith("#")}
+    assert inside and all((finished.folder / link).is_file() for link in inside)
 
 
 def test_everything_that_the_run_drew_is_in_it(finished, page):
-    drawn = sorted((finished.folder / "figures").glob("*.svg"))
-    assert drawn and {f"svg_{path.stem}" for path in drawn} <= set(page.ids)
-    tables = sorted((finished.folder / "tables").glob("*.csv"))
-    assert tables and {f"csv_{path.stem}" for path in tables} <= set(page.ids)
+    figures, tables = finished.folder / "figures", finished.folder / "tables"
+    drawn = [path for path in figures.iterdir() if path.suffix in (".png", ".svg")]
+    assert drawn and {f"{path.suffix[1:]}_{path.stem}" for path in drawn} <= set(page.ids)
+    assert {f"csv_{path.stem}" for path in tables.glob("*.csv")} <= set(page.ids)
+
+
+FAULTS = (
+    ('<img src="data:">', "img without alt"),
+    ("<svg><title>of it</title></svg>", "svg without its role"),
+    ('<svg role="img"><g></g></svg>', "svg without a title"),
+    ("<h1>one</h1><h3>three</h3>", "h1 before h3"),
+    ('<b id="a"></b><b id="a"></b>', "id a twice"),
+    ('<a href="#b">there</a>', "no place b"),
+    ("<iframe></iframe>", "iframe without title"),
+    ("<video></video>", "video without aria-label"),
+    ("<th>name</th>", "th without scope"),
+    ('<div tabindex="0"></div>', "in the order of the keyboard without role and label"),
+    ("<html></html>", "no language"),
+)
+
+
+@pytest.mark.parametrize(("text", "fault"), FAULTS)
+def test_what_a_page_may_lack(text, fault):
+    assert Page(text).faults == [fault]
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark", "paper"])
+def test_contrast(scheme):
+    css = (files("impactfem.report") / "templates" / "report.css").read_text("utf-8")
+    colours = schemes(css)[scheme]
+    assert min(contrast(colours[a], colours[b]) for a, b in PAIRS) >= LEAST
+    assert contrast("#000000", "#ffffff") == pytest.approx(21.0)
+    assert contrast("#777777", "#ffffff") < LEAST < contrast("#767676", "#ffffff")
 
 
 def test_checks_and_results_are_those_of_the_run(finished, page):
@@ -104,11 +105,11 @@ def rewritten(run, **contents):
     [
         (
             {"energy: met": True, "other": True, "missed": False, "energy: told": None},
-            "2 of 3 met (✓). 1 line tells what has no limit (•), with its stage. Not met (!):",
+            "2 of 3 met (✓). 1 line has no limit (•) and stands with its stage. Not met (!):",
         ),
         (
             {"other": True, "first": None, "second": None},
-            "1 of 1 met (✓). 2 lines tell what has no limit (•), with their stages.",
+            "1 of 1 met (✓). 2 lines have no limit (•) and stand with their stages.",
         ),
         ({"other": True}, "1 of 1 met (✓)."),
         ({"missed": False}, "0 of 1 met (✓). Not met (!):"),
@@ -120,10 +121,8 @@ def test_what_is_told_is_not_counted_as_met(run, checks, counted):
     assert [one for one in words if "met (✓)" in one] == [counted]
     mark = {True: "✓", False: "!", None: "•"}
     for text, good in checks.items():
-        # On the first page what is missed, and what is met and a key to the rest.
-        first = good is False or (good is True and "energy" in text)
         places = [k for k, word in enumerate(words) if word == text]
-        assert len(places) == 1 + first
+        assert len(places) == 1 + (good is False)  # what is missed on the first page as well
         assert {words[k - 1] for k in places} == {mark[good]}
 
 
@@ -138,11 +137,11 @@ def test_it_is_made_again_from_the_folder_alone(run, tmp_path, text, monkeypatch
 def test_the_overview_of_an_earlier_run_goes(run):
     """This run has no 3D building any more."""
     figures = run / "figures"
-    for name in (FLOWCHART, SCENE):
+    for name in (SCENE, f"{FLOWCHART}.png", f"{SPECTRA}.png"):
         (figures / name).write_text("of an earlier run")
     study.make_report(run)
-    assert not (figures / SCENE).exists()
-    assert (figures / FLOWCHART).read_bytes().startswith(b"<svg")
+    assert not [*figures.glob("*.html"), *figures.glob("*.png")]
+    assert {f"{name}.svg" for name in (FLOWCHART, SPECTRA)} <= {p.name for p in figures.iterdir()}
 
 
 CHANGED = "it is missing, or not"
@@ -181,7 +180,7 @@ def test_another_run_in_its_folder_is_left_alone(finished, run):
     listed["files"] = dict.fromkeys(listed["files"], "another digest")
     path.write_text(json.dumps(listed), encoding="utf-8")
     study.make_report(run)
-    assert (inner / "figures" / FLOWCHART).is_file()
+    assert (inner / "figures" / f"{FLOWCHART}.svg").is_file()
 
 
 def test_a_stage_of_before_may_be_tidied_up(run):
@@ -241,50 +240,6 @@ def test_whether_a_law_takes_values_from_the_wall(laws, wall, taken):
     assert (TAKEN in found, unused in found) == (taken is True, taken is False)
 
 
-def test_the_map_of_the_study_comes_first(finished, text):
-    assert (finished.folder / "figures" / "figure_04_flowchart.svg").is_file()
-    assert re.findall(r'<figure id="((?:svg|png)_[^"]*)"', text)[0] == "svg_figure_04_flowchart"
-
-
-def tiles(value=1.759e6, stiffness="calibrated"):
-    """Those of a run in which others hit harder than the first building."""
-    summary = [
-        {"name": "pounding.peak_force.floor_3", "value": 0.5e6, "unit": "N", "note": ""},
-        {
-            "name": "pounding.main_impact_force",
-            "value": value,
-            "unit": "N",
-            "note": "pair tower.storey_2_at_0.12-annex.floor_1",
-        },
-        {"name": "calibration.epsilon", "value": 0.467, "unit": "-", "note": ""},
-    ]
-    laws = {"floor": {"stiffness": stiffness, "restitution": 0.6}, "edge": {"stiffness": 1e10}}
-    values = {entry["name"]: entry["value"] for entry in summary}
-    run = SimpleNamespace(summary=summary, values=values, case={"contact_laws": laws})
-    return overview.tiles(run)
-
-
-def test_the_force_of_the_first_tile_is_that_of_the_largest_impact():
-    words = "largest impact force of the sticks, pair tower.storey 2 at 0.12 and annex.floor 1"
-    for value, text in ((1.759e6, "1.759 MN"), (634.2, "634.2 N")):
-        assert tiles(value)[0] == (text, words)
-    assert not [words for _, words in tiles(None) if "force" in words]
-
-
-@pytest.mark.parametrize(("stiffness", "used"), [("calibrated", True), (1e11, False)])
-def test_whether_the_wall_gives_the_law(stiffness, used):
-    (words,) = (words for value, words in tiles(stiffness=stiffness) if value == "0.467")
-    assert words.endswith("at a rigid wall" if used else "; not used here, the case gives the law")
-
-
-def test_the_tile_of_a_device_is_along_the_shown_direction():
-    forces = {
-        f"device.f{axis}.detailed.impact": v for axis, v in zip("yxz", (3e3, 1.0, 9e3), strict=True)
-    }
-    run = SimpleNamespace(summary=[], values=forces, case={"contact_laws": {}})
-    assert overview.tiles(run) == [("3 kN", "force on the first device's anchor")]
-
-
 def beside_a_paper(run):
     """Put a publication beside a run: a value given, one reproduced, one that differs."""
     case = json.loads((run / "case.json").read_text(encoding="utf-8"))
@@ -330,3 +285,58 @@ def test_what_is_given_counts_apart(run, caplog):
     # What differs most stands on the first page, at its figure and among all results.
     assert words.count("motion.duration_of_a_paper") == 3
     assert words.count("motion.sa_max") == 2
+
+
+@pytest.mark.parametrize(
+    "signed", [{}, {"author": "A. <b>Ng</b>", "checker": "K. Ito", "revision": '"B"\\ }'}]
+)
+def test_signatures(run, signed):
+    """Names of the case, or empty cells; of a case of before as well."""
+    case = json.loads((run / "case.json").read_text(encoding="utf-8"))
+    for key in ("author", "checker", "revision"):
+        case["report"].pop(key)
+    case["report"] |= signed
+    page = rewritten(run, case=case)
+    assert page.faults == []
+    for role in ("author", "checker"):
+        where = page.words.index(role.capitalize())
+        assert next(w for w in page.words[where + 1 :] if w) == signed.get(
+            role, {"author": "Checker", "checker": "Revision"}[role]
+        )
+
+
+def test_input_files(finished, page):
+    made = json.loads((finished.folder / "provenance.json").read_text(encoding="utf-8"))
+    digests = made["input_files"]
+    assert len(digests) == 3 and set(digests) | set(digests.values()) <= set(page.words)
+
+
+def test_links_between_figures_and_the_publication(run):
+    case = json.loads((run / "case.json").read_text(encoding="utf-8"))
+    item = {"kind": "figure", "number": "9", "title": "it", "tells": None, "given": False}
+    item |= {"shows": ["figures/figure_09*", "figures/figure_99*"], "values": []}
+    case["report"]["reference"] = {
+        "title": "A paper",
+        "assumptions": [],
+        "given": [],
+        "items": [item],
+    }
+    page = rewritten(run, case=case)
+    assert {"#figure_9", "#svg_figure_09_forces"} <= set(page.links) and page.faults == []
+    assert "beside figure 9 of the publication" in page.words
+    assert "figures/figure_99* was not written by this run" in page.words
+
+
+def test_long_tables_stay_in_their_files(run):
+    """Their place in the page names the file and how long it is."""
+    manifest = run / "pounding.stage.json"
+    listed = json.loads(manifest.read_text(encoding="utf-8"))
+    path = run / "tables/impacts.csv"
+    for rows, shown in ((ROWS, True), (ROWS + 1, False)):
+        path.write_text("time [s]\n" + "0.12345\n" * rows, encoding="utf-8")
+        listed["drawings"]["tables/impacts.csv"] = file_digest(path)
+        manifest.write_text(json.dumps(listed), encoding="utf-8")
+        page = Page(write_report(run, study.STAGES).read_text(encoding="utf-8"))
+        assert "csv_impacts" in page.ids
+        assert (page.words.count("0.12345") == rows) == shown
+        assert ("tables/impacts.csv" in page.links) != shown

@@ -1,4 +1,4 @@
-"""Figure 4: the stages of the study, what they hand over to one another and what a run computed."""
+"""The stages of the study, what they hand over to one another and what a run computed."""
 
 from __future__ import annotations
 
@@ -60,8 +60,7 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
         for slot, x in zip(row, middles.tolist(), strict=True):
             places[slot] = (x, 100.0 - step * (r + 0.5))
     caption = (
-        "Figure 4: The forces on a device in a building that pounds against another: how the "
-        "stages of this run hand over to one another, and what they computed."
+        "The stages of this run: how they hand over to one another, and what they computed."
         + (" Dashed: not part of this run." if missing else "")
     )
     target = folder / "figures"
@@ -69,7 +68,7 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
     handed = "; ".join(f"{a} to {b}" for a, b in links)
     seen = f"Boxes of the stages {', '.join(done)}{f', with arrows from {handed}' * bool(links)}."
     size = (0.09 * across, ROW * len(rows))
-    with figure(target / FLOWCHART, (1, 1), size, caption, seen) as (_, axes):
+    with figure(target / f"{FLOWCHART}.svg", (1, 1), size, caption, seen) as (_, axes):
         for name in [*done, *missing]:
             building, _, own = name.rpartition("/")
             lines = [ABSENT]
@@ -92,7 +91,7 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
         axes[0].set_xlim(0.0, across)
         axes[0].set_ylim(0.0, 100.0)
         axes[0].set_axis_off()
-    return [target / FLOWCHART]
+    return [target / f"{FLOWCHART}.svg"]
 
 
 def _rows(names: Sequence[str], links: Sequence[tuple[str, str]]) -> list[list[Slot]]:

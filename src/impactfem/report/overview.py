@@ -1,11 +1,11 @@
-"""What a run found, for the page that is read in a minute."""
+"""What a run found, in short tables for the sections of the page."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,8 @@ BENDING = r"building\.frequency\.(\d+)"
 """Names of the frequencies of the modes of a 3D model that bend."""
 FLOORS = 3
 """Number of floors that are shown where not all that are hit are."""
+NOISE = 1e-3
+"""Part of the largest force without impact up to which a component is none."""
 
 
 @dataclass(frozen=True)
@@ -45,35 +47,17 @@ class Facts:
     note: str = ""
 
 
-def _facts(title: str, columns: str, rows: Iterable[Sequence[Any]], note: str = "") -> Facts:
+def table(title: str, columns: str, rows: Iterable[Sequence[Any]], note: str = "") -> Facts:
     """A table with columns like "height [m] {:.2f}; floors {}", each with the format of a cell."""
     parts = [re.split(r" (?=± \{|\{)", column.strip(), maxsplit=1) for column in columns.split(";")]
     cells = [[f.format(v) for (_, f), v in zip(parts, row, strict=True)] for row in rows]
     return Facts(title, [name for name, _ in parts], cells, note)
 
 
-def facts(run: RunFiles) -> list[Facts]:
-    """The buildings, what hits what, the governing spectra and the device forces of a run."""
-    found = [_buildings(run)]
-    if run.has("pounding.nc"):
-        found.append(_impacts(run))
-        found.append(_stick_spectra(run))
-    for one in (run, *(run.of(name) for name in run.further)):
-        if one.has("transient.nc"):
-            found.append(_structure_spectra(one))
-        if one.has("device.nc"):
-            found.append(_devices(one))
-        if "ensemble3d.members" in one.values:
-            found.append(_carried(one))
-    return found
-
-
-def _buildings(run: RunFiles) -> Facts:
+def buildings(run: RunFiles) -> Facts:
+    """The buildings of the case and their models."""
     rows = []
-    first = [run.case["structure"]["building"]] if run.case["structure"] else []
-    models = dict(
-        zip([*first, *run.further], (run, *(run.of(name) for name in run.further)), strict=False)
-    )
+    models = run.models
     for building in run.case["buildings"]:
         name, floors = building["name"], building["floors"]
         mass, height = (sum(floor[key] for floor in floors) for key in ("mass", "storey_height"))
@@ -91,7 +75,7 @@ def _buildings(run: RunFiles) -> Facts:
         for name, one in models.items()
         if "building.dofs" in one.values
     ]
-    return _facts("The buildings", columns, rows, " ".join(notes))
+    return table("The buildings", columns, rows, " ".join(notes))
 
 
 def _modes(run: RunFiles, pattern: str) -> str:
@@ -99,14 +83,15 @@ def _modes(run: RunFiles, pattern: str) -> str:
     return ", ".join(f"{f:.2f}" for f in list(_series(run.values, pattern).values())[:3])
 
 
-def _impacts(run: RunFiles) -> Facts:
+def impacts(run: RunFiles) -> Facts:
+    """What hits what, pair by pair, the highest first."""
     with run.store("pounding.nc") as store:
         pairs = names_of(store, "pair")
         gaps = store[GAPS].to_dataframe()
-        impacts = store[[name for name in store if store[name].dims == ("impact",)]].to_dataframe()
+        every = store[[name for name in store if store[name].dims == ("impact",)]].to_dataframe()
     rows, apart = [], []
     for name in reversed(pairs):
-        hits = impacts[impacts["impact_pair"] == name]
+        hits = every[every["impact_pair"] == name]
         words = name.replace("-", " and ")
         if hits.empty:
             apart.append(words)
@@ -114,9 +99,9 @@ def _impacts(run: RunFiles) -> Facts:
         main = hits.iloc[hits["impact_peak_force"].to_numpy().argmax()]
         rows.append(
             (
-                *(words, len(hits), _number(1e-6 * main["impact_peak_force"], 4)),
+                *(words, len(hits), digits(1e-6 * main["impact_peak_force"], 4)),
                 *(main["impact_peak_time"], 1e3 * main["impact_duration"]),
-                *(_number(main["impact_approach"], 3), 1e3 * main["impact_penetration"]),
+                *(digits(main["impact_approach"], 3), 1e3 * main["impact_penetration"]),
                 *(1e3 * gaps.loc[name, column] for column in GAPS),
             )
         )
@@ -127,33 +112,32 @@ def _impacts(run: RunFiles) -> Facts:
     note = f"Without impact: {', '.join(apart)}." if apart else ""
     if not pairs:
         note = "Nothing can touch: the case has no contacts."
-    return _facts("What hits what, and how hard", columns, rows, note)
+    return table("What hits what", columns, rows, note)
 
 
-def _stick_spectra(run: RunFiles) -> Facts:
+def stick_spectra(run: RunFiles, building: str) -> Facts:
+    """Spectra of all floors of a stick along all directions, with and without impact."""
     with run.store("pounding.nc") as store:
-        building, direction = store.attrs["studied_building"], store.attrs["shown_direction"]
-        spectra = store.sel(direction=direction).isel(damping=0)
-        floors = spectra.isel(station=(spectra["station_building"] == building).values)
-        forces = _series(run.values, r"pounding\.peak_force\.floor_(\d+)")
-        hit = {number for number, force in forces.items() if force > 0.0}
-        damping, rows = store["damping"].values[0], []
-        for k in reversed(range(floors.sizes["station"])):
-            one = floors.isel(station=k)
-            if hit and one["station_floor"].item() not in hit:
-                continue
-            psa, free = one["psa"], one["psa_free"]
-            shown = (psa.max(), psa.idxmax("frequency"), one["pfa"], free.max(), one["pfa_free"])
-            rows.append((one["station_floor"].item(), *(value.item() for value in shown)))
+        one = store[["psa", "psa_free", "pfa", "pfa_free"]].isel(damping=0).load()
+        one = one.isel(station=(one["station_building"] == building).values)
+        damping, rows = float(one["damping"]), []
+        for direction in names_of(store, "direction"):
+            for k in reversed(range(one.sizes["station"])):
+                at = one.isel(station=k).sel(direction=direction)
+                psa, free = at["psa"], at["psa_free"]
+                shown = (psa.max(), psa.idxmax("frequency"), at["pfa"], free.max(), at["pfa_free"])
+                values = [value.item() for value in shown]
+                factor = digits(values[0] / values[3], 3) if values[3] > 0.0 else ""
+                rows.append((at["station_floor"].item(), direction, *values, factor))
     columns = (
-        "floor {}; peak [m/s²] {:.1f}; at [Hz] {:.1f}; PFA [m/s²] {:.1f}; "
-        "peak, no contact [m/s²] {:.1f}; PFA, no contact [m/s²] {:.1f}"
+        "floor {}; along {}; peak [m/s²] {:.1f}; at [Hz] {:.1f}; PFA [m/s²] {:.1f}; "
+        "peak, no contact [m/s²] {:.1f}; PFA, no contact [m/s²] {:.1f}; factor of the peak {}"
     )
-    title = f"Floor spectra of the stick of {building} along {direction}, {100 * damping:g} %"
-    return _facts(title, columns, rows, _others(rows, floors.sizes["station"]))
+    return table(f"Floor spectra of the stick of {building}, {100 * damping:g} %", columns, rows)
 
 
-def _structure_spectra(run: RunFiles) -> Facts:
+def structure_spectra(run: RunFiles) -> Facts:
+    """Spectra of the floors of a 3D model that are hit, and their spread over an ensemble."""
     places = {"centre": "mass centre", "edge": "impact edge"}
     with run.store("transient.nc") as store:
         response = known(shown(store))
@@ -167,57 +151,81 @@ def _structure_spectra(run: RunFiles) -> Facts:
             for probe in response["psa"].isel(probe=(response["probe_floor"] == floor).values):
                 if place := places.get(probe["probe_kind"].item()):
                     at = response.sel(probe=probe["probe"]).isel(probe.argmax(...))
-                    values = (at[name].item() for name in ("psa", "psa_band", "frequency", "pfa"))
-                    rows.append((floor, place, *values))
+                    values = (at[name].item() for name in ("psa", "frequency", "pfa"))
+                    high = run.values.get(f"ensemble3d.p84.transient.frs.floor_{floor}.peak")
+                    spread = "" if high is None or place != places["centre"] else f"{high:.1f}"
+                    rows.append((floor, place, *values, spread))
         title = (
             f"Floor spectra of the 3D model of {store.attrs['building']} along "
             f"{response['component'].item()}, {100 * response['damping'].item():g} %"
         )
     columns = (
-        "floor {}; place {}; peak [m/s²] {:.1f}; error band [m/s²] ± {:.2g}; at [Hz] {:.1f}; "
-        "PFA [m/s²] {:.1f}"
+        "floor {}; place {}; peak [m/s²] {:.1f}; at [Hz] {:.1f}; PFA [m/s²] {:.1f}; "
+        "peak, 84 % of the motions [m/s²] {}"
     )
-    return _facts(title, columns, rows, _others({row[0] for row in rows}, len(floors)))
+    others = {row[0] for row in rows} != set(floors)
+    note = "The floors that are hit; the others are in the tables below." if others else ""
+    if not any(row[-1] for row in rows):
+        columns, rows = columns.rpartition(";")[0], [row[:-1] for row in rows]
+    return table(title, columns, rows, note)
 
 
-def _devices(run: RunFiles) -> Facts:
-    with run.store("device.nc") as store:
-        headline, direction = of_device.headline(store), of_device.direction(store)
-        choices: dict[str, str | None] = {"3D model": None, f"RSA, {headline}": headline}
-        for method, name in of_device.rigid_variants(store).items():
-            choices[f"RSA, {of_device.RIGID_WORDS[method]}"] = name
-        rows, notes = [], []
-        for device in names_of(store, "device"):
-            for impact, words in of_device.LOADS.items():
-                load = of_device.Load(store, device, impact)
-                for label, choice in choices.items():
-                    if not load.was_done(choice):
-                        continue
-                    off = None if choice is None else load.difference(choice)
-                    tension = load.tension(choice)
-                    rows.append(
-                        [
-                            *(device, words, label),
-                            *(f"{1e-3 * value:.2f}" for value in load.components(choice).values),
-                            "" if off is None else f"{100.0 * off:+.1f}",
-                            f"{1e-3 * tension:.2f}" if math.isfinite(tension) else "not known",
-                        ]
-                    )
-            notes += [f"{device}: {text}." for text in shortfall(store, device)]
-            if (pulled := anchors(store, device)) is not None:
-                notes.append(f"{device}, net tension at the anchor: {pulled}.")
-    head = ["device", "load", "analysis", *(f"F{a} [kN]" for a in "xyz")]
+def anchor_forces(store: xr.Dataset, device: str) -> list[list[str]]:
+    """Largest forces of a device by load and analysis, and the factor of the impacts."""
+    headline = of_device.headline(store)
+    choices: dict[str, str | None] = {"3D model": None, f"RSA, {headline}": headline}
+    for method, name in of_device.rigid_variants(store).items():
+        choices[f"RSA, {of_device.RIGID_WORDS[method]}"] = name
+    rows = []
+    loads = {words: of_device.Load(store, device, i) for i, words in of_device.LOADS.items()}
+    for words, load in loads.items():
+        for label, choice in choices.items():
+            if not load.was_done(choice):
+                continue
+            off = None if choice is None else load.difference(choice)
+            tension = load.tension(choice)
+            rows.append(
+                [
+                    *(words, label),
+                    *(f"{1e-3 * value:.2f}" for value in load.components(choice).values),
+                    "" if off is None else f"{100.0 * off:+.1f}",
+                    f"{1e-3 * tension:.2f}" if math.isfinite(tension) else "not known",
+                ]
+            )
+    quiet, hit = (load.components().values for load in loads.values())
+    # A component without force has no factor.
+    least = NOISE * quiet.max()
+    factors = (f"{b / a:.1f}" if a > least else "" for a, b in zip(quiet, hit, strict=True))
+    return [*rows, ["factor of the impacts", "3D model", *factors, "", ""]]
+
+
+def forces_table(title: str, first: Sequence[str], rows: list[list[str]], direction: str) -> Facts:
+    """A table of `anchor_forces`, with what stands in front of its columns."""
+    head = [*first, "load", "analysis", *(f"F{a} [kN]" for a in "xyz")]
     head += [f"M{a} [kN m]" for a in "xyz"]
     head += [f"difference of F{direction} [%]", "net tension [kN]"]
     note = (
         "Largest values, the weight not in them. Difference: from the 3D model, over it; positive "
         "where response spectrum analysis (RSA) gives too little. Net tension, less the weight: n "
-        "times the pull of the most loaded of n anchors (tables/device_anchors.csv). "
+        "times the pull of the most loaded of n anchors."
     )
-    return Facts("Forces of the devices on the floor", head, rows, note + " ".join(notes))
+    return Facts(title, head, rows, note)
 
 
-def _carried(run: RunFiles) -> Facts:
+def device_verdict(run: RunFiles, device: str) -> Facts:
+    """Largest forces of a device by every analysis, and what the verdict says of them."""
+    with run.store("device.nc") as store:
+        rows, direction = anchor_forces(store, device), of_device.direction(store)
+        notes = [f"{text}." for text in shortfall(store, device)]
+        if (pulled := anchors(store, device)) is not None:
+            notes.append(f"Net tension at the anchor: {pulled}.")
+        _, floor, _ = of_device.anchor_of(store, device)
+        title = f"Forces of {device} on floor {floor} of {store.attrs['building']}"
+    made = forces_table(title, (), rows, direction)
+    return replace(made, note=" ".join([made.note, *notes]))
+
+
+def carried(run: RunFiles) -> Facts:
     """What an ensemble of motions gives in the 3D model and on the first device."""
     values = run.values
     with run.store("design.nc") as store:
@@ -277,11 +285,7 @@ def _of_all(values: dict[str, float], name: str, factor: float) -> tuple[float, 
 
 def _spread(words: str, own: float, mean: float, fractile: float) -> list[str]:
     ratio = f"{fractile / own:.2f}" if own > 0.0 and np.isfinite(fractile) else ""
-    return [words, *(_number(value, 4) for value in (own, mean, fractile)), ratio]
-
-
-def _others(shown: Collection[object], whole: int) -> str:
-    return "" if len(shown) == whole else "The floors that are hit; the others are further below."
+    return [words, *(digits(value, 4) for value in (own, mean, fractile)), ratio]
 
 
 def _series(values: dict[str, Any], pattern: str) -> dict[int, float]:
@@ -290,69 +294,9 @@ def _series(values: dict[str, Any], pattern: str) -> dict[int, float]:
     return dict(sorted(found.items()))
 
 
-def _number(value: float, digits: int) -> str:
-    return f"{value:.{digits}g}" if np.isfinite(value) else "not known"
-
-
-def tiles(run: RunFiles) -> list[tuple[str, str]]:
-    """The few numbers that a run is remembered by."""
-    values = run.values
-    found = []
-    for entry in run.summary:
-        if entry["name"] == "pounding.main_impact_force" and entry["value"] is not None:
-            where = entry["note"].replace("-", " and ").replace("_", " ")
-            force = quantity(entry["value"], entry["unit"], digits=4)
-            found.append((force, f"largest impact force of the sticks, {where}"))
-    if "pounding.impacts" in values:
-        found.append((f"{values['pounding.impacts']:.0f}", "impacts"))
-    if "pounding.required_separation" in values:
-        gap = 100.0 * values["pounding.required_separation"]
-        text = "gap that would prevent contact under this motion"
-        band = [values.get(f"ensemble.p{q}.pounding.required_separation") for q in ("05", "95")]
-        if (low := band[0]) is not None and (high := band[1]) is not None:
-            count = values["ensemble.members"]
-            text += f"; {100.0 * low:.3g} to {100.0 * high:.3g} cm under 5 to 95 % of {count:.0f}"
-        found.append((f"{gap:.3g} cm", text))
-    edges = {n: v for n, v in values.items() if re.fullmatch(r"transient\.pfa\.edge_\d+\.max", n)}
-    if edges:
-        name = max(edges, key=lambda n: edges[n])
-        floor = name.removesuffix(".max").rpartition("_")[2]
-        where = f"largest acceleration along an impact edge, floor {floor}"
-        found.append((f"{edges[name]:.3g} m/s²", where))
-    if "calibration.epsilon" in values:
-        used = "" if wall_is_used(run.case) else "; not used here, the case gives the law"
-        text = f"restitution ε of the 3D model at a rigid wall{used}"
-        found.append((f"{values['calibration.epsilon']:.3g}", text))
-    # The first of them is that along the shown direction.
-    names = [name for name in values if re.fullmatch(r"device\.f[xyz]\.detailed\.impact", name)]
-    if names:
-        found.append((f"{1e-3 * values[names[0]]:.4g} kN", "force on the first device's anchor"))
-    return found
-
-
-def key_results(run: RunFiles) -> list[tuple[str, str]]:
-    """Up to ten numbers of any run: its tiles, and its governing floor spectra and forces.
-
-    A store of a stage that the run did not reach is of an earlier run, of other inputs maybe.
-    """
-    found = tiles(run)
-    if "pounding" in run.stages and (spectra := _stick_spectra(run)).rows:
-        floor, peak, at, _, free, _ = spectra.rows[0]
-        what = spectra.title.removeprefix("Floor spectra of ")
-        text = f"peak of the floor spectrum of {what}, floor {floor}, at {at} Hz"
-        found.append((f"{peak} m/s²", f"{text}; {free} without contact"))
-    if "transient" in run.stages and (spectra := _structure_spectra(run)).rows:
-        floor, place, peak, _, at, _ = max(spectra.rows, key=lambda row: float(row[2]))
-        what = spectra.title.removeprefix("Floor spectra of ")
-        found.append((f"{peak} m/s²", f"the same of {what}, floor {floor}, {place}, at {at} Hz"))
-    for name in sorted(run.values):
-        if m := re.fullmatch(r"device\.relative_difference\.(no_impact|impact)", name):
-            words = "without impact" if m[1] == "no_impact" else "with impacts"
-            low = 100.0 * run.values[name]
-            way = "low" if low >= 0.0 else "high"
-            text = f"by which response spectrum analysis of the first device is too {way}, {words}"
-            found.append((f"{abs(low):.1f} %", text))
-    return found
+def digits(value: float, count: int) -> str:
+    """A value with so many digits."""
+    return f"{value:.{count}g}" if np.isfinite(value) else "not known"
 
 
 def wall_is_used(case: Mapping[str, Any]) -> bool:

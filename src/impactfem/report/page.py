@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import base64
-import csv
-import html
+import itertools
 import tomllib
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from importlib.resources import files
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from impactfem.plot.words import as_html, read_words
 from impactfem.report.beside import (
     ABSENT,
     DIFFERS,
@@ -23,34 +19,27 @@ from impactfem.report.beside import (
     REPRODUCED,
     SHOWN,
     UNPUBLISHED,
+    Place,
     compared_values,
     count,
     farthest,
     places,
 )
-from impactfem.report.overview import facts, number, quantity, tiles, wall_is_used
-from impactfem.report.run_files import COMPARISON, RunFiles
+from impactfem.report.decision import anchors_table, answers, flags, governing, spectra_table
+from impactfem.report.overview import buildings, number, quantity, wall_is_used
+from impactfem.report.pictures import Picture, picture
+from impactfem.report.run_files import DRAWING, FLOWCHART, SPECTRA, RunFiles
+from impactfem.report.sections import TEMPLATES, anchor, numeric, sections
 from impactfem.stages.stage import Stage
-from impactfem.system.errors import Fault, ImpactfemError, InputError
+from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import atomic
 from impactfem.system.log import LOGGER
 
-ROWS = 400
-"""Rows of a table that a page shows; the rest is in the file."""
-TYPES = {".svg": "image/svg+xml", ".png": "image/png", ".mp4": "video/mp4"}
 REPORT = "report.html"
-COMPARED = (
-    "Comparison with another run",
-    "Floor spectra of both runs, which the first table names, at the points that move.",
-)
 STATUSES = (REPRODUCED, DIFFERS, GIVEN, UNPUBLISHED, SHOWN, ABSENT)
 KINDS = ("equation", "figure", "table")
 FARTHEST = 8
 """Number of results that differ on the first page."""
-GOVERNING = ("svg_figure_13_centre_spectrum", "svg_figure_10_floor_spectra")
-KEY_WORDS = ("energy", "steps", "points in a cycle", "band", "Sturm", "mass matrix")
-"""Words of the checks that the first page shows."""
-TEMPLATES = files("impactfem.report") / "templates"
 
 
 def write_report(folder: Path, stages: Sequence[Stage]) -> Path:
@@ -80,18 +69,21 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
     environment.filters |= {
         "number": number,
         "quantity": quantity,
-        "address": lambda path: (
-            f"data:{TYPES[path.suffix]};base64,{base64.b64encode(_read(path)).decode()}"
-        ),
-        "anchor": lambda path: _anchor(run, path),
+        "anchor": lambda path: anchor(run, path),
         "inside": lambda path: str(path.relative_to(run.folder)),
         "title_of": lambda path: Path(path).stem.replace("_", " "),
+        "numeric": numeric,
+        # A text of a style sheet: nothing of it can end the text, or the sheet.
+        "quoted": lambda text: Markup(
+            '"' + "".join(c if c.isalnum() else f"\\{ord(c):x} " for c in text) + '"'
+        ),
     }
-    stages = [_stage(run, name, known[name.rpartition("/")[2]]) for name in run.stages]
-    if run.compared:
-        stages.append(_stage(run, COMPARISON, None))
-    figures = {one["anchor"]: one for stage in stages for one in stage["figures"]}
-    written = [name for stage in stages for name in stage["files"]]
+    numbers = itertools.count(1)
+    first = [_overall(run, name, numbers) for name in (SPECTRA, DRAWING)]
+    shown = sections(run, known, numbers)
+    overall = [*first, _overall(run, FLOWCHART, numbers)]
+    written = [name for section in shown for name in section.files]
+    written += [str(one.path.relative_to(run.folder)) for one in overall if one is not None]
     reference = run.case["report"]["reference"]
     compared = [] if reference is None else places(reference, run.summary, written)
     tally = [(f"{kind}s", count(compared, kind)) for kind in KINDS]
@@ -101,22 +93,27 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
         if found:
             LOGGER.debug("report: compared with the publication, %s: %s", what, found)
     seconds = run.provenance["seconds"]
-    checks = {good: [c for c in run.checks if c["good"] is good] for good in (True, False, None)}
+    spectra = governing(run)
     return environment.from_string((TEMPLATES / "report.html").read_text("utf-8")).render(
-        version=run.provenance["impactfem"],
         title=run.case["title"],
         css=Markup((TEMPLATES / "report.css").read_text("utf-8")),
+        script=Markup((TEMPLATES / "report.js").read_text("utf-8")),
         provenance=run.provenance,
-        tiles=tiles(run),
-        drawing=figures.get("svg_figure_02_case"),
-        facts=facts(run),
-        governing=next((figures[name] for name in GOVERNING if name in figures), None),
-        met=len(checks[True]),
-        unlimited=len(checks[None]),
-        failed=checks[False],
-        key_checks=[c for c in checks[True] if any(word in c["text"] for word in KEY_WORDS)],
+        signed={k: run.case["report"].get(k) for k in ("author", "checker", "revision")},
+        answers=answers(run, spectra),
+        flags=flags(run, spectra),
+        tables=[one for one in (spectra_table(spectra), anchors_table(run)) if one and one.rows],
+        decision=overall[0],
+        drawing=overall[1],
+        flowchart=overall[2],
+        buildings=buildings(run),
+        met=sum(one["good"] is True for one in run.checks),
+        unlimited=sum(one["good"] is None for one in run.checks),
+        failed=[one for one in run.checks if one["good"] is False],
         assumptions=assumptions(run.case),
-        stages=stages,
+        conventions=conventions(run),
+        sections=shown,
+        beside=_back(compared),
         times={
             stage: sum(t for name, t in seconds.items() if name.startswith(f"{stage}: "))
             for stage in run.stages
@@ -132,78 +129,79 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
     )
 
 
-def _stage(run: RunFiles, name: str, stage: Stage | None) -> dict[str, Any]:
-    """What the page shows of a stage; without one, of the comparison with another run."""
-    title, about = COMPARED if stage is None else (stage.title, stage.about)
-    figures, tables = run.files_of(name, "figures"), run.files_of(name, "tables")
-    kinds = {kind: [path for path in figures if path.suffix == kind] for kind in (".html", *TYPES)}
-    return {
-        "name": name,
-        "title": run.named(title, name),
-        "about": about,
-        "checks": [check for check in run.checks if check["stage"] == name],
-        # A page as the text of an attribute, for a frame within this one.
-        "scenes": [html.escape(_read(path).decode(), quote=True) for path in kinds[".html"][:1]],
-        "figures": [_figure(run, one) for one in figures if one.suffix in (".svg", ".png")],
-        "films": kinds[".mp4"],
-        "tables": [_table(path) for path in tables],
-        "files": [str(path.relative_to(run.folder)) for path in (*figures, *tables)],
-    }
+def _overall(run: RunFiles, stem: str, numbers: Iterator[int]) -> Picture | None:
+    """A figure of the run as a whole."""
+    path = next((run.folder / "figures").glob(f"{stem}.*"), None)
+    return None if path is None else picture(path, anchor(run, path), next(numbers))
 
 
-def _figure(run: RunFiles, path: Path) -> dict[str, Any]:
-    """A figure as the page shows it; an SVG is a part of the page, so that its text is found."""
-    words = read_words(path)
-    return {
-        "anchor": _anchor(run, path),
-        "path": path,
-        "svg": Markup(_read(path).decode()) if path.suffix == ".svg" else None,
-        "caption": Markup(as_html(words.caption)),
-        "seen": words.seen,
-    }
+def _back(compared: Sequence[Place]) -> dict[str, list[tuple[str, str]]]:
+    """Kinds and numbers in the publication of what a file shows, by the file."""
+    found: dict[str, list[tuple[str, str]]] = {}
+    for place in compared:
+        for name in place.shows:
+            found.setdefault(name, []).append((place.item["kind"], place.item["number"]))
+    return found
 
 
-def _anchor(run: RunFiles, path: Path | str) -> str:
-    """Where the page shows a file: figures of several buildings have the same names."""
-    inside = Path(path)
-    if inside.is_relative_to(run.folder):
-        inside = inside.relative_to(run.folder)
-    return "_".join([inside.suffix[1:], *inside.parts[:-2], inside.stem])
-
-
-def _table(path: Path) -> dict[str, Any]:
-    """A CSV table: its header, the rows that are shown, and how many there are."""
-
-    def cell(text: str) -> str:
-        """Numbers have five digits."""
-        try:
-            return text if len(text) <= 6 else f"{float(text):.5g}"
-        except ValueError:
-            return text
-
-    head, *rows = list(csv.reader(_read(path).decode().splitlines())) or [[]]
-    shown = [[cell(text) for text in row] for row in rows[:ROWS]]
-    return {"path": path, "head": head, "rows": shown, "count": len(rows)}
-
-
-def _read(path: Path) -> bytes:
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise ImpactfemError(f"cannot read {path}: {error.strerror or error}") from error
+def conventions(run: RunFiles) -> list[tuple[str, str]]:
+    """What the numbers of the page are: units, spectra, their ends, and rules of design."""
+    case, said = (
+        run.case,
+        [
+            ("Units", "SI; a prefix or another unit stands with the number. g is 9.80665 m/s²."),
+        ],
+    )
+    spectra = case["spectra"]
+    grid = spectra["frequencies"]
+    ends = (grid["minimum"], grid["maximum"]) if isinstance(grid, dict) else (grid[0], grid[-1])
+    dampings = ", ".join(f"{100.0 * d:g} %" for d in spectra["damping"])
+    low, high = ("" if end is None else f"{end:g}" for end in ends)
+    said.append(
+        (
+            "Floor spectra",
+            f"Pseudo-acceleration, {dampings} of critical damping, from {low} to {high} Hz, of "
+            f"histories with at least {spectra['points_per_cycle']} points in a cycle of the "
+            "highest frequency. Tables of the first page have the first damping.",
+        )
+    )
+    text = (
+        "The zero-period acceleration (ZPA) of a floor is its peak acceleration (PFA), read off "
+        "the history and not off the end of a spectrum. A check of the run says where a spectrum "
+        "has not come down to it at its last frequency."
+    )
+    said.append(("Zero-period acceleration", text))
+    steps = f"The sticks have steps of {quantity(case['pounding']['time_step'], 's')}."
+    if (transient := case["transient"]) is not None:
+        steps += (
+            f" The 3D model has steps of {quantity(transient['time_step'], 's')} and is meant up "
+            f"to {transient['maximum_frequency']:g} Hz: its spectra are shown up to there."
+        )
+    said.append(("Cut-off", steps))
+    text = f"± {100.0 * spectra['broadening']:g} % of the frequency (Regulatory Guide 1.122)"
+    if spectra["clipping"]:
+        text += ", narrow peaks reduced by 15 % before (ASCE 4-98, 3.4.2.3)"
+    said.append(("Broadening of design spectra", f"{text}. Spectra elsewhere are as computed."))
+    if (rules := case["device_analysis"]) is not None and case["devices"]:
+        modes = rules["combination"]
+        modes = modes if isinstance(modes, str) else " and ".join(modes)
+        text = f"Modes by {modes}, directions by {rules['directions']}"
+        text += ", with the missing mass" if rules["missing_mass"] else ", without the missing mass"
+        said.append(("Response spectrum analysis", f"{text} (Regulatory Guide 1.92)."))
+    return said
 
 
 def assumptions(case: Mapping[str, Any]) -> list[tuple[str, Sequence[Mapping[str, str]]]]:
     """What was assumed by a case (`text`) and why (`reason`), in groups with a title."""
     method = tomllib.loads((TEMPLATES / "assumptions.toml").read_text("utf-8"))
     wall = "wall_used" if wall_is_used(case) else "wall_unused"
-    sections = {"structure": "structure", "wall_impact": wall}
-    sections |= {name: name for name in ("transient", "devices")}
+    used = {"structure": "structure", "wall_impact": wall}
+    used |= {name: name for name in ("transient", "devices")}
     own, reference = case["report"]["assumptions"], case["report"]["reference"] or {}
     groups = (
         (
             "The method",
-            sum((method[key] for name, key in sections.items() if case[name]), method["always"]),
+            sum((method[key] for name, key in used.items() if case[name]), method["always"]),
         ),
         ("This case", own),
         (

@@ -27,7 +27,8 @@ from impactfem.system.scalar import alone
 
 COMPARISON = "comparison"
 """What `impactfem compare` writes is listed as if it were a stage, which no run has."""
-FLOWCHART, SCENE = "figure_04_flowchart.svg", "building_scene.html"
+FLOWCHART, DRAWING, SPECTRA = "figure_04_flowchart", "figure_02_case", "decision_spectra"
+SCENE = "building_scene.html"
 """Figures of the run as a whole."""
 CASE, SUMMARY, PROVENANCE, CHECKS = "case.json", "summary.json", "provenance.json", "checks.json"
 
@@ -41,7 +42,7 @@ class RunFiles:
     """
 
     def __init__(self, folder: Path) -> None:
-        self.folder = folder
+        self.folder, self.part = folder, ""
         missing = [name for name in (CASE, SUMMARY, PROVENANCE, CHECKS) if not self.has(name)]
         if missing:
             expected = (
@@ -78,6 +79,10 @@ class RunFiles:
         """Whether the run wrote a file of this name."""
         return (self.folder / name).is_file()
 
+    def ran(self, stage: str) -> bool:
+        """Whether the run has a stage: a store may be there of an earlier run."""
+        return (f"{self.part}/{stage}" if self.part else stage) in self.stages
+
     @cached_property
     def values(self) -> dict[str, float]:
         """Scalar results in SI by their name, without those that have no value."""
@@ -93,10 +98,17 @@ class RunFiles:
         """Names of further buildings with a 3D model, which have folders of their own."""
         return [one["building"] for one in self.case.get("further_structures", ())]
 
+    @property
+    def models(self) -> dict[str, RunFiles]:
+        """The files of each building with a 3D model, the first one's first."""
+        structure = self.case["structure"]
+        first = {structure["building"]: self} if structure else {}
+        return first | {name: self.of(name) for name in self.further}
+
     def of(self, building: str) -> RunFiles:
         """The files and results of a further building, by the names that they have alone."""
         found = copy(self)
-        found.folder = self.folder / building
+        found.folder, found.part = self.folder / building, building
         known = {alone(name, building): value for name, value in self.values.items()}
         found.values = {name: value for name, value in known.items() if name is not None}
         return found
@@ -134,14 +146,15 @@ class RunFiles:
     def files_of(self, stage: str, part: str) -> list[Path]:
         """Files that a stage wrote into `figures` or `tables`, by their names.
 
-        The first stage's figures begin with those that show the run as a whole.
+        The scene of a building stands with its response, of which it has the colours; without one
+        with its mesh.
         """
         names = sorted(n for n in self._manifest(stage).every if Path(n).parent.name == part)
         building, _, own = stage.rpartition("/")
-        if part == "figures" and (stage == self.stages[0] or own == "building"):
-            start = f"{building}/{part}" if building else part
-            whole = (f"{start}/{name}" for name in (FLOWCHART, SCENE))
-            names = [*filter(self.has, whole), *names]
+        start = f"{building}/" if building else ""
+        coloured = f"{start}transient" in self.stages
+        if part == "figures" and own == ("transient" if coloured else "building"):
+            names = [*filter(self.has, [f"{start}{part}/{SCENE}"]), *names]
         return [self.folder / name for name in names]
 
     def _made(self) -> Provenance:

@@ -17,9 +17,10 @@ from impactfem.report.comparison import (
     comparison_table,
     directions_table,
 )
+from impactfem.report.decision import governing, spectra_figure
 from impactfem.report.flowchart import flowchart_figure
 from impactfem.report.page import write_report
-from impactfem.report.run_files import COMPARISON, FLOWCHART, SCENE, RunFiles
+from impactfem.report.run_files import COMPARISON, FLOWCHART, SCENE, SPECTRA, RunFiles
 from impactfem.report.scene_page import write_scene
 from impactfem.run.folder import locked
 from impactfem.run.stages import REPORT, STAGES
@@ -51,9 +52,13 @@ def write_page(folder: Path, *, bar: bool = True) -> Path:
     with Steps(STEPS, f"stage {REPORT}", bar=bar) as steps:
         with steps.step("overview"):
             # Those of an earlier run show other results.
-            (folder / "figures" / FLOWCHART).unlink(missing_ok=True)
+            run = RunFiles(folder)
+            for old in (FLOWCHART, SPECTRA):
+                for path in (folder / "figures").glob(f"{old}.*"):
+                    path.unlink()
             flowchart_figure(folder, STAGES)
-            for one in (folder, *(folder / name for name in RunFiles(folder).further)):
+            spectra_figure(run, governing(run))
+            for one in (folder, *(folder / name for name in run.further)):
                 (one / "figures" / SCENE).unlink(missing_ok=True)
                 write_scene(one)
         with steps.step("page"):

@@ -1,0 +1,411 @@
+"""The first screen of the page: what a decision needs, whatever the case has."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from impactfem.plot.curves import Curve, CurveFigure, Panel
+from impactfem.plot.style import BLUE, GREEN, ORANGE, RED
+from impactfem.report.overview import (
+    Facts,
+    anchor_forces,
+    digits,
+    forces_table,
+    quantity,
+    table,
+    wall_is_used,
+)
+from impactfem.report.run_files import SPECTRA, RunFiles
+from impactfem.stages.device import selection as of_device
+from impactfem.stages.stores import names_of
+from impactfem.stages.transient.selection import QUIET, known
+
+STICK, MODEL = "stick", "3D model"
+G = 9.80665
+PLACES = {"centre": "mass centre", "edge": "impact edge", "line": "on the line across"}
+"""Kinds of probes in words."""
+PURPLE = "#7a4fa3"
+
+
+@dataclass(frozen=True)
+class Answer:
+    """An answer of the first screen."""
+
+    question: str
+    value: str  #: the answer in a number or a word
+    text: str  #: what it is
+    mark: str = ""  #: "good", "warn", or "" where there is no limit
+    link: str = ""  #: id of the section with the details
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """The floor spectrum with the largest ordinate of a body along a direction."""
+
+    building: str
+    model: str  #: `STICK`, `MODEL`, or name of the device at whose anchor it is
+    floor: int  #: its number; 0 for a point on none
+    place: str
+    direction: str
+    damping: float  #: of the oscillators [-]; nan where not known
+    psa: xr.DataArray  #: by frequency [m/s2]
+    pfa: float  #: peak acceleration [m/s2]
+    free: xr.DataArray | None  #: the same without impact; None where that was not computed
+
+    @property
+    def at_anchor(self) -> bool:
+        """Whether it is at the anchor of a device."""
+        return self.model not in (STICK, MODEL)
+
+    @property
+    def peak(self) -> float:
+        """Its largest ordinate [m/s2]."""
+        return float(self.psa.max())
+
+    @property
+    def at(self) -> float:
+        """Frequency of its largest ordinate [Hz]."""
+        return float(self.psa.idxmax("frequency"))
+
+    @property
+    def factors(self) -> tuple[float, float]:
+        """Its peak over that without impact, and the ratio at the frequency of the former."""
+        if self.free is None:
+            return math.nan, math.nan
+        there = self.free.sel(frequency=self.at, method="nearest")
+        with np.errstate(divide="ignore", invalid="ignore"):
+            both = self.peak / np.array([float(self.free.max()), float(there)])
+        return float(both[0]), float(both[1])
+
+    @property
+    def words(self) -> str:
+        """Where it is."""
+        model = f"anchor of {self.model}" if self.at_anchor else self.model
+        floor = f"floor {self.floor}, " if self.floor else ""
+        place = f"{self.place}, " if self.place else ""
+        return f"{self.building}, {floor}{place}{model}"
+
+
+def governing(run: RunFiles) -> list[Spectrum]:
+    """The spectra that govern, of each stick and 3D model along each direction, the largest first.
+
+    Behind them those of anchors, whose damping is that of the device.
+    """
+    found = _of_sticks(run) if run.ran("pounding") else []
+    for one in run.models.values():
+        found += _of_model(one) if one.ran("transient") else []
+        found += _of_anchors(one) if one.ran("device") else []
+    return sorted(found, key=lambda one: (one.at_anchor, -one.peak))
+
+
+def _of_sticks(run: RunFiles) -> list[Spectrum]:
+    found = []
+    with run.store("pounding.nc") as store:
+        one = store[["psa", "psa_free", "pfa"]].isel(damping=0).load()
+        for name in dict.fromkeys(one["station_building"].values.tolist()):
+            floors = one.isel(station=(one["station_building"] == name).values)
+            for direction in names_of(store, "direction"):
+                along = floors.sel(direction=direction)
+                at = along.isel(station=int(np.argmax(along["psa"].max("frequency").values)))
+                floor, ratio = int(at["station_floor"]), float(at["damping"])
+                values = at["psa"], float(at["pfa"]), at["psa_free"]
+                found.append(Spectrum(name, STICK, floor, "", direction, ratio, *values))
+    return _moving(found)
+
+
+def _of_model(run: RunFiles) -> list[Spectrum]:
+    found = []
+    with run.store("transient.nc") as store:
+        one = known(store[["psa", "pfa"]].isel(damping=0)).load()
+        for direction in names_of(store, "component"):
+            along = one.sel(component=direction)
+            at = along.isel(probe=int(np.argmax(along["psa"].max("frequency").values)))
+            place = PLACES.get(str(at["probe_kind"].item()), str(at["probe"].item()))
+            floor, ratio = int(at["probe_floor"]), float(at["damping"])
+            where = (str(store.attrs["building"]), MODEL, floor, place, direction, ratio)
+            found.append(Spectrum(*where, at["psa"], float(at["pfa"]), None))
+    return _moving(found)
+
+
+def _of_anchors(run: RunFiles) -> list[Spectrum]:
+    """Of each anchor along the direction with the largest ordinate."""
+    found = []
+    with run.store("device.nc") as store:
+        for device in names_of(store, "device"):
+            loads = {impact: of_device.Load(store, device, impact) for impact in of_device.LOADS}
+            hit, quiet = (loads[impact].of("psa").load() for impact in ("with", "without"))
+            axis = str(hit.max("frequency").idxmax("axis").item())
+            moved = loads["with"].of("anchor_acceleration", component=axis)
+            _, floor, _ = of_device.anchor_of(store, device)
+            damping = float(of_device.modes_of(store, device)["mode_damping"][:1].sum())
+            where = (str(store.attrs["building"]), device, floor, "", axis, damping or math.nan)
+            pfa = float(abs(moved).max())
+            found.append(Spectrum(*where, hit.sel(axis=axis), pfa, quiet.sel(axis=axis)))
+    return found
+
+
+def _moving(found: list[Spectrum]) -> list[Spectrum]:
+    """Those of which more is seen than the numbers behind the point."""
+    largest = max((one.peak for one in found), default=0.0)
+    return [one for one in found if one.peak > QUIET * largest]
+
+
+def spectra_table(spectra: list[Spectrum]) -> Facts:
+    """The spectra that govern, a row each."""
+    columns = (
+        "where {}; along {}; damping [%] {:.3g}; peak [m/s²] {:.4g}; at [Hz] {:.1f}; "
+        "PFA [m/s²] {:.4g}; peak without impact [m/s²] {}; factor of the peak {}; factor at its "
+        "frequency {}"
+    )
+    rows = []
+    for one in spectra:
+        free = "" if one.free is None else digits(float(one.free.max()), 4)
+        factors = (digits(f, 3) if math.isfinite(f) else "" for f in one.factors)
+        own = (one.words, one.direction, 100.0 * one.damping, one.peak, one.at, one.pfa)
+        rows.append((*own, free, *factors))
+    note = "The largest ordinates of each body along each direction; at anchors along one."
+    if any(one.free is None for one in spectra):
+        note += " The 3D models were not computed without impact but for the anchors of devices."
+    return table("Floor spectra that govern", columns, rows, note)
+
+
+def anchors_table(run: RunFiles) -> Facts | None:
+    """Largest forces of all devices on their floors by component; None without devices."""
+    rows, direction = [], ""
+    for one in run.models.values():
+        if one.ran("device"):
+            with one.store("device.nc") as store:
+                direction = of_device.direction(store)
+                for device in names_of(store, "device"):
+                    rows += [[device, *row] for row in anchor_forces(store, device)]
+    return forces_table("Forces on the anchors", ["device"], rows, direction) if rows else None
+
+
+def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
+    """What the first screen answers, as far as the case has it."""
+    found = []
+    if spectra:
+        found.append(_floor(spectra[0]))
+        own = [one for one in spectra if one.building == spectra[0].building]
+        if compared := [one for one in own if one.factors[0] > 0.0]:
+            found.append(_factor(max(compared, key=lambda one: one.factors[0])))
+    found += _gap(run) + _anchors(run) + _impacts(run)
+    good = [check["good"] for check in run.checks]
+    limits, missed = sum(one is not None for one in good), good.count(False)
+    value = f"{missed} of {limits} not met" if missed else f"all {limits} met"
+    text = "listed below: they decide whether the rest may be used" if missed else ""
+    found.append(Answer("Checks", value, text, "warn" if missed else "good", "checks"))
+    return found
+
+
+def _floor(one: Spectrum) -> Answer:
+    text = f"{one.words}, along {one.direction}, {100.0 * one.damping:.3g} % damping"
+    text += f"; {one.peak / G:.3g} g, peak acceleration (ZPA) {one.pfa:.3g} m/s²"
+    value = f"{one.peak:.3g} m/s² at {one.at:.3g} Hz"
+    return Answer("Floor spectrum that governs", value, text, link="spectra")
+
+
+def _factor(one: Spectrum) -> Answer:
+    peak, there = one.factors
+    free = float("nan") if one.free is None else float(one.free.max())
+    text = f"{one.words}, along {one.direction}: peak {one.peak:.3g} against {free:.3g} m/s²"
+    text += f"; {there:.3g} times as much at {one.at:.3g} Hz"
+    return Answer("Over the case without impact", f"× {peak:.3g}", text, link="spectra")
+
+
+def _gap(run: RunFiles) -> list[Answer]:
+    if not run.ran("pounding"):
+        return []
+    with run.store("pounding.nc") as store:
+        pairs = names_of(store, "pair")
+        if not pairs:
+            return [Answer("Gap", "no contacts", "nothing can touch: the case has no contacts")]
+        margin = store["pair_margin"].values
+        k = int(margin.argmin())
+        there, needed = (
+            1e3 * float(store[name][k]) for name in ("pair_rest_gap", "pair_required_separation")
+        )
+        largest = bool(np.argmax(store["pair_required_separation"].values) == k)
+    text = f"there {there:.3g} mm, between {pairs[k].replace('-', ' and ').replace('_', ' ')}"
+    band = [run.values.get(f"ensemble.p{q}.pounding.required_separation") for q in ("05", "95")]
+    if largest and (low := band[0]) is not None and (high := band[1]) is not None:
+        count = run.values["ensemble.members"]
+        text += f"; under {count:.0f} motions {1e3 * low:.3g} to {1e3 * high:.3g} mm (5 to 95 %)"
+    value = f"{needed:.3g} mm needed"
+    mark = "good" if margin[k] >= 0.0 else "warn"
+    return [Answer("Gap that prevents contact", value, text, mark, "stage_pounding")]
+
+
+def _anchors(run: RunFiles) -> list[Answer]:
+    """Of all devices, with the words for the one that is pulled most."""
+    pulled: dict[tuple[str, str], float] = {}
+    texts = {}
+    for one in run.models.values():
+        if not one.ran("device"):
+            continue
+        with one.store("device.nc") as store:
+            axis = of_device.direction(store)
+            for device in names_of(store, "device"):
+                quiet, hit = (of_device.Load(store, device, i) for i in of_device.LOADS)
+                _, floor, _ = of_device.anchor_of(store, device)
+                key = (str(store.attrs["building"]), device)
+                pulled[key] = max(quiet.tension(), hit.tension())
+                moment = f"M{'y' if axis == 'x' else 'x'}"
+                turned = float(hit.components().sel(component=f"r{moment[1]}"))
+                factor = hit.detailed / quiet.detailed if quiet.detailed > 0.0 else math.nan
+                times = f" (× {factor:.3g})" if math.isfinite(factor) else ""
+                texts[key] = (
+                    f"{device} on floor {floor} of {key[0]}: F{axis} {1e-3 * hit.detailed:.4g} kN"
+                    f"{times}, Fz {1e-3 * float(hit.components().sel(component='z')):.3g} kN, "
+                    f"{moment} {1e-3 * turned:.3g} kN m"
+                )
+    if not pulled:
+        return []
+    known_ones = {key: value for key, value in pulled.items() if math.isfinite(value)}
+    key = max(known_ones or pulled, key=lambda one: pulled[one])
+    up = sum(value > 0.0 for value in known_ones.values())
+    link = f"device_{key[1]}"
+    if not known_ones:
+        value, mark = "net tension not known", ""
+    elif up:
+        count = f" at {up} of {len(pulled)}" if len(pulled) > 1 else ""
+        value, mark = f"net tension{count}", "warn"
+        texts[key] += f"; {1e-3 * pulled[key]:.3g} kN/n in the most loaded of n anchors"
+    else:
+        value, mark = "no net tension", "good"
+    return [Answer("Anchors", value, texts[key], mark, link)]
+
+
+def _impacts(run: RunFiles) -> list[Answer]:
+    for entry in run.summary:
+        if entry["name"] == "pounding.main_impact_force" and entry["value"] is not None:
+            where = entry["note"].replace("-", " and ").replace("_", " ")
+            force = quantity(entry["value"], entry["unit"], digits=4)
+            count = run.values.get("pounding.impacts", 0.0)
+            text = f"{where}; {count:.0f} impact{'s' if count > 1 else ''} of the sticks in all"
+            return [Answer("Largest impact", force, text, link="stage_pounding")]
+    return []
+
+
+def flags(run: RunFiles, spectra: list[Spectrum]) -> list[str]:
+    """What the results rest on and is not what the case's own 3D models and motions say."""
+    found = []
+    if "calibration.epsilon" in run.values and not wall_is_used(run.case):
+        with run.store("pounding.nc") as store:
+            laws = np.unique(store["pair_restitution"].values.round(3))
+        given = " to ".join(f"{value:.3g}" for value in laws[[0, -1][: len(laws)]])
+        found.append(
+            f"The contact laws have a restitution of {given}; the impact of the 3D model on a "
+            f"rigid wall gives {run.values['calibration.epsilon']:.3g}, which is not used."
+        )
+    for one in spectra:
+        if one.model == STICK:
+            with run.store("pounding.nc") as store:
+                studied = store.attrs["studied_building"] == one.building
+            kind, name, values = "ensemble", f"frs.floor_{one.floor}.peak", run.values
+            words = "stick"
+        else:
+            studied = one.model == MODEL
+            kind, name = "ensemble3d", f"transient.frs.floor_{one.floor}.peak"
+            values, words = run.models[one.building].values, "3D model, mass centre"
+        own, high = values.get(name), values.get(f"{kind}.p84.{name}")
+        if studied and own and high:
+            found.append(
+                f"One motion is one of many: under 84 % of {values[f'{kind}.members']:.0f} motions "
+                f"the peak of the spectrum of floor {one.floor} of {one.building} ({words}) is up "
+                f"to {high / own:.2f} times that of this one."
+            )
+            break
+    return found
+
+
+def spectra_figure(run: RunFiles, spectra: list[Spectrum]) -> Path | None:
+    """Draw `figures/decision_spectra.svg`: the governing spectra with and without impact.
+
+    Of the building with the largest ordinate its stick and its 3D model; of the anchor with the
+    largest one; of another building where there is no anchor.
+    """
+    anchors = [one for one in spectra if one.at_anchor]
+    buildings = dict.fromkeys(one.building for one in spectra if not one.at_anchor)
+    panels = [_building_panel(run, spectra, name) for name in [*buildings][: 1 if anchors else 2]]
+    panels += [_anchor_panel(one) for one in anchors[:1]]
+    if not panels:
+        return None
+    caption = (
+        "Floor spectra that govern, with and without impact. Solid: with impacts; dashed: without. "
+        + " ".join(f"({'ab'[k]}) {panel.title}." for k, panel in enumerate(panels))
+    )
+    size = (5.5 * len(panels), 3.3)
+    drawn = CurveFigure(SPECTRA, caption, panels, len(panels), size)
+    (run.folder / "figures").mkdir(exist_ok=True)
+    return drawn.write(run.folder / "figures")
+
+
+def _building_panel(run: RunFiles, spectra: list[Spectrum], building: str) -> Panel:
+    """Spectra of the floor of a building that governs, along the direction that governs.
+
+    Where a point on no floor governs, of the point and of the stick's floor that governs.
+    """
+    own = [one for one in spectra if one.building == building and not one.at_anchor]
+    first = own[0]
+    along = (one for one in own if (one.model, one.direction) == (STICK, first.direction))
+    floor, curves = first.floor or next(along, first).floor, []
+    with run.store("pounding.nc") as store:
+        one = store[["psa", "psa_free"]].isel(damping=0)
+        here = (one["station_building"] == building) & (one["station_floor"] == floor)
+        if first.direction in names_of(store, "direction"):
+            stick = one.isel(station=here.values).sel(direction=first.direction)
+            for name, dash, words in (("psa", "-", "with impacts"), ("psa_free", "--", "without")):
+                curves += [_curve(psa, f"stick, {words}", BLUE, dash) for psa in stick[name]]
+    if building in run.models and run.models[building].ran("transient"):
+        with run.models[building].store("transient.nc") as store:
+            one = known(store[["psa"]].isel(damping=0)).sel(component=first.direction)
+            for kind, colour in (("centre", ORANGE), ("edge", RED)):
+                here = (one["probe_kind"] == kind) & (one["probe_floor"] == floor)
+                at = one["psa"].isel(probe=here.values)
+                curves += [_curve(psa, f"3D model, {PLACES[kind]}", colour, "-") for psa in at]
+    if first.model == MODEL and first.place not in (PLACES["centre"], PLACES["edge"]):
+        curves.append(_curve(first.psa, f"3D model, {first.place}", PURPLE, "-"))
+    title = f"{building}, floor {floor}, " if floor else f"{building}, "
+    return _panel(curves, f"{title}along {first.direction}, {100.0 * first.damping:.3g} % damping")
+
+
+def _anchor_panel(one: Spectrum) -> Panel:
+    curves = [_curve(one.psa, "with impacts", GREEN, "-")]
+    if one.free is not None:
+        curves.append(_curve(one.free, "without impact", GREEN, "--"))
+    damping = f", {100.0 * one.damping:.3g} % damping" if math.isfinite(one.damping) else ""
+    return _panel(curves, f"Anchor of {one.model}, {one.building}, along {one.direction}{damping}")
+
+
+def _curve(spectrum: xr.DataArray, label: str, colour: str, dash: str) -> Curve:
+    return Curve(spectrum["frequency"].values, spectrum.values, label, colour, dash, width=1.3)
+
+
+def _panel(curves: list[Curve], title: str) -> Panel:
+    axes: Mapping[str, Any] = {"log": "x", "bottom": 0.0, "legend": "upper left"}
+    return Panel("frequency [Hz]", "pseudo-acceleration [m/s²]", curves, title, **axes)
+
+
+def key_results(run: RunFiles) -> list[tuple[str, str]]:
+    """Up to ten numbers of any run, each with what it is: those of the first screen, and more."""
+    spectra = governing(run)
+    every = answers(run, spectra)[:-1]  # the console has counted the checks already
+    found = [(one.value, f"{one.question.lower()}: {one.text}") for one in every]
+    if (epsilon := run.values.get("calibration.epsilon")) is not None:
+        used = "" if wall_is_used(run.case) else "; not used here, the case gives the law"
+        found.append((f"{epsilon:.3g}", f"restitution ε of the 3D model at a rigid wall{used}"))
+    for impact, words in of_device.LOADS.items():
+        name = f"device.relative_difference.{of_device.IN_NAMES[impact]}"
+        if (low := run.values.get(name)) is not None:
+            way = "low" if low >= 0.0 else "high"
+            text = f"by which response spectrum analysis of the first device is too {way}, {words}"
+            found.append((f"{100.0 * abs(low):.1f} %", text))
+    return found

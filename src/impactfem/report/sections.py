@@ -1,0 +1,196 @@
+"""The sections of the page: a stage each, its figures and tables by building, device or topic."""
+
+from __future__ import annotations
+
+import csv
+import html
+import re
+import tomllib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from impactfem.report.overview import (
+    Facts,
+    carried,
+    device_verdict,
+    impacts,
+    stick_spectra,
+    structure_spectra,
+)
+from impactfem.report.pictures import Picture, picture, read
+from impactfem.report.run_files import COMPARISON, DRAWING, RunFiles
+from impactfem.stages.stage import Stage
+from impactfem.stages.stores import names_of
+
+ROWS = 60
+"""Rows of a table that a page has; a longer one is in its file alone."""
+PRINTED = 12
+"""Rows and columns at most of a table that is open on paper."""
+COMPARED = (
+    "Comparison with another run",
+    "Floor spectra of both runs, which the first table names, at the points that move.",
+)
+TEMPLATES = files("impactfem.report") / "templates"
+_NUMBER = re.compile(r"[-+±×]?\d[\d.,eE+-]*")
+
+
+@dataclass(frozen=True)
+class Rows:
+    """A table of a file."""
+
+    path: Path
+    anchor: str
+    title: str
+    head: Sequence[str]
+    rows: Sequence[Sequence[str]]  #: none of a table that is too long
+    count: int  #: how many rows the file has
+
+    @property
+    def printed(self) -> bool:
+        """Whether it is open on paper."""
+        return 0 < len(self.rows) <= PRINTED and len(self.head) <= PRINTED
+
+
+@dataclass
+class Group:
+    """A building, a device or a topic of a stage."""
+
+    title: str
+    anchor: str
+    facts: list[Facts] = field(default_factory=list)
+    pictures: list[Picture] = field(default_factory=list)
+    scenes: list[str] = field(default_factory=list)  #: pages, as the text of an attribute
+
+
+@dataclass(frozen=True)
+class Section:
+    """A stage of the run."""
+
+    name: str
+    anchor: str
+    title: str
+    about: str
+    checks: Sequence[Mapping[str, Any]]
+    groups: Sequence[Group]
+    tables: Sequence[Rows]
+    files: Sequence[str]  #: its figures and tables, relative to the run's folder
+
+
+def sections(run: RunFiles, known: Mapping[str, Stage], numbers: Iterator[int]) -> list[Section]:
+    """The stages of a run and a comparison with another one, as they matter to a decision.
+
+    Args:
+        run: The run.
+        known: All stages by their names.
+        numbers: Of the figures, in their order.
+    """
+    order = tomllib.loads((TEMPLATES / "sections.toml").read_text("utf-8"))
+    names = [*run.stages, *([COMPARISON] if run.compared else [])]
+    names.sort(key=lambda name: order["order"].index(name.rpartition("/")[2]))
+    return [_section(run, name, known, order, numbers) for name in names]
+
+
+def anchor(run: RunFiles, path: Path | str) -> str:
+    """Where the page shows a file: figures of several buildings have the same names."""
+    inside = Path(path)
+    if inside.is_relative_to(run.folder):
+        inside = inside.relative_to(run.folder)
+    return "_".join([inside.suffix[1:], *inside.parts[:-2], inside.stem])
+
+
+def _section(
+    run: RunFiles,
+    name: str,
+    known: Mapping[str, Stage],
+    order: Mapping[str, Any],
+    numbers: Iterator[int],
+) -> Section:
+    building, _, own = name.rpartition("/")
+    stage = known.get(own)
+    title, about = COMPARED if stage is None else (stage.title, stage.about)
+    place = f"stage_{name}"
+    drawn, tables = run.files_of(name, "figures"), run.files_of(name, "tables")
+    own_drawn = [path for path in drawn if path.stem != DRAWING]
+    groups = _groups(run.of(building) if building else run, own, place)
+    named = {
+        group.title.partition(" ")[2]: group for group in groups if group.anchor[:6] != "stage_"
+    }
+    topics = [Group(t["title"], f"{place}_{k}") for k, t in enumerate(order.get(own, ()), 1)]
+    topics.append(Group("Further figures" if topics else "", f"{place}_{len(topics) + 1}"))
+    patterns = [t["figures"] for t in order.get(own, ())]
+    for path in sorted(own_drawn, key=lambda one: _rank(one.name, patterns)):
+        found = [subject for subject in named if path.stem.endswith(f"_{subject}")]
+        topic = topics[min(_rank(path.name, patterns)[0], len(topics) - 1)]
+        into = named[max(found, key=len)] if found else topic
+        if own == "device" and not found and named and path.stem != "figure_28_damping":
+            into = next(iter(named.values()))  # files of the first one have short names
+        if path.suffix == ".html":
+            # A page as the text of an attribute, for a frame within this one.
+            into.scenes.append(html.escape(read(path).decode(), quote=True))
+        else:
+            into.pictures.append(picture(path, anchor(run, path), next(numbers)))
+    shown = [*groups, *topics] if own != "pounding" else [*groups[:1], *topics, *groups[1:]]
+    return Section(
+        name,
+        place,
+        run.named(title, name),
+        about,
+        [check for check in run.checks if check["stage"] == name],
+        [group for group in shown if group.facts or group.pictures or group.scenes],
+        [_table(run, path) for path in tables],
+        [str(path.relative_to(run.folder)) for path in (*drawn, *tables)],
+    )
+
+
+def _groups(run: RunFiles, stage: str, place: str) -> list[Group]:
+    """The buildings and devices of a stage, with what was found of them."""
+    groups = []
+    if stage == "pounding":
+        groups.append(Group("What hits what", f"{place}_0", [impacts(run)]))
+    elif stage == "transient":
+        groups.append(Group("Largest ordinates", f"{place}_0", [structure_spectra(run)]))
+    elif stage == "design" and "ensemble3d.members" in run.values:
+        groups.append(Group("Spread over the motions", f"{place}_0", [carried(run)]))
+    if stage == "pounding":
+        for name in (building["name"] for building in run.case["buildings"]):
+            groups.append(Group(f"Stick {name}", f"building_{name}", [stick_spectra(run, name)]))
+    elif stage == "device":
+        with run.store("device.nc") as store:
+            devices = names_of(store, "device")
+        for name in devices:
+            groups.append(Group(f"Device {name}", f"device_{name}", [device_verdict(run, name)]))
+    return groups
+
+
+def _rank(name: str, patterns: Sequence[Sequence[str]]) -> tuple[int, int, str]:
+    """Group of a figure and its place there; behind all others where no pattern takes it."""
+    for k, group in enumerate(patterns):
+        for place, pattern in enumerate(group):
+            if fnmatchcase(name, pattern):
+                return k, place, name
+    return len(patterns), 0, name
+
+
+def _table(run: RunFiles, path: Path) -> Rows:
+    def cell(text: str) -> str:
+        """Numbers have five digits."""
+        try:
+            return text if len(text) <= 6 else f"{float(text):.5g}"
+        except ValueError:
+            return text
+
+    head, *rows = list(csv.reader(read(path).decode().splitlines())) or [[]]
+    shown = [[cell(text) for text in row] for row in rows] if len(rows) <= ROWS else []
+    title = path.stem.replace("_", " ")
+    return Rows(path, anchor(run, path), title, head, shown, len(rows))
+
+
+def numeric(rows: Sequence[Sequence[str]]) -> list[bool]:
+    """Whether all cells of a column are numbers or empty."""
+    return [
+        all(not c or _NUMBER.fullmatch(c) for c in column) for column in zip(*rows, strict=True)
+    ]

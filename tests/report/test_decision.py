@@ -1,0 +1,198 @@
+"""The first screen: the spectra that govern, the gap, the anchors, for what a case has."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from impactfem.report.decision import (
+    answers,
+    flags,
+    governing,
+    key_results,
+    spectra_figure,
+    spectra_table,
+)
+from impactfem.stages.stores import open_store
+
+from ..stages.device.device_store import device_folder
+
+F = np.geomspace(1.0, 100.0, 21)
+
+
+def sticks(margin: float = -0.01, restitution: float = 0.6) -> xr.Dataset:
+    """Two floors of A and one of B along x, where nothing moves, and y; B has the largest one."""
+    peaks = {"A": [3.0, 4.0], "B": [20.0]}
+    shape = np.exp(-(np.log(F / 10.0) ** 2))
+    psa = np.zeros((1, 3, 2, F.size))
+    for k, peak in enumerate([p for floors in peaks.values() for p in floors]):
+        psa[0, k, 1] = peak * shape
+    dims = ("damping", "station", "direction", "frequency")
+    return xr.Dataset(
+        {
+            "psa": (dims, psa),
+            "psa_free": (dims, psa / np.array([1.0, 2.0, 8.0])[None, :, None, None]),
+            "pfa": (("station", "direction"), np.ones((3, 2))),
+            "pair_rest_gap": ("pair", [0.03, 0.02]),
+            "pair_required_separation": ("pair", [0.01, 0.02 - margin]),
+            "pair_margin": ("pair", [0.02, margin]),
+            "pair_restitution": ("pair", [restitution, restitution]),
+        },
+        coords={
+            "damping": [0.05],
+            "direction": ["x", "y"],
+            "frequency": F,
+            "pair": ["A.floor_1-B.floor_1", "A.floor_2-B.storey_2_at_0.5"],
+            "station": ["A.floor_1", "A.floor_2", "B.floor_1"],
+            "station_building": ("station", ["A", "A", "B"]),
+            "station_floor": ("station", [1, 2, 1]),
+        },
+        attrs={"studied_building": "B"},
+    )
+
+
+def run_of(folder: Path, **stores: Any) -> Any:
+    """The files of a run with some stages, of which `device` is a folder."""
+
+    def store(name: str) -> Any:
+        own = name.removesuffix(".nc")
+        return open_store(stores[own] / name) if own == "device" else nullcontext(stores[own])
+
+    summary = [
+        {
+            "name": "pounding.main_impact_force",
+            "value": 1.759e6,
+            "unit": "N",
+            "note": "pair A.floor_2-B.storey_2_at_0.5",
+        }
+    ]
+    checks = [{"good": good, "text": "", "stage": "pounding"} for good in (True, False, None)]
+    laws = {"floor": {"stiffness": 1e9, "restitution": 0.6}}
+    run = SimpleNamespace(
+        folder=folder,
+        ran=lambda stage: stage in stores,
+        store=store,
+        values={},
+        summary=summary,
+        checks=checks,
+        case={"contact_laws": laws},
+    )
+    run.models = {"B1": run}
+    return run
+
+
+def test_the_largest_one_of_each_body(tmp_path: Path) -> None:
+    """Along x nothing moves; factors are of the peak and at its frequency."""
+    found = governing(run_of(tmp_path, pounding=sticks()))
+    assert [(one.building, one.floor, one.direction) for one in found] == [
+        ("B", 1, "y"),
+        ("A", 2, "y"),
+    ]
+    assert found[0].peak == pytest.approx(20.0) and found[0].at == pytest.approx(10.0)
+    assert found[0].factors == pytest.approx((8.0, 8.0))
+    (first, _) = spectra_table(found).rows
+    assert first[:4] == ["B, floor 1, stick", "y", "5", "20"] and first[-1] == "8"
+
+
+def by_question(run: Any) -> dict[str, Any]:
+    return {one.question: one for one in answers(run, governing(run))}
+
+
+@pytest.mark.parametrize(
+    ("margin", "value", "mark"),
+    [(-0.01, "30 mm needed", "warn"), (0.001, "19 mm needed", "good")],
+)
+def test_the_gap_is_that_of_the_pair_that_lacks_most(
+    tmp_path: Path, margin: float, value: str, mark: str
+) -> None:
+    run = run_of(tmp_path, pounding=sticks(margin))
+    gap = by_question(run)["Gap that prevents contact"]
+    assert (gap.value, gap.mark) == (value, mark)
+    assert gap.text == "there 20 mm, between A.floor 2 and B.storey 2 at 0.5"
+    bounds = {"05": 0.025, "95": 0.04}
+    run.values |= {f"ensemble.p{q}.pounding.required_separation": v for q, v in bounds.items()}
+    run.values["ensemble.members"] = 100.0
+    text = by_question(run)["Gap that prevents contact"].text
+    assert text.endswith("; under 100 motions 25 to 40 mm (5 to 95 %)")
+
+
+def test_of_sticks_alone(tmp_path: Path) -> None:
+    """What the case does not have is not there."""
+    found = by_question(run_of(tmp_path, pounding=sticks()))
+    assert set(found) == {
+        "Floor spectrum that governs",
+        "Over the case without impact",
+        "Gap that prevents contact",
+        "Largest impact",
+        "Checks",
+    }
+    assert found["Over the case without impact"].value == "× 8"
+    force = found["Largest impact"]
+    assert force.value == "1.759 MN" and "A.floor 2 and B.storey 2 at 0.5" in force.text
+    assert (found["Checks"].value, found["Checks"].mark) == ("1 of 2 not met", "warn")
+
+
+@pytest.mark.parametrize(
+    ("pulls", "value", "mark"),
+    [
+        ((-4e3, 90e3), "net tension", "warn"),
+        ((-4e3, -1e3), "no net tension", "good"),
+        ((np.nan, np.nan), "net tension not known", ""),
+    ],
+)
+def test_anchors(tmp_path: Path, pulls: tuple[float, float], value: str, mark: str) -> None:
+    run = run_of(tmp_path, pounding=sticks(), device=device_folder(tmp_path, pulls=pulls))
+    found = by_question(run)["Anchors"]
+    assert (found.value, found.mark, found.link) == (value, mark, "device_pump")
+    assert "Fy 66 kN (× 6.6), Fz 33 kN, Mx 33 kN m" in found.text
+    assert ("90 kN/n" in found.text) == (mark == "warn")
+
+
+def test_several_devices(tmp_path: Path) -> None:
+    folder = device_folder(tmp_path, devices=("pump", "rack"), pulls=(-4e3, 90e3))
+    found = by_question(run_of(tmp_path, pounding=sticks(), device=folder))["Anchors"]
+    assert found.value == "net tension at 2 of 2"
+
+
+@pytest.mark.parametrize("device", [False, True])
+def test_its_figure(tmp_path: Path, device: bool) -> None:
+    stores: dict[str, Any] = {"device": device_folder(tmp_path)} if device else {}
+    run = run_of(tmp_path, pounding=sticks(), **stores)
+    path = spectra_figure(run, governing(run))
+    assert path is not None
+    text = path.read_text(encoding="utf-8")
+    assert ("with impacts" in text) and ("Anchor of pump" in text) == device
+    assert spectra_figure(run, []) is None
+
+
+@pytest.mark.parametrize("laws", [{"floor": {"restitution": "calibrated"}}, {"floor": {}}])
+def test_a_restitution_that_the_own_model_does_not_have(tmp_path: Path, laws: Any) -> None:
+    run = run_of(tmp_path, pounding=sticks())
+    run.case = {"contact_laws": laws}
+    assert flags(run, []) == []
+    run.values["calibration.epsilon"] = 0.467
+    used = "restitution" in laws["floor"]
+    texts = [
+        "The contact laws have a restitution of 0.6; the impact of the 3D model on a rigid wall "
+        "gives 0.467, which is not used."
+    ]
+    assert flags(run, []) == ([] if used else texts)
+    (words,) = (words for value, words in key_results(run) if value == "0.467")
+    assert words.endswith("at a rigid wall") == used
+
+
+def test_one_motion_of_many(tmp_path: Path) -> None:
+    run = run_of(tmp_path, pounding=sticks())
+    run.values |= {"frs.floor_1.peak": 20.0, "ensemble.p84.frs.floor_1.peak": 25.0}
+    run.values["ensemble.members"] = 100.0
+    spectra = governing(run)
+    (text,) = flags(run, spectra)
+    assert "under 84 % of 100 motions" in text and "up to 1.25 times" in text
+    # Names without a building are those of the studied one.
+    assert flags(run, [one for one in spectra if one.building == "A"]) == []
