@@ -97,19 +97,28 @@ def section(name: str, entries: Sequence[Entry]) -> str:
     heading = f"### `{name}`\n\n{_as_markdown(inspect.getdoc(run) or '')}\n\n"
     if not entries:
         return heading + "Runs with `--full` only.\n\n"
-    cases, sources = ({entry[key] for entry in entries} for key in ("name", "source"))
+    cases, sources = (list(dict.fromkeys(e[key] for e in entries)) for key in ("name", "source"))
     head = ["Quantity", "Reference", "Computed", "Unit", "Error", "Allowed"]
     lines = [head, ["---"] * 6, *map(_cells, entries)]
-    # A column of one value is said once, below the table.
+    # What is the same in all rows is said once, sources below the table.
     if len(cases) > 1:
-        first = ["Case", "---", *(_plain(entry["name"]) for entry in entries)]
+        names = [entry["name"] for entry in entries]
+        again = [k > 0 and names[k - 1] == name for k, name in enumerate(names)]
+        first = [
+            "Case",
+            "---",
+            *("" if a else _plain(n) for a, n in zip(again, names, strict=True)),
+        ]
         lines = [[cell, *line] for cell, line in zip(first, lines, strict=True)]
     if len(sources) > 1:
-        last = ["Source", "---", *(_plain(entry["source"]) for entry in entries)]
+        last = ["Source", "---", *(str(sources.index(entry["source"]) + 1) for entry in entries)]
         lines = [[*line, cell] for cell, line in zip(last, lines, strict=True)]
     table = "".join(f"| {' | '.join(line)} |\n" for line in lines)
-    source = f"\nSource: {_plain(entries[0]['source'])}.\n" if len(sources) == 1 else ""
-    return f"{heading}{table}{source}\n"
+    numbered = [f"({k}) {_plain(source)}" for k, source in enumerate(sources, 1)]
+    below = (
+        f"Sources: {'; '.join(numbered)}" if len(sources) > 1 else f"Source: {_plain(sources[0])}"
+    )
+    return f"{heading}{table}\n{below}.\n\n"
 
 
 def read_entries(path: Path) -> list[Entry]:

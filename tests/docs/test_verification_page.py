@@ -89,8 +89,11 @@ def test_groups(few):
     assert "About one: \\|a\\| \\< b\\_c.\n\n    F = K p * v\n\nThat is all.\n" in text
     assert "| force | 2 | 2.002 | N | 1.0e-03 | 0.01 |\n\nSource: a\\|b.\n" in text
     assert "About two, see `one`." in text
-    assert "| x | 2 | 2.002 | N | **2.0e-03 abs, fails** | 1e-06 abs | s |" in text
-    assert "| y | 2 | no number | N | **no number, fails** | 0.01 | t |" in text
+    assert "| x | 2 | 2.002 | N | **2.0e-03 abs, fails** | 1e-06 abs | 1 |" in text
+    assert (
+        "| y | 2 | no number | N | **no number, fails** | 0.01 | 2 |\n\nSources: (1) s; (2) t.\n"
+        in text
+    )
     assert "### `heavy`\n\nAbout two, see `one`.\n\nRuns with `--full` only.\n" in text
 
 
