@@ -1,7 +1,7 @@
 # docker build -t impactfem .
 # docker run --rm -v "$PWD":/work impactfem run /work/towers.toml --out /work/runs/towers
 FROM debian:12-slim
-RUN apt-get update -qq && apt-get install -qq -y --no-install-recommends ca-certificates git && rm -rf /var/lib/apt/lists/*
+RUN apt-get update -qq && apt-get install -qq -y --no-install-recommends ca-certificates && rm -rf /var/lib/apt/lists/*
 COPY . /opt/impactfem
 WORKDIR /opt/impactfem
 RUN scripts/bootstrap && rm -rf /var/lib/apt/lists/* /root/.cache
