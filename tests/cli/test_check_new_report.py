@@ -4,6 +4,8 @@ import re
 import shutil
 from pathlib import Path
 
+from impactfem.case.template import PARTS
+
 
 class TestCheckAndNew:
     def test_a_new_case_is_good(self, program, tmp_path, monkeypatch, names):
@@ -25,6 +27,8 @@ class TestCheckAndNew:
         assert "[[devices]]" in text and "[ensemble]" in text and "#" not in text
         assert "mine_walls.csv" in names(tmp_path)
         assert program("check", "mine.toml").code == 0
+        words = re.findall(r"\w+", program("new", "--help").out)
+        assert set(PARTS) <= set(words)
         ended = program("new", "other", "--with", "roof,")
         assert ended.code == 2 and "--with = 'roof': known: structure" in ended.err
 
