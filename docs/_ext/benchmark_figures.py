@@ -134,7 +134,7 @@ def mindlin_plate(ax: Axes) -> None:
     dimension(ax, (0, -0.2), (1, -0.2), "L;  t/L = 0.1, 0.01, 0.001")
 
 
-@drawing((-30, 68), (-6, 44))
+@drawing((-30, 68), (2, 44))
 def scordelis_lo(ax: Axes) -> None:
     """The roof between two diaphragms, seen from above one corner."""
     R, L, half = 25.0, 50.0, np.radians(40.0)
@@ -156,7 +156,8 @@ def scordelis_lo(ax: Axes) -> None:
         )
     point = shown(0.5 * L, half)
     ax.plot(*point, "o", color=RED)
-    arrow(ax, point, (point[0], point[1] - 6), "   w", color=RED)
+    arrow(ax, point, (point[0], point[1] - 6), "", color=RED)
+    ax.text(point[0] + 1.5, point[1] - 4.5, "w", color=RED)
     ax.text(*shown(0.12 * L, 1.25 * half), "free edge", color=BLUE, va="top")
     x, y = shown(0.0, -half)
     ax.text(x - 1, y - 1, "rigid diaphragm", ha="right")
