@@ -107,7 +107,7 @@ def test_a_device_has_all_components_and_every_rigid_part(tmp_path: Path) -> Non
     assert table.rows[5][-1] == "99.00"
     factors = dict(zip(table.head, table.rows[-1], strict=True))
     assert (factors["Fy [kN]"], factors["net tension [kN]"]) == ("6.6", "")
-    assert "without impact: RSA is 20.0 % too low; of that rigid part of the" in table.note
+    assert "without impact: RSA underestimates Fy by 20.0 %; of that rigid part of" in table.note
     assert "Net tension at the anchor: yes:" in table.note
 
 

@@ -246,11 +246,11 @@ def test_checks_of_a_whole_case(finished):
     assert not [one for one in checks if "facing" in one["text"]]
     assert not (finished.folder / "tables/facing_floors.csv").exists()
     assert "published value" not in (finished.folder / "run.log").read_text(encoding="utf-8")
-    (found,) = (one for one in checks if "axes and offsets" in one["text"])
+    (found,) = (one for one in checks if "equals the geometry" in one["text"])
     assert found == {
         "stage": "pounding",
         "good": True,
-        "text": "contact: 3 gaps are those of axes and offsets",
+        "text": "contact: 3 pairs, the gap equals the geometry",
     }
     case = load_case(finished.case)
     assert (True, found["text"]) in POUNDING.checks(case, finished.folder)

@@ -51,6 +51,8 @@ class Run:
     published: dict[str, Published]  #: published values by the name of the result
     #: The checks of each stage, by its label: whether it is met, and what it says.
     checks: dict[str, list[Check]] = field(default_factory=dict)
+    #: Checks that are known, and logged, before anything is computed.
+    announced: list[Check] = field(default_factory=list)
     #: Labels of the stages whose stores were reused.
     reused: list[str] = field(default_factory=list)
     #: Wall time of each step when it ran, by stage and step [s].
@@ -151,8 +153,8 @@ def run(
             LOGGER.debug("estimate: %s", line)
         warn_of_implausible(case, estimate)
         stages = asked_stages(case, stage)
-        for one in stages:  # before the first of them takes its time
-            on_root(partial(one.announces, case))
+        result.announced = [check for one in stages for check in one.announces(case)]
+        log_checks(result.announced)  # before the first stage takes its time
         for one, of in works(stages, case):
             _run_stage(one, of, result, fresh, bar)
         on_root(lambda: _write_results(case, result, stages, started))
@@ -196,7 +198,7 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
         checks = stage.checks(case, own)
         if case.part:
             checks = [(good, f"{case.part}/{text}") for good, text in checks]
-        log_checks(checks)
+        log_checks(check for check in checks if check not in result.announced)
         result.checks[label] = checks
         manifest = read_manifest(folder, label)
         result.memory[label] = manifest.peak_memory

@@ -1,4 +1,4 @@
-"""Checks of a stage: a sentence each, and whether it is met."""
+"""Checks of a stage: whether each is met, and a line with its quantity, value and limit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,37 @@ from impactfem.spectra.design import ENDED
 from impactfem.system.log import LOGGER
 
 Check = tuple[bool | None, str]
-"""Whether it is met, None for a number without a limit, and the sentence with number and limit."""
+"""Whether it is met, None for a number without a limit, and the line with number and limit."""
+
+
+def limited(
+    quantity: str, value: float, limit: float, unit: str = "", *, least: bool = False
+) -> Check:
+    """The check of a value that has a limit: `quantity value unit (limit 5 unit)`.
+
+    Args:
+        quantity: What it is, with the name of its stage before it.
+        value: Its value; nan is not met.
+        limit: The largest value that is met, or the least one.
+        unit: Its unit; "%", alone or with the whole that it is of, is for parts of one.
+        least: Whether the limit is the least value.
+    """
+    percent = unit.startswith("%")
+    scale, short = (100.0, " %") if percent else (1.0, f" {unit}" if unit else "")
+    behind = f" {unit}" if unit else ""
+    text = (
+        f"{quantity} {digits(scale * value)}{behind} "
+        f"({'at least' if least else 'limit'} {digits(scale * limit)}{short})"
+    )
+    return bool(value >= limit if least else value <= limit), text
+
+
+def digits(value: float) -> str:
+    """A number in three digits, a small one in two with its power of ten: 15.7, 8.9e-16."""
+    if 0.0 < abs(value) < 1e-3:
+        mantissa, _, power = f"{value:.1e}".partition("e")
+        return f"{mantissa.removesuffix('.0')}e{int(power)}"
+    return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
 
 
 def end_check(
@@ -32,15 +62,15 @@ def end_check(
     off = np.nan_to_num(np.abs(np.log(ratio)))
     k, c = (int(one) for one in np.unravel_index(int(off.argmax()), off.shape))
     text = (
-        f"{stage}: spectra at {last:.4g} Hz are {ratio[k, c]:.3g} times the peak acceleration "
-        f"where they are farthest from it ({points[k]}, {axes[c]}) (limit {ENDED:g})"
+        f"{stage}: spectra at {last:.4g} Hz over the peak acceleration {ratio[k, c]:.3g} "
+        f"(limit {ENDED:g} or 1/{ENDED:g}) at {points[k]}, {axes[c]}"
     )
     late = np.flatnonzero((off > np.log(ENDED)).any(axis=1))
     if not late.size:
         return True, text
     return False, (
-        f"{text}; at {late.size} of {len(points)} points they have not ended there, and what the "
-        "motion has above may depend on the time step"
+        f"{text}; so it is at {late.size} of {len(points)} points: what the motion has above "
+        "this frequency may depend on the time step"
     )
 
 

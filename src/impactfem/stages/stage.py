@@ -49,8 +49,8 @@ class Stage:
     #: Files whose content counts, in addition to those of its sections.
     files: Callable[[Case], tuple[Path, ...]] = lambda case: ()
     further: Callable[[Case], str] = lambda case: ""  #: what else counts, as text
-    #: Logs what is known of its results before anything is computed.
-    announces: Callable[[Case], None] = lambda case: None
+    #: Those of its checks that are known before anything is computed.
+    announces: Callable[[Case], list[Check]] = lambda case: []
     #: The section of the case file without which the stage has nothing to do; None when nothing is
     #: missing.
     lacks: Callable[[Case], str | None] = lambda case: None

@@ -206,7 +206,7 @@ def test_parts_of_modes(tmp_path):
     assert float(found[0]["displacement [mm or mrad]"]) == pytest.approx(displacement)
 
 
-POUNDING = ("own", "does pounding lower the difference")
+POUNDING = ("own", "does pounding lower the error of RSA")
 ROTATIONS = ("own", "what do rotations explain")
 DAMPING = ("all", "what does damping do")
 STILL = {"detailed": ((0.0, 0.0),) * 4}
@@ -223,26 +223,30 @@ def with_shares(without, with_impacts):
         (
             {},
             POUNDING,
-            "yes, the difference falls: RSA is 35.0 % too low without impact, RSA is 5.0 % too low "
-            "with impacts, where the force is 6.6 times as large",
+            "RSA error of Fy: -35.0 % without impact, -5.0 % with impacts (force x 6.6): smaller "
+            "with impacts",
         ),
         (
             with_shares(0.95, 0.65),
             POUNDING,
-            "no, the difference grows: RSA is 5.0 % too low without",
+            "RSA error of Fy: -5.0 % without impact, -35.0 % with impacts (force x 6.6): larger",
         ),
         (
             with_shares(0.95, 1.2),
             POUNDING,
-            "no, the difference grows: RSA is 5.0 % too low without impact, RSA is 20.0",
+            "RSA error of Fy: -5.0 % without impact, +20.0 % with impacts (force x 6.6): larger",
         ),
-        (with_shares(0.95, 0.951), POUNDING, "no, the difference stays: "),
+        (
+            with_shares(0.95, 0.951),
+            POUNDING,
+            "RSA error of Fy: -5.0 % without impact, -4.9 % with impacts (force x 6.6): the same",
+        ),
         (
             with_shares(0.95, 1.0),
             POUNDING,
-            "yes, the difference falls: RSA is 5.0 % too low without impact, RSA agrees",
+            "RSA error of Fy: -5.0 % without impact, +0.0 % with impacts (force x 6.6): smaller",
         ),
-        ({"impact_force": 0.0}, POUNDING, "there is no impact; RSA is 35.0 % too low"),
+        ({"impact_force": 0.0}, POUNDING, "there is no impact; RSA underestimates Fy by 35.0 %"),
         (STILL, POUNDING, "nothing moves the device"),
         (
             STILL,
@@ -261,16 +265,18 @@ def with_shares(without, with_impacts):
         (
             {},
             ROTATIONS,
-            "without impact: rotations raise RSA by 49.2 %, 91 % of what it lacks; RSA is 3.0 % "
-            "too low with them; with impacts: rotations raise RSA by 1.05 %, 20 % of what it "
-            "lacks; RSA is 4.0 % too low with them",
+            "without impact: RSA underestimates Fy by 35.0 %; floor rotations explain 91 % of that "
+            "(RSA +49.2 %); RSA underestimates Fy by 3.0 % with them; with impacts: RSA "
+            "underestimates Fy by 5.0 %; floor rotations explain 20 % of that (RSA +1.05 %); RSA "
+            "underestimates Fy by 4.0 % with them",
         ),
         (
             TURNED,
             ROTATIONS,
-            "without impact: rotations raise RSA by 44.4 %, by more than it lacks; RSA is 30.0 % "
-            "too high with them; with impacts: rotations raise RSA by 9.09 %, which lacked "
-            "nothing; RSA is 20.0 % too high with them",
+            "without impact: RSA underestimates Fy by 10.0 %; floor rotations explain more than "
+            "that (RSA +44.4 %); RSA overestimates Fy by 30.0 % with them; with impacts: RSA "
+            "overestimates Fy by 10.0 %; floor rotations raise it (RSA +9.09 %); RSA "
+            "overestimates Fy by 20.0 % with them",
         ),
     ],
 )
@@ -290,20 +296,20 @@ def test_verdict_on_what_covers_the_detailed_force(tmp_path):
 
     first, *_, last = covered("rotations")
     assert first == (
-        "with spectra as computed: without impact in 0 of 4 dampings, 35.0 % too low at most; "
-        "with impacts in 0 of 4 dampings, 5.0 % too low at most"
+        "with spectra as computed: without impact in 0 of 4 dampings, 35.0 % underestimated at "
+        "most; with impacts in 0 of 4 dampings, 5.0 % underestimated at most"
     )
     assert last == (
         "with rotations and broadened peaks: without impact in 4 of 4 dampings; "
         "with impacts in 4 of 4 dampings"
     )
     assert covered("rigid", choices=RIGID) == [
-        "with spectra as computed: without impact in 0 of 4 dampings, 20.0 % too low at most; with "
-        "impacts in 0 of 4 dampings, 10.0 % too low at most",
+        "with spectra as computed: without impact in 0 of 4 dampings, 20.0 % underestimated at "
+        "most; with impacts in 0 of 4 dampings, 10.0 % underestimated at most",
         "with rigid part by Gupta: without impact not done; with impacts in 0 of 4 dampings, 5.0 % "
-        "too low at most",
+        "underestimated at most",
         "with rigid part by Lindley-Yow: without impact in 4 of 4 dampings; with impacts in 0 of 4 "
-        "dampings, 3.0 % too low at most",
+        "dampings, 3.0 % underestimated at most",
     ]
     (tmp_path / "one").mkdir()
     alone = tables(tmp_path / "one", dampings=1)["verdict"]

@@ -84,10 +84,10 @@ def test_reduced(reduced):
     assert "transient.energy_residual" not in values
     assert not (done.folder / "transient_checkpoints").exists()
     log = (folder / "run" / "run.log").read_text()
-    assert "reduce: basis of" in log and "transient: impulses kept to" in log
-    # A step that is too coarse is told before the time is spent.
-    told = "transient: 20.0 points in a cycle of 50 Hz at the step of 1 ms"
-    assert log.index(told) < log.index("reduce: basis of")
+    assert "reduce: basis of" in log and "transient: error of the impulses" in log
+    # A step that is too coarse is reported before the time is spent, and once.
+    samples = "transient: step 1 ms, points in a cycle of 50 Hz 20 (at least 10)"
+    assert log.index(samples) < log.index("reduce: basis of") and log.count(samples) == 1
     maps = loaded(done, "transient_maps.nc")
     assert maps.snapshot.values == pytest.approx([0.7, 0.71, 0.72], abs=1.1e-3)
     centre = found.sel(probe="centre_2")

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from impactfem.stages.check import Check
+from impactfem.stages.check import Check, limited
 from impactfem.stages.design.products import ALONE, share_reached
 from impactfem.stages.stores import names_of, of_run, open_store
 from impactfem.system.scalar import values_of
@@ -32,20 +32,17 @@ def design_checks(folder: Path) -> list[Check]:
             at = float(worst["whole_frequency"])
             where = f"at {at:.3g} Hz" if np.isfinite(at) else "of the peak acceleration"
             low = share["station_floor"].values[(share < COVERED).any("whole_frequency")]
-            text = (
-                f"design: along {direction} the points have at least {100.0 * float(worst):.3g} % "
-                "of the envelope of all vertices of a floor at every frequency (floor "
-                f"{worst['station_floor'].item()}, {where}); at least {100.0 * COVERED:g} % is "
-                "required"
-            )
+            text = f"design: along {direction}, of the envelope of all vertices the points have"
+            met, text = limited(text, float(worst), COVERED, "%", least=True)
+            text += f" on floor {worst['station_floor'].item()}, {where}"
             if low.size:
-                text += f", missed on {', '.join(f'floor {floor}' for floor in low)}"
-            checks.append((not low.size, text))
+                text += f"; too little on {', '.join(f'floor {floor}' for floor in low)}"
+            checks.append((met, text))
         checks = checks or [(False, f"design: {ALONE}")]
         if "motion" in store.dims:
             values = values_of(store)
             failed = values["ensemble3d.failed"]
-            count = f"{values['ensemble3d.members']:.0f} motions through the 3D model"
+            count = f"{values['ensemble3d.members']:.0f} motions on the 3D model"
             checks.append((failed == 0.0, f"design: {count}, {failed:.0f} failed"))
             checks += _forces(of_run(folder, "ensemble.nc"), store)
     return checks
@@ -65,5 +62,5 @@ def _forces(path: Path, store: xr.Dataset) -> list[Check]:
         known = ensemble["value"].sel(motion=both, scalar=scalars).transpose("motion", ...).values
     differences = np.abs(force.sel(motion=both).values - known) / np.maximum(known, 1.0)
     worst = float(differences.max(initial=0.0))
-    text = f"design: impact forces of the members as in the stage ensemble within {worst:.1e}"
-    return [(worst < SAME, text)]
+    text = "design: difference of the impact forces of the members from those of stage ensemble"
+    return [limited(text, worst, SAME)]

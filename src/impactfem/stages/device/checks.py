@@ -6,7 +6,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from impactfem.stages.check import Check
+from impactfem.stages.check import Check, limited
 from impactfem.stages.device.selection import (
     LOADS,
     Load,
@@ -34,11 +34,8 @@ def device_checks(folder: Path) -> list[Check]:
         lines = [line for name in names_of(store, "device") for line in _of_device(store, name)]
         values = values_of(store)
         error, vectors = values["device.basis_error"], values["device.basis_vectors"]
-        basis = (
-            f"transfer functions of the reduced basis of {vectors:.0f} vectors within "
-            f"{100.0 * error:.2g} %, {100.0 * BASIS:g} % allowed"
-        )
-        lines += [(error <= BASIS, basis), *_impacts(store)]
+        basis = f"error of the reduced basis of {vectors:.0f} vectors"
+        lines += [limited(basis, error, BASIS, "%"), *_impacts(store)]
         # What the response spectrum analyses assumed.
         lines += [(None, str(note)) for note in store["note"].values]
     return [(good, f"device: {text}") for good, text in lines]
@@ -51,15 +48,15 @@ def _of_device(store: xr.Dataset, name: str) -> list[Check]:
         for impact, words in LOADS.items()
     )
     lines: list[Check] = [(None, f"F{direction(store)} of {name} on the floor: {demand}")]
-    lines += [(None, text) for text in shortfall(store, name)]
-    lines.append((None, f"does pounding lower the difference: {pounding(store, name)}"))
+    lines += [
+        (None, f"{name}: {text}") for text in (*shortfall(store, name), pounding(store, name))
+    ]
 
     _, floor, nodes = anchor_of(store, name)
-    text = f"{name} is anchored to {nodes} node{'s' * (nodes > 1)} of floor {floor}, at least "
-    text += f"{NODES} required"
-    if nodes < NODES:
-        text += ", which spread it over the slab: refine the mesh around its anchor"
-    lines.append((nodes >= NODES, text))
+    text = f"{name} on floor {floor}: nodes that it is anchored to"
+    met, text = limited(text, nodes, NODES, least=True)
+    more = "; fewer do not spread it over the slab: refine the mesh around its anchor"
+    lines.append((met, text if met else text + more))
 
     # Whether the weight holds the device down, with any damping; else it needs its anchors.
     if (pulled := anchors(store, name)) is None:
@@ -75,10 +72,10 @@ def _of_device(store: xr.Dataset, name: str) -> list[Check]:
         return lines
     largest = imbalance.isel(imbalance.argmax(...))
     worst = float(largest)
-    text = f"action and reaction at the anchor of {name} within {worst:.1e}, {IMBALANCE:g} allowed"
-    if worst > IMBALANCE:
-        text += f"; with the damping {largest['case'].item()} {LOADS[largest['impact'].item()]}"
-    lines.append((worst <= IMBALANCE, text))
+    text = f"{name}: difference of action and reaction at the anchor"
+    met, text = limited(text, worst, IMBALANCE)
+    where = f", damping {largest['case'].item()}, {LOADS[largest['impact'].item()]}"
+    lines.append((met, text if met else text + where))
     return lines
 
 

@@ -43,7 +43,7 @@ def verdict(store: xr.Dataset) -> Table:
     rows: list[tuple[str, str, str, str]] = []
     for device in names_of(store, "device"):
         for case in names_of(store, "case"):
-            answers = [("does pounding lower the difference", pounding(store, device, case))]
+            answers = [("does pounding lower the error of RSA", pounding(store, device, case))]
             if variant(store, ROTATIONS):
                 answers.append(("what do rotations explain", _rotations(store, device, case)))
             answers += [
@@ -68,21 +68,22 @@ def verdict(store: xr.Dataset) -> Table:
 
 
 def pounding(store: xr.Dataset, device: str, case: str = OWN) -> str:
-    """Whether the difference of both analyses falls when impacts are considered."""
+    """The error of RSA without impact and with impacts, and which is the smaller one."""
     quiet, pounded = (Load(store, device, impact, case) for impact in LOADS)
     without, with_impacts = quiet.difference(), pounded.difference()
     if without is None or with_impacts is None:
         return STILL
+    axis = direction(store)
     if not store["impact_force"].sel(case=case) > 0.0:
-        return f"there is no impact; {_amount(without)}"
+        return f"there is no impact; {_amount(axis, without)}"
+    errors = [round(-100.0 * one, 1) + 0.0 for one in (without, with_impacts)]  # no -0.0
     change = abs(with_impacts) - abs(without)
-    if abs(change) < SAME:
-        word = "no, the difference stays"
-    else:
-        word = "yes, the difference falls" if change < 0.0 else "no, the difference grows"
+    word = "smaller" if change < 0.0 else "larger"
     return (
-        f"{word}: {_amount(without)} without impact, {_amount(with_impacts)} with impacts, where "
-        f"the force is {pounded.detailed / quiet.detailed:.3g} times as large"
+        f"RSA error of F{axis}: {errors[0]:+.1f} % without impact, {errors[1]:+.1f} % with impacts "
+        "(force x "
+        f"{pounded.detailed / quiet.detailed:.3g}): "
+        f"{'the same' if abs(change) < SAME else word} with impacts"
     )
 
 
@@ -92,7 +93,7 @@ def shortfall(store: xr.Dataset, device: str, case: str = OWN) -> list[str]:
     The rigid part of the modes and the rotations of the floor, each alone; and whether the modes
     follow the floor, so that their forces add with their signs and not by their squares.
     """
-    lines = []
+    lines, axis = [], direction(store)
     for impact, words in LOADS.items():
         load = Load(store, device, impact, case)
         detailed, own = load.detailed, load.by_spectrum()
@@ -100,7 +101,7 @@ def shortfall(store: xr.Dataset, device: str, case: str = OWN) -> list[str]:
             continue
         lacking = detailed - own
         if lacking <= SAME * detailed:
-            lines.append(f"{words}: {_amount(1.0 - own / detailed)}, nothing is lacking")
+            lines.append(f"{words}: {_amount(axis, 1.0 - own / detailed)}, nothing is lacking")
             continue
         further = {
             f"rigid part of the modes ({RIGID[method]})": choice
@@ -110,7 +111,7 @@ def shortfall(store: xr.Dataset, device: str, case: str = OWN) -> list[str]:
         if (turned := variant(store, ROTATIONS)) is not None:
             further[TURNED] = turned
         shares = {what: (load.by_spectrum(name) - own) / lacking for what, name in further.items()}
-        parts = [f"{words}: {_amount(lacking / detailed)}"]
+        parts = [f"{words}: {_amount(axis, lacking / detailed)}"]
         if shares:
             # Two digits below ten per cent, whole numbers above.
             percent = (
@@ -193,15 +194,16 @@ def _rotations(store: xr.Dataset, device: str, case: str) -> str:
             parts.append(f"{words}: {STILL}")
             continue
         raised = both / straight - 1.0 if straight > 0.0 else 0.0
+        axis, now = direction(store), 1.0 - straight / detailed
         if (lacking := detailed - straight) <= SAME * detailed:
-            share = "which lacked nothing"
+            share = "raise it"
         elif both - straight > lacking:
-            share = "by more than it lacks"
+            share = "explain more than that"
         else:
-            share = f"{100.0 * (both - straight) / lacking:.2g} % of what it lacks"
+            share = f"explain {100.0 * (both - straight) / lacking:.2g} % of that"
         parts.append(
-            f"{words}: rotations raise RSA by {100.0 * raised:.3g} %, {share}; "
-            f"{_amount(1.0 - both / detailed)} with them"
+            f"{words}: {_amount(axis, now)}; floor rotations {share} (RSA {100.0 * raised:+.3g} %);"
+            f" {_amount(axis, 1.0 - both / detailed)} with them"
         )
     return "; ".join(parts)
 
@@ -245,7 +247,7 @@ def _covered(store: xr.Dataset, device: str) -> list[str]:
                 parts.append(f"{words} not done")
                 continue
             worst = max(gaps)
-            least = f", {100.0 * worst:.1f} % too low at most" if worst > 0.0 else ""
+            least = f", {100.0 * worst:.1f} % underestimated at most" if worst > 0.0 else ""
             left = f", not done in {len(cases) - len(gaps)}" if len(gaps) < len(cases) else ""
             enough = sum(gap <= 0.0 for gap in gaps)
             parts.append(f"{words} in {enough} of {len(cases)} dampings{least}{left}")
@@ -253,10 +255,11 @@ def _covered(store: xr.Dataset, device: str) -> list[str]:
     return found
 
 
-def _amount(difference: float) -> str:
+def _amount(axis: str, difference: float) -> str:
     if abs(difference) < 0.0005:
-        return "RSA agrees within 0.05 %"
-    return f"RSA is {100.0 * abs(difference):.1f} % too {'low' if difference > 0.0 else 'high'}"
+        return f"RSA agrees in F{axis} within 0.05 %"
+    under = "under" if difference > 0.0 else "over"
+    return f"RSA {under}estimates F{axis} by {100.0 * abs(difference):.1f} %"
 
 
 def _kilonewton(force: float) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 from impactfem.case import Case
 from impactfem.case.transient import transient_files
 from impactfem.stages.building.stage import BUILDING, storey_factor
-from impactfem.stages.check import Check
+from impactfem.stages.check import Check, limited
 from impactfem.stages.inputs import matrices_key
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import names_of, open_store
@@ -103,13 +103,11 @@ def _checks(folder: Path) -> list[Check]:
     with open_store(folder / "reduce.nc") as store:
         for k, name in enumerate(names_of(store, "accuracy")):
             at = store.isel(accuracy=k)
-            error, tolerance = float(at["error"]), float(at["tolerance"])
             text = (
-                f"reduce: transfer functions within {100.0 * error:.2g} % up to "
-                f"{float(at['maximum_frequency']):g} Hz with a damping of {name}, "
-                f"{100.0 * tolerance:g} % required"
+                f"reduce: error of the transfer functions up to {float(at['maximum_frequency']):g} "
+                f"Hz with a damping of {name}"
             )
-            checks.append((error <= tolerance, text))
+            checks.append(limited(text, float(at["error"]), float(at["tolerance"]), "%"))
     return checks
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from impactfem.stages.check import Check, end_check
+from impactfem.stages.check import Check, end_check, limited
 from impactfem.stages.stores import names_of, open_store, open_stores, time_step
 from impactfem.stages.transient.selection import between, ends, known
 from impactfem.system.scalar import values_of
@@ -18,17 +18,17 @@ lower: models that differ in this, or in a factor or a unit, are told from model
 mesh, rigid zones and joints."""
 
 
-REDUCED = "spectra of reduced and full differ by {:.2g} %, {:g} %"
 NUMBERS = (
-    ("impulse_error", 1e-9, 1.0, "impulses kept to {:.1e}, {:g}"),
-    ("band_max", 0.05, 100.0, "error band of the spectra at most {:.2g} %, {:g} %"),
-    ("energy_residual", 1e-9, 1.0, "energy identity to {:.1e}, {:g}"),
-    ("reduced_against_full", 0.005, 100.0, REDUCED),
+    ("impulse_error", 1e-9, "", "error of the impulses"),
+    ("band_max", 0.05, "%", "error band of the spectra"),
+    ("energy_residual", 1e-9, "", "energy identity"),
+    ("reduced_against_full", 0.005, "%", "difference of the spectra, reduced from full"),
 )
-"""Scalar, its limit, the factor to the unit of the sentence, and the sentence."""
+"""Scalar, its limit, unit and name."""
 POINTS = 10.0
-"""Least number of samples in a cycle of the highest frequency of the response: between so many up
-to 1 − cos(π/10) = 4.9 % of a peak are lost."""
+"""Least number of samples in a cycle of the highest frequency of the response."""
+LOST = 1.0 - math.cos(math.pi / POINTS)
+"""What so many samples lose of a peak between them at most, 4.9 %."""
 
 
 def stick_against_model(folder: Path) -> list[Check]:
@@ -51,58 +51,56 @@ def stick_against_model(folder: Path) -> list[Check]:
         stick = float(one["mode_frequency"].isel(mode=main))
     off = stick / model - 1.0
     text = (
-        f"transient: the stick of {name} sways along {direction} at {stick:.3g} Hz, its 3D model "
-        f"at {model:.3g} Hz: {100 * off:+.3g} %, {100 * APART:g} % allowed"
+        f"transient: {name} along {direction}, stick {stick:.3g} Hz, 3D model {model:.3g} Hz: "
+        "difference"
     )
-    if abs(off) > APART:
+    met, text = limited(text, abs(off), APART, "%")
+    if not met:
         text += (
             "; the impact forces are those of another building than the 3D model: give the stick "
             "the stiffness of the 3D model, as a [calibration] with from_structure = true does"
         )
-    return [(abs(off) <= APART, text)]
+    return [(met, text)]
 
 
 def transient_checks(folder: Path) -> list[Check]:
     """The checks of `transient.nc`."""
     with open_store(folder / "transient.nc") as store:
         step, values = time_step(store), values_of(store)
-        met, text = samples_check(step, float(store.attrs["maximum_frequency"]))
-        if not met:
+        samples = [samples_check(step, float(store.attrs["maximum_frequency"]))]
+        if samples[0][0] is False:
             # The samples that the spectra had in a cycle, over those of the histories.
             points = values["transient.points_per_cycle"]
             finer, over = round(points * step * float(store["frequency"].max())), between(store)
             if finer > 1 and over.notnull().any():
                 largest = over.isel(over.argmax(...))
-                lost = 100.0 * (1.0 - 1.0 / float(largest))
-                text += (
-                    f"; peak accelerations are up to {lost:.2g} % low between the samples "
-                    f"({largest['probe'].item()}, {largest['component'].item()}), and the spectra "
-                    f"at the probes are those of histories made {finer} times finer by "
-                    "band-limited interpolation"
+                low = 1.0 - 1.0 / float(largest)
+                met, text = limited("transient: peak accelerations, samples low by", low, LOST, "%")
+                samples.append(
+                    (
+                        met,
+                        f"{text} at {largest['probe'].item()}, {largest['component'].item()}; "
+                        f"spectra at the probes are those of histories made {finer} times finer "
+                        "by band-limited interpolation",
+                    )
                 )
             else:
-                lost = 100.0 * (1.0 - math.cos(math.pi / POINTS))
-                text += (
-                    f"; above, peak accelerations may be more than {lost:.2g} % low between the "
-                    "samples"
-                )
+                text = f"peak accelerations may be more than {100.0 * LOST:.2g} % low"
+                samples.append((None, f"transient: {text} between the samples"))
         last = float(known(store)["frequency"][-1])
         ended = end_check("transient", names_of(store, "probe"), "xyz", ends(store).values, last)
         numbers: list[Check] = [
-            (value < limit, f"transient: {text.format(factor * value, factor * limit)} allowed")
-            for name, limit, factor, text in NUMBERS
+            limited(f"transient: {text}", value, limit, unit)
+            for name, limit, unit, text in NUMBERS
             if (value := values.get(f"transient.{name}")) is not None
         ]
-        return [(met, text), ended, *numbers]
+        return [*samples, ended, *numbers]
 
 
 def samples_check(step: float, highest: float) -> Check:
     """Whether a step [s] samples the response finely enough up to its highest frequency [Hz]."""
-    points = 1.0 / (highest * step)
     # Of whole numbers, the quotient may be a rounding error below one.
-    met = points >= POINTS * (1.0 - 1e-9)
-    text = (
-        f"transient: {points:.1f} points in a cycle of {highest:g} Hz at the step of "
-        f"{1e3 * step:g} ms, {POINTS:g} required"
-    )
-    return met, text if met else f"{text}, which there are up to {1.0 / (POINTS * step):.4g} Hz"
+    points = 1.0 / (highest * step) * (1.0 + 1e-9)
+    text = f"transient: step {1e3 * step:g} ms, points in a cycle of {highest:g} Hz"
+    met, text = limited(text, points, POINTS, least=True)
+    return met, text if met else f"{text}: resolved up to {1.0 / (POINTS * step):.4g} Hz"

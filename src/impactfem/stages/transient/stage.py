@@ -7,7 +7,7 @@ from pathlib import Path
 from impactfem.case import Case
 from impactfem.case.transient import transient_files
 from impactfem.stages.building.stage import BUILDING, storey_factor
-from impactfem.stages.check import Check, log_checks
+from impactfem.stages.check import Check
 from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key
@@ -80,10 +80,11 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     return on_root(write)
 
 
-def _announce(case: Case) -> None:
+def _announce(case: Case) -> list[Check]:
     if case.transient is not None:
         step, highest = case.transient.time_step, case.transient.maximum_frequency
-        log_checks([samples_check(step, highest)])
+        return [samples_check(step, highest)]
+    return []
 
 
 def _checks(case: Case, folder: Path) -> list[Check]:
