@@ -261,16 +261,22 @@ def _matched(
     faults: list[Fault],
 ) -> list[Group]:
     """The entry of each part; complete without a fault."""
-    chosen = []
+    chosen, unmatched = [], []
     for part in parts:
         matching = [entry for entry in entries if fnmatchcase(part.group, entry.groups)]
         if len(matching) == 1:
             chosen.append(matching[0])
             continue
+        if not matching:
+            unmatched.append(part.group)
+            continue
         patterns = ", ".join(f"'{entry.groups}'" for entry in matching)
-        expected = f"matched by {patterns}; expected one" if matching else "no pattern matches it"
-        expected = f"{expected} of structure.mesh.{key} in the case"
+        expected = f"matched by {patterns}; expected one of structure.mesh.{key} in the case"
         faults.append(Fault(file_mesh.file, part.group, None, expected))
+    if unmatched:
+        it = "it" if len(unmatched) == 1 else "them"
+        expected = f"no pattern matches {it} of structure.mesh.{key} in the case"
+        faults.append(Fault(file_mesh.file, ", ".join(unmatched), None, expected))
     groups = ", ".join(part.group for part in parts) or "none"
     for pattern in sorted(entry.groups for entry in entries):
         if not any(fnmatchcase(part.group, pattern) for part in parts):

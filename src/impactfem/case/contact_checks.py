@@ -21,6 +21,9 @@ Finding = tuple[Place, str]
 SMALLEST, PART = 1e-3, 0.1
 """Distance and gap may differ by so much [m], or by this part of the gap, and count as the same."""
 
+TURNED = 1.0
+"""Distance and gap differ by less than so much [m] once a normal is turned round that was wrong."""
+
 
 def allowed(gap: float) -> float:
     """Difference of distance and gap up to which they count as the same [m], for a gap [m]."""
@@ -72,8 +75,10 @@ def of_contacts(case: Case, reading: Reading) -> Iterator[Finding]:
         reported.add(("distance", table))
         apart = f"by axis and offset the points of {contact.name} are {distance:.4g} m apart along "
         x, y, _ = contact.normal
-        # Where the axes lie so, too, the normal is at fault, else axes or offsets.
-        if x * (b.axis[0] - a.axis[0]) + y * (b.axis[1] - a.axis[1]) < 0.0:
+        # Where the axes lie so, too, and the gap is there with the normal turned round, the normal
+        # is at fault, else axes or offsets.
+        opposite = x * (b.axis[0] - a.axis[0]) + y * (b.axis[1] - a.axis[1]) < 0.0
+        if opposite and -distance - contact.gap < TURNED:
             gap = f"and the gap is {contact.gap:.4g} m"
             yield (*place, "normal"), f"expected the direction from a to b: {apart}it, {gap}"
         else:

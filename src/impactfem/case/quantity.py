@@ -121,7 +121,9 @@ class Quantity(_Bounded):
         if comma is not None:
             point = f"{comma[1]}.{comma[2]}{comma[3]}"
             words = f"expected {self.kind.name} with a decimal point, not a comma"
-            raise refuse(f"{words}: '{point}'")
+            thousands = len(comma[2]) % 3 == 0 and comma[2].isdigit()
+            whole = f", or '{comma[1]}{comma[2]}{comma[3]}'" if thousands else ""
+            raise refuse(f"{words}: '{point}'{whole}")
         match = _QUANTITY.fullmatch(text)
         if match is None:
             raise refuse(f"expected {self.phrase}")

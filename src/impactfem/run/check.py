@@ -60,6 +60,9 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
         if case is not None:
             stages = {one.name for one in asked_stages(case, stage)} if not faults else set()
             found, further = further_checks(case, left_out, stages, mesh=mesh)
+            if any(fault.key.startswith("contacts") for fault in faults):
+                # Of a pair that the file has wrong, the mesh says no more.
+                further = [fault for fault in further if not fault.key.startswith("pair ")]
             faults += further
         if faults or case is None or found is None:
             raise InputError(faults)
@@ -163,7 +166,8 @@ def further_checks(
         if start >= computed:
             faults.append(Fault(case.path, "transient.export_start", f"{start:g} s", expected))
     found = estimate(case, longest).of(stages)
-    refused = list(too_much(case, found))
+    # Without its section the sticks have steps that nobody wrote.
+    refused = [] if "pounding" in left_out else list(too_much(case, found))
     faults += refused
     meshes = {}
     for view in case.views:
