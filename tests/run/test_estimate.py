@@ -15,10 +15,12 @@ GEOMETRY = Path(__file__).parents[2] / "geometry"
 # Largest memory of the stages that make matrices [GB], of the provenance of runs; the others are
 # below, and have that of their figures, too.
 MEASURED = {
-    "npp_pair": {"building": 2.7, "reduce": 5.0, "calibrate": 1.0},
+    "npp_pair": {"building": 2.7, "reduce": 5.0, "calibrate": 1.4, "transient": 2.1, "device": 2.1},
     "npp_pair_fine": {"building": 11.0},
-    "two_frames": {"building": 0.74, "reduce": 1.1},
+    "two_frames": {"building": 0.74, "reduce": 1.1, "transient": 2.1, "device": 1.6, "design": 1.2},
 }
+FOLDERS = {"npp_pair": 329, "npp_pair_fine": 857, "two_frames": 260, "row_of_three": 39}
+"""Size of the folder of a whole run [MB]."""
 DOFS = {"npp_pair": 342_594, "npp_pair_fine": 1_464_204, "two_frames": 58_500}
 LONGEST = 16.79
 
@@ -37,6 +39,12 @@ def test_memory_within_a_factor_of_one_and_a_half(name):
         assert 1 / 1.5 < 1e-9 * stages[stage].memory / measured < 1.5, stage
     if "reduce" in MEASURED[name]:
         assert 1 / 1.5 < 1e-9 * found.largest.memory / max(MEASURED[name].values()) < 1.5
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+def test_disk_within_a_factor_of_two(name):
+    found = estimate(load_case(GEOMETRY / f"{name}.toml"), LONGEST)
+    assert 0.5 < sum(1e-6 * stage.disk for stage in found.stages) / FOLDERS[name] < 2.0
 
 
 def test_time_within_a_factor_of_two(case, monkeypatch):
@@ -58,7 +66,11 @@ def test_the_lines(case):
     text = "\n".join(estimate(case, LONGEST).lines())
     assert "50,000 of the sticks, 3,824 at the wall, 10,000 of the 3D model, 80,000 with" in text
     assert re.search(r"about 3[0-9]0,000 degrees of freedom; vectors .* transient, .* reduce", text)
-    assert re.search(r"^about \d+ min .* and \d(\.\d)? GB: building ", text, re.MULTILINE)
+    assert re.search(
+        r"^about \d+ min, \d(\.\d)? GB of memory and \d+ MB of disk .*: building ",
+        text,
+        re.MULTILINE,
+    )
 
 
 def test_steps_are_whole(case):

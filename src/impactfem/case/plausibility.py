@@ -10,6 +10,7 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,7 @@ class Usual:
 
 
 MODEL = "buildings.*.structure."
+MASS = Usual("buildings.*.floors.row.mass", 100.0, 1e8, "20 to 5000 t")
 USUAL = (
     Usual("materials.*.young_modulus", 1e8, 5e11, "concrete 20 to 45 GPa, masonry 1 to 15 GPa"),
     Usual("materials.*.density", 100.0, 2e4, "concrete 2200 to 2600 kg/m3, steel 7850 kg/m3"),
@@ -63,6 +65,10 @@ USUAL = (
     Usual(f"{MODEL}mesh.slab_thickness", 0.03, 5.0, "0.1 to 1 m"),
     Usual(f"{MODEL}mesh.acroterion.height", 0.05, 10.0, "0.2 to 2 m"),
     Usual(f"{MODEL}mesh.acroterion.thickness", 0.03, 5.0, "0.1 to 0.5 m"),
+    *(
+        Usual(f"{MODEL}mesh.{key}", 0.05, 4.0, "0.3 to 1.5 m")
+        for key in ("size", "floor_size", "storey_size", "beam_size", "column_size")
+    ),
     Usual(f"{MODEL}mesh.shells.*.thickness", 0.003, 5.0, "0.1 to 1 m"),
     Usual(f"{MODEL}mesh.beams.*.width", 0.01, 10.0, "0.2 to 2 m"),
     Usual(f"{MODEL}mesh.beams.*.depth", 0.01, 10.0, "0.2 to 2 m"),
@@ -71,15 +77,17 @@ USUAL = (
     Usual("contact_laws.*.stiffness", 1e6, 1e14, "1e8 to 1e11 N/m, 1e9 to 1e12 N/m^1.5"),
     Usual("contact_laws.*.restitution", 0.05, 1.0, "0.4 to 0.9"),
     Usual("contact_laws.*.damping_ratio", 0.0, 0.7, "5 % to 35 %"),
-    Usual("motions.*.pga", 0.01, 30.0, "0.5 to 10 m/s2"),
+    Usual("motions.*.pga", 0.01, 20.0, "0.5 to 10 m/s2"),
     Usual("motions.*.duration", 1.0, 600.0, "5 to 60 s"),
+    Usual("spectra.damping.*", 1e-3, 0.3, "0.5 % to 10 %"),
+    Usual("spectra.frequencies.minimum", 1e-3, 20.0, "0.1 to 1 Hz"),
+    Usual("spectra.frequencies.maximum", 10.0, 2e3, "33 to 500 Hz"),
+    Usual("spectra.frequencies.per_decade", 10.0, 1e3, "30 to 100"),
+    Usual("devices.*.mass", 1.0, 2e5, "10 kg to 50 t"),
     Usual("wall_impact.gap", 0.0, 1.0, "0 to 30 cm"),
     Usual("wall_impact.displacement", -1.0, 1.0, "-10 to -1 cm"),
-    Usual("buildings.*.floors.row.mass", 100.0, 1e8, "20 to 5000 t"),
+    MASS,
     Usual("buildings.*.floors.row.storey_height", 0.5, 50.0, "2.5 to 8 m"),
-    Usual("buildings.*.floors.row.Jx", 1.0, 1e13, "mass times the square of 3 to 30 m"),
-    Usual("buildings.*.floors.row.Jy", 1.0, 1e13, "mass times the square of 3 to 30 m"),
-    Usual("buildings.*.floors.row.Jz", 1.0, 1e13, "mass times the square of 3 to 30 m"),
     Usual("buildings.*.floors.row.A", 1e-4, 1e4, "0.1 to 300 m2"),
     Usual("buildings.*.floors.row.Avy", 1e-5, 1e4, "1e-3 to 200 m2"),
     Usual("buildings.*.floors.row.Avz", 1e-5, 1e4, "1e-3 to 200 m2"),
@@ -94,8 +102,13 @@ USUAL = (
 )
 """Keys of the case file, and columns of its tables; no damping at all is another warning."""
 
-DURATION = 5.0
-"""Time of the sticks over the longest motion, above which there is little left to see."""
+GYRATION = (0.3, 150.0)
+"""Usual radius of gyration of a floor, √(J/m) [m]."""
+DURATION = (0.5, 5.0)
+"""Usual time of the sticks over the longest motion: below, much of it is not computed, above, there
+is little left to see."""
+BESIDE = 0.1
+"""How far a point of contact may be outside of the plan [m]."""
 SPEED = 0.5
 """Speed of approach that tells how long an impact of a law after Hertz lasts [m/s]."""
 RESULTS = (
@@ -123,6 +136,7 @@ def implausible(case: Case, longest: float) -> list[Fault]:
         *ranges,
         *_dampings(source, case),
         *_plans(source, case),
+        *_floors(case, source),
         *_pairs(source, case),
         *_pounding(source, case, longest),
         *_wall(source, case),
@@ -141,7 +155,7 @@ def _outside(
     if raw is None or value is None:
         return
     if not keys:
-        if isinstance(value, float) and not usual.low <= value <= usual.high:
+        if isinstance(value, float | int) and not usual.low <= value <= usual.high:
             yield _written(source, place, f"usual is {usual.words}")
     elif keys[0] not in ("*", "row"):
         (key, *rest), table = keys, isinstance(value, Mapping)
@@ -203,11 +217,46 @@ def _plans(source: Source, case: Case) -> Iterator[Fault]:
             yield source.fault(place, value_at(place, source.raw), text)
 
 
+def _floors(case: Case, source: Source) -> Iterator[Fault]:
+    """Moments of inertia that do not go with the masses; of a table that several name once."""
+    files: dict[Path, tuple[Floor, ...]] = {}
+    for k, building in enumerate(case.buildings):
+        raw = value_at(("buildings", k, "floors"), source.raw)
+        if isinstance(raw, str):
+            files.setdefault(source.path.parent / raw, building.floors)
+    low, high = GYRATION
+    for file, floors in files.items():
+        for floor in floors:
+            # A mass that is hardly meant has its own warning.
+            for name in ("Jx", "Jy", "Jz") if MASS.low <= floor.mass <= MASS.high else ():
+                radius = math.sqrt(getattr(floor, name) / floor.mass)
+                if not low <= radius <= high:
+                    text = f"√({name}/mass) of floor {floor.floor}; usual is 2 to 30 m"
+                    yield Fault(file, f"floor {floor.floor}, {name}", f"{radius:.3g} m", text)
+
+
 def _pairs(source: Source, case: Case) -> Iterator[Fault]:
-    """Vertical normals, and points that are not level; once for each table."""
-    vertical, uneven = set(), set()
+    """Vertical normals, points beside a plan or not level, once for each table; still ground."""
+    vertical, uneven, beside = set(), set(), set()
+    level = [contact.normal for contact in case.contacts if abs(contact.normal[2]) <= SAME]
+    moving = [motion.direction for motion in case.motions]
+    if level and moving and not any(abs(n["xyz".index(d)]) > SAME for n in level for d in moving):
+        text = "no contact has a normal along it: the buildings are not driven against each other"
+        yield source.fault(("motions", 0, "direction"), moving[0], text)
     for contact in case.contacts:
         index = contact.table
+        for side, end in (("a", contact.a), ("b", contact.b)):
+            building = case.building(end.building)
+            for c, size in enumerate((building.length, building.width)):
+                if size is not None and abs(end.offset[c]) > 0.5 * size + BESIDE:
+                    place = ("contacts", index, side, "offset")
+                    if place not in beside:
+                        beside.add(place)
+                        text = (
+                            f"{abs(end.offset[c]):.4g} m from the axis along {'xy'[c]}, and the "
+                            f"plan of {building.name} reaches {0.5 * size:.4g} m"
+                        )
+                        yield _written(source, place, text)
         if abs(contact.normal[2]) > SAME and index not in vertical:
             vertical.add(index)
             text = "not horizontal; buildings side by side push each other along x or y"
@@ -226,7 +275,8 @@ def _pairs(source: Source, case: Case) -> Iterator[Fault]:
 def _pounding(source: Source, case: Case, longest: float) -> Iterator[Fault]:
     """A time that is long for the motions, a step for the shortest impact, of two free floors."""
     computed = case.pounding.duration
-    if computed is not None and 0.0 < DURATION * longest < computed:
+    low, high = (part * longest for part in DURATION)
+    if computed is not None and longest > 0.0 and not low <= computed <= high:
         text = (
             f"{computed / longest:.3g} times the longest motion, {longest:g} s; usual are the "
             "motion and some seconds"

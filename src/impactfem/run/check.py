@@ -64,6 +64,8 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
                 # Of a pair that the file has wrong, the mesh says no more.
                 further = [fault for fault in further if not fault.key.startswith("pair ")]
             faults += further
+        if mesh and case is not None and not left_out:
+            warn_of_implausible(case, found.longest if found else 0.0)  # may be what is at fault
         if faults or case is None or found is None:
             raise InputError(faults)
         if mesh:
@@ -77,7 +79,7 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
                 LOGGER.warning("warning: %s: %s", case.path, line)
             for line in facing.unknown_lines:
                 LOGGER.info("%s: %s", case.path, line)
-            warn_of_implausible(case, found)
+            log_checks(one for stage in asked_stages(case, stage) for one in stage.announces(case))
         if found.seconds > DAY:
             LOGGER.warning(
                 "warning: a run of this case takes about %s: see the numbers of time steps, vectors"
@@ -89,9 +91,9 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
     return case, found
 
 
-def warn_of_implausible(case: Case, found: Estimate) -> None:
-    """Warn of values that are probably mistakes."""
-    for one in implausible(case, found.longest):
+def warn_of_implausible(case: Case, longest: float) -> None:
+    """Warn of values that are probably mistakes; the longest motion has this duration [s]."""
+    for one in implausible(case, longest):
         LOGGER.warning("warning: %s", one)
 
 
@@ -166,8 +168,8 @@ def further_checks(
         if start >= computed:
             faults.append(Fault(case.path, "transient.export_start", f"{start:g} s", expected))
     found = estimate(case, longest).of(stages)
-    # Without its section the sticks have steps that nobody wrote.
-    refused = [] if "pounding" in left_out else list(too_much(case, found))
+    counted = "pounding" not in left_out  # else the sticks have steps that nobody wrote
+    refused = list(too_much(case, found)) if counted else []
     faults += refused
     meshes = {}
     for view in case.views:
@@ -181,7 +183,7 @@ def further_checks(
             meshes[view.structure.building] = read
     if meshes:
         found = estimate(case, longest, meshes).of(stages)
-        faults += too_much(case, found)
+        faults += too_much(case, found) if counted else ()
     return found, faults
 
 

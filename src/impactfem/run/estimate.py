@@ -1,7 +1,7 @@
-"""What a run will take, from its case alone: steps, unknowns, vectors, memory and time by stage.
+"""What a run will take, from its case alone: steps, unknowns, memory, time and disk by stage.
 
 Constants are fitted to the runs of docs/speed.md (342,594 and 1,464,204 degrees of freedom, one
-core): memory within a factor of 1.5, time within 2 on such a machine. Memory is
+core) and of the small cases of geometry/: each within a factor of 2 on such a machine. Memory is
 
     m = m0 + N (c + 8 k v) + histories,
 
@@ -39,6 +39,10 @@ PER_DOF = 6.9e3
 """Memory of matrices, factor and blocks for each degree of freedom [byte]."""
 COPIES = 1.1
 """How often the vectors of a reduced basis are held, those that tell its error included."""
+PICTURES = 0.2e9
+"""Further memory of a stage that draws curves [byte]."""
+SCENES = 0.6e9
+"""Further memory of a stage that draws fields on the 3D model [byte]."""
 GROUP = 40
 """Nodes of a probe that is a group of the mesh, such as an edge."""
 DAY = 86400.0
@@ -52,6 +56,7 @@ class StageCost:
     seconds: float  #: on one core, or on all of them where it uses them [s]
     memory: float  #: largest memory [byte]
     file: float = 0.0  #: part of the memory that goes to a file where memory is short [byte]
+    disk: float = 0.0  #: what it leaves in the folder of the run [byte]
 
 
 @dataclass(frozen=True)
@@ -108,9 +113,10 @@ class Estimate:
         each = ", ".join(
             f"{one.name} {duration(one.seconds)} {1e-9 * one.memory:.2g} GB" for one in self.stages
         )
+        disk = sum(one.disk for one in self.stages)
         yield (
-            f"about {duration(self.seconds)} (rough: half of it or twice as long) and "
-            f"{1e-9 * self.largest.memory:.2g} GB: {each}"
+            f"about {duration(self.seconds)}, {1e-9 * self.largest.memory:.2g} GB of memory and "
+            f"{_rounded(1e-6 * disk):,} MB of disk (within a factor of 2): {each}"
         )
 
 
@@ -143,7 +149,8 @@ def estimate(
         # Two further vectors of the eigensolver for each mode.
         memory = BASE + dofs * (PER_DOF + 24.0 * max(0, structure.modes - 20))
         start = f"{view.part}/" if view.part else ""
-        meshed.append(StageCost(f"{start}building", 6.0 + seconds, memory))
+        disk = nodes * (12.0 * structure.modes + 60.0) + 2e6
+        meshed.append(StageCost(f"{start}building", 6.0 + seconds, memory, disk=disk))
         for cost in _reduced_stages(view, dofs, steps, vectors):
             reduced.append(replace(cost, name=f"{start}{cost.name}"))
     return Estimate(steps, tuple(models), (*meshed, *stages, *reduced), longest)
@@ -319,11 +326,13 @@ def _sticks(case: Case, steps: dict[str, int]) -> Iterator[StageCost]:
     seconds = 8.0 + motion_time
     if case.calibration is not None and case.calibration.mode == "fit":
         seconds += 0.5 * case.calibration.starts
-    yield StageCost("pounding", seconds, memory)
+    directions = len({motion.direction for motion in case.motions}) or 1
+    disk = 6.8 * count * (12.0 * directions * floors + 2.5 * len(case.contacts)) + 2e6
+    yield StageCost("pounding", seconds, memory + PICTURES, disk=disk)
     if ensemble is not None:  # one motion after the other, on all cores
         motions = ensemble.motions or len(ensemble.files())
         seconds = 4.0 + motions * (0.6 + motion_time) / threads()
-        yield StageCost("ensemble", seconds, memory + 2e6 * motions)
+        yield StageCost("ensemble", seconds, memory + 2e6 * motions, disk=1e5 * motions)
 
 
 def _reduced_stages(
@@ -337,10 +346,13 @@ def _reduced_stages(
     # Factor, solutions, and products of all vectors with all before.
     seconds = dofs / 342_594 * (10.0 + 0.09 * every + 1.1e-4 * every**2)
     room = 8.0 * COPIES * dofs * every
-    yield StageCost("reduce", seconds, BASE + dofs * PER_DOF + room, room)
+    # Translations at a quarter of the nodes, and coordinates of the bases that tell the error.
+    disk = 8.0 * COPIES * 0.125 * dofs * reduced + 64.0 * reduced**2
+    yield StageCost("reduce", seconds, BASE + dofs * PER_DOF + room, room, disk)
     small = BASE + 0.25 * dofs * PER_DOF
     if case.wall_impact is not None:
-        yield StageCost("calibrate", 6.0, small + 16.0 * every * steps["at the wall"])
+        memory = small + PICTURES + 16.0 * every * steps["at the wall"]
+        yield StageCost("calibrate", 6.0, memory, disk=1e6)
     transient = case.transient
     if transient is None:
         return
@@ -351,10 +363,16 @@ def _reduced_stages(
     seconds = 25.0 * (1.0 + 1e-5 * times)
     if transient.solver != "reduced":
         seconds += 0.57e-6 * dofs * times
-    yield StageCost("transient", seconds, small + histories + 48.0 * probes * times)
+    memory = small + SCENES + histories + 48.0 * probes * times
+    # Histories and forces, maps of spectra, and what the report has of them.
+    disk = 48.0 * probes * times + 67.0 * dofs + 1e7
+    yield StageCost("transient", seconds, memory, disk=disk)
     if case.devices:
         fine, dampings = steps["with devices"], 1 + len(case.damping_cases)
         seconds = 10.0 + dampings * (3.0 + 4e-10 * every * fine * (1 + len(case.devices)))
-        yield StageCost("device", seconds, small + 16.0 * every * times + 400.0 * fine)
+        memory = small + SCENES + 16.0 * every * times + 400.0 * fine
+        disk = 1.2e6 * dampings * len(case.devices)
+        yield StageCost("device", seconds, memory, disk=disk)
     members = 0 if case.ensemble is None else case.ensemble.structure_motions
-    yield StageCost("design", 8.0 + 4.0 * members, small + histories)
+    memory = small + SCENES + histories
+    yield StageCost("design", 8.0 + 4.0 * members, memory, disk=7e6 + 5e5 * members)

@@ -151,7 +151,7 @@ def run(
         LOGGER.debug("case %s, hash %s", case.path.name, case.content_hash())  # as in CASE_LINE
         for line in estimate.lines():
             LOGGER.debug("estimate: %s", line)
-        warn_of_implausible(case, estimate)
+        warn_of_implausible(case, estimate.longest)
         stages = asked_stages(case, stage)
         result.announced = [check for one in stages for check in one.announces(case)]
         log_checks(result.announced)  # before the first stage takes its time
