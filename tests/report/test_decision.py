@@ -187,6 +187,17 @@ def test_a_restitution_that_the_own_model_does_not_have(tmp_path: Path, laws: An
     assert words.endswith("at a rigid wall") == used
 
 
+def test_ten_numbers_of_any_run(tmp_path: Path) -> None:
+    run = run_of(tmp_path, pounding=sticks())
+    run.values |= {f"pounding.peak_displacement.{name}": 0.02 for name in "AB"}
+    run.values |= {"pounding.peak_displacement_no_contact.A": 0.03, "motion.pga": 3.0}
+    found = key_results(run)
+    assert ("2 cm", "largest displacement of A; 3 without contact") in found
+    assert found[-1] == ("3 m/s²", "peak ground acceleration")
+    run.values |= {f"pounding.peak_displacement.{k}": 0.01 for k in range(20)}
+    assert len(key_results(run)) == 10
+
+
 def test_one_motion_of_many(tmp_path: Path) -> None:
     run = run_of(tmp_path, pounding=sticks())
     run.values |= {"frs.floor_1.peak": 20.0, "ensemble.p84.frs.floor_1.peak": 25.0}

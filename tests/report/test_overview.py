@@ -84,7 +84,7 @@ def test_the_difference_of_a_device_has_the_sign_of_its_tables(
     table = forces(tmp_path, choices={"srss": (share, share)})
     column = list(table.head).index("difference of Fy [%]")
     assert [row[column] for row in table.rows[:-1]] == ["", difference] * 2
-    assert "positive where response spectrum analysis (RSA) gives too little" in table.note
+    assert "positive where response spectrum analysis (RSA) underestimates" in table.note
 
 
 def test_a_device_has_all_components_and_every_rigid_part(tmp_path: Path) -> None:

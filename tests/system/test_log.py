@@ -196,7 +196,7 @@ def test_a_terminal_with_a_bar_has_no_lines_and_the_file_has(capsys, terminal, t
         steps.report()
     assert capsys.readouterr().err == "" and "mesh" in terminal.getvalue()
     text = (tmp_path / "run.log").read_text()
-    assert "stage a: mesh (1 of 1), at work for" in text and "remaining" not in text
+    assert "stage a: mesh, at work for" in text and "remaining" not in text
     # Without the bar it is as elsewhere.
     with Steps({"mesh": 1.0}, "stage a", bar=False, every=NEVER) as steps:
         steps.report()

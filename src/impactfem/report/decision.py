@@ -29,6 +29,8 @@ from impactfem.stages.transient.selection import QUIET, known
 
 STICK, MODEL = "stick", "3D model"
 G = 9.80665
+KEY_RESULTS = 10
+"""Number of results at the end of a run."""
 PLACES = {"centre": "mass centre", "edge": "impact edge", "line": "on the line across"}
 """Kinds of probes in words."""
 PURPLE = "#7a4fa3"
@@ -405,7 +407,24 @@ def key_results(run: RunFiles) -> list[tuple[str, str]]:
     for impact, words in of_device.LOADS.items():
         name = f"device.relative_difference.{of_device.IN_NAMES[impact]}"
         if (low := run.values.get(name)) is not None:
-            way = "low" if low >= 0.0 else "high"
-            text = f"by which response spectrum analysis of the first device is too {way}, {words}"
+            under = "under" if low >= 0.0 else "over"
+            text = f"by which RSA {under}estimates the force of the first device, {words}"
             found.append((f"{100.0 * abs(low):.1f} %", text))
-    return found
+    # What is left of ten: further spectra, the largest first, displacements, shear, the ground.
+    for one in spectra[1:]:
+        text = f"floor spectrum of {one.words}, along {one.direction}, at {one.at:.3g} Hz"
+        found.append((f"{one.peak:.3g} m/s²", text))
+    start = "pounding.peak_displacement."
+    for name in (name for name in run.values if name.startswith(start)):
+        free = run.values.get(name.replace("displacement.", "displacement_no_contact."), math.nan)
+        text = (
+            f"largest displacement of {name.removeprefix(start)}; {1e2 * free:.3g} without contact"
+        )
+        found.append((f"{1e2 * run.values[name]:.3g} cm", text))
+    for name, unit, text in (
+        ("pounding.storey_shear_max", "N", "largest storey shear in impacts"),
+        ("motion.pga", "m/s²", "peak ground acceleration"),
+    ):
+        if name in run.values:
+            found.append((quantity(run.values[name], unit, digits=4), text))
+    return found[:KEY_RESULTS]

@@ -205,8 +205,8 @@ def forces_table(title: str, first: Sequence[str], rows: list[list[str]], direct
     head += [f"M{a} [kN m]" for a in "xyz"]
     head += [f"difference of F{direction} [%]", "net tension [kN]"]
     note = (
-        "Largest values, the weight not in them. Difference: from the 3D model, over it; positive "
-        "where response spectrum analysis (RSA) gives too little. Net tension, less the weight: n "
+        "Largest values, the weight not in them. Difference = (3D - RSA)/3D; positive where "
+        "response spectrum analysis (RSA) underestimates. Net tension, less the weight: n "
         "times the pull of the most loaded of n anchors."
     )
     return Facts(title, head, rows, note)
@@ -242,7 +242,7 @@ def carried(run: RunFiles) -> Facts:
             _, force, analysis, _ = own.split(".")
             words = f"first device, {force.capitalize()}, {analysis} [kN]"
             rows.append(_spread(words, *_of_all(values, own, 1e-3)))
-    title = f"Over {values['ensemble3d.members']:.0f} motions through the 3D model"
+    title = f"Over {values['ensemble3d.members']:.0f} motions on the 3D model"
     if run.further:
         title += f" of {building}"
     return Facts(title, ["result", "this motion", "mean", "84 %", "84 % / this motion"], rows, note)

@@ -19,7 +19,7 @@ from impactfem.system.stop import recorded
 
 LOGGER = logging.getLogger("impactfem")
 PROGRESS = LOGGER.getChild("progress")
-EVERY = 10.0
+EVERY = 30.0
 """Time between two lines of progress [s]."""
 
 
@@ -143,7 +143,7 @@ def in_file_only() -> Iterator[set[str]]:
 class Steps:
     """The named steps of a stage, and how far it is.
 
-    A terminal shows a bar with the remaining time; elsewhere a line comes every ten seconds, also
+    A terminal shows a bar with the remaining time; elsewhere a line comes every half minute, also
     where a step does not report how far it is. The log file has the lines in any case.
 
     Args:
@@ -223,7 +223,10 @@ class Steps:
     def report(self) -> None:
         """Log how far the current step is; to files only where a bar is shown."""
         now, names, time = self._now, list(self._shares), self._clock()
-        step = f": {now.name} ({names.index(now.name) + 1} of {len(names)})" if now.name else ""
+        of = (
+            f" ({names.index(now.name) + 1} of {len(names)})" if len(names) > 1 and now.name else ""
+        )
+        step = f": {now.name}{of}" if now.name else ""
         words = f"{self._title}{step}, at work for {_duration(time - now.start)}"
         if now.first is not None and now.last is not None:
             (part0, time0), (part, reported) = now.first, now.last
