@@ -1,11 +1,14 @@
 """A run opened for reading: scalars by name, stores by attribute, and what is not there."""
 
+import csv
 import json
 import subprocess
 import sys
 
 import pytest
 
+from impactfem.device.models import TableMode, from_modes
+from impactfem.device.spectrum_analysis import spectrum_analysis
 from impactfem.run.run_folder import STORES
 from impactfem.study import open_run
 from impactfem.system.errors import ImpactfemError, InputError
@@ -105,3 +108,22 @@ def test_neither_fenicsx_nor_vtk_is_loaded():
     )
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert ended.stdout == "[]\n", ended.stderr
+
+
+def test_a_device_on_a_stick(finished):
+    """One mode has m S(f), with the broadened ordinate of its floor in the table of products."""
+    path = finished.folder / "products" / "floor_spectra.csv"
+    with path.open(encoding="utf-8") as lines:
+        place = {"building": "east", "floor": "2"}
+        rows = [row for row in csv.DictReader(lines) if place.items() <= row.items()]
+    row = rows[len(rows) // 2]
+    mode = TableMode(float(row["frequency [Hz]"]), "y", 300.0, height=1.5)
+    device = from_modes("cabinet", [mode], damping=float(row["damping [-]"]))
+    with open_run(finished.folder) as run:
+        found = spectrum_analysis(device, run.anchor_spectra("east", 2))
+        assert found.value("force y") == pytest.approx(300.0 * float(row["broadened [m/s2]"]))
+        assert found.value("moment x") == pytest.approx(1.5 * found.value("force y"))
+        other = spectrum_analysis(device, run.anchor_spectra("east", 3))
+        assert other.value("force y") != pytest.approx(found.value("force y"), rel=0.01)
+        with pytest.raises(InputError, match="no spectrum of floor 9 of building east"):
+            run.anchor_spectra("east", 9)

@@ -25,6 +25,8 @@ from typing import Self
 
 import xarray as xr
 
+from impactfem.case.device_tables import read_given_spectra
+from impactfem.device.spectrum import AnchorSpectrum, given_spectra
 from impactfem.plot.table import Table
 from impactfem.run.stages import STAGES
 from impactfem.stages.stores import open_store
@@ -140,6 +142,29 @@ class RunFolder:
                 f"; did you mean '{near[0]}'?" if near else ""
             )
         raise InputError([Fault(self.folder / "summary.json", name, None, expected)])
+
+    def anchor_spectra(self, building: str, floor: int) -> tuple[AnchorSpectrum, ...]:
+        """Broadened floor spectra, as the input of a response spectrum analysis.
+
+            spectrum_analysis(device, run.anchor_spectra("B2", 3)).value("force y")
+
+        They are those of `products/floor_spectra.csv`: of the sticks, along the directions of the
+        ground motions.
+
+        Args:
+            building: Its name; a stick is enough.
+            floor: Number of the floor, from 1.
+
+        Raises:
+            InputError: The run has no spectra of this floor.
+        """
+        path, faults = self.folder / "products" / "floor_spectra.csv", list[Fault]()
+        known = read_given_spectra(path, faults)
+        if known is not None:
+            faults += [Fault(path, "", None, text) for text in known.lacks(building, [floor])]
+        if known is None or faults:
+            raise InputError(faults)
+        return given_spectra(known.at(building, [floor]))
 
     def table(self, *patterns: str) -> Table:
         """Scalar results with their units and, where there are some, the published values.
