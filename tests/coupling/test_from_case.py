@@ -208,7 +208,7 @@ def test_calibration_as_given(small_case):
 
 def test_a_mode_too_high_is_found_by_the_check(small_case):
     high = TARGETS + "west,7,90,1\n"
-    with pytest.raises(InputError, match="mode 7 of west is asked, which has 6 in a family"):
+    with pytest.raises(InputError, match="mode 7 of west is requested, which has 6 in a family"):
         small_case(extra=CALIBRATION.format(mode="given"), files={"targets.csv": high})
     highest = TARGETS + "west,6,90,1\n"
     case = small_case(extra=CALIBRATION.format(mode="given"), files={"targets.csv": highest})

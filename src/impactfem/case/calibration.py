@@ -112,7 +112,8 @@ class Calibration(Section):
         for row in targets:
             modes = 2 * counts.get(row.building, row.mode)
             if row.mode > modes:
-                yield f"mode {row.mode} of {row.building} is asked, which has {modes} in a family"
+                words = f"mode {row.mode} of {row.building} is requested"
+                yield f"{words}, which has {modes} in a family"
         if len(set(counts.values())) > 1:
             found = ", ".join(f"{name} {count}" for name, count in counts.items())
             yield (

@@ -69,8 +69,8 @@ def end_check(
     if not late.size:
         return True, text
     return False, (
-        f"{text}; so it is at {late.size} of {len(points)} points: what the motion has above "
-        "this frequency may depend on the time step"
+        f"{text}; so it is at {late.size} of {len(points)} points: raise the highest frequency of "
+        "[spectra]; what the motion has above it may depend on the time step"
     )
 
 

@@ -135,7 +135,7 @@ def kelvin_voigt(rows: Rows) -> None:
 
 @benchmark(source="paper, equation 4")
 def restitution(rows: Rows) -> None:
-    """Restitution asked of the law and obtained by collisions of two floors.
+    """Restitution requested of the law and obtained by collisions of two floors.
 
     The gap closes somewhere inside a step, and a law that jumps there is off by a part of that
     step either way: the mean over that phase is compared, at 16 and at 100 steps an impact. The
@@ -209,7 +209,7 @@ def contact_laws(rows: Rows) -> None:
     """Each law's restitution by the program's collision, against the law's own closed relation.
 
     The published relations of Hertz-damp and Hunt-Crossley hold for ε near 1: at 0.414 they return
-    0.70 and 0.63. With the exact relation the collision returns what is asked. Jankowski's
+    0.70 and 0.63. With the exact relation the collision returns what is requested. Jankowski's
     published relation is right within 0.01.
 
     At the onset of hertz-damp the speed falls by (Ωt)^2.5, 3e-6 in the 200 steps that are looked
@@ -231,7 +231,7 @@ def contact_laws(rows: Rows) -> None:
     integrated = "integration of x'' = -x^1.5 - 2ξ x^0.25 x' to rest (DOP853)"
     for asked in (0.414, 0.65, 0.687, 0.891):
         for exact in (False, True):
-            quantity = f"ε = {asked} asked, {'exact' if exact else 'published'} damping"
+            quantity = f"ε = {asked} requested, {'exact' if exact else 'published'} damping"
             for make, source in (
                 (contact.hertz_damp, closed),
                 (contact.hunt_crossley, closed),

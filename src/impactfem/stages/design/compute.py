@@ -139,8 +139,7 @@ def run_design(
             records = point_records(reduced.basis, own, modal, whole.governing)
             spectra = record_spectra(records, own.time_step, case.spectra)
         LOGGER.debug(
-            "design: %d vertices govern the envelopes of the floors, each along one direction, of"
-            " %d vertices",
+            "design: %d of %d floor vertices govern the envelopes, each along one direction",
             len(whole.governing),
             whole.vertices.sum(),
         )

@@ -83,7 +83,7 @@ DESIGN = Stage(
     about="Spectra enveloped over each floor and broadened.",
     headlines=(
         "floor spectra up to {design.frs.floor_*.peak}",
-        "{ensemble3d.members} motions in the 3D model",
+        "{ensemble3d.members} motions on the 3D model",
     ),
     steps={
         "inputs": 4.0,

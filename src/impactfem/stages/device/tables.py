@@ -147,7 +147,8 @@ def _demand(store: xr.Dataset, published: Published) -> Table:
         "device_demand",
         f"Largest force of the devices along {axis} on the floor: in the 3D model in detail and by "
         "response spectrum analysis (RSA); equivalent acceleration: over the sum of the effective "
-        f"masses along {axis}; difference: from detailed, over it, positive where RSA is too low",
+        f"masses along {axis}; difference = (detailed - RSA)/detailed, positive where RSA "
+        "underestimates",
         heads(
             "device; impacts; analysis; force [N]; published [N]; over published; "
             "equivalent [m/s2]; published equivalent [m/s2]; difference [%]; "
@@ -223,8 +224,8 @@ def _study(store: xr.Dataset, published: Published) -> Table:
     return Table(
         "device_damping_study",
         f"Largest force of the devices along {axis} on the floor by the damping of the buildings: "
-        f"in detail and by response spectrum analysis (RSA, {headline(store)}); difference: from "
-        "detailed, over it, positive where RSA is too low",
+        f"in detail and by response spectrum analysis (RSA, {headline(store)}); difference = "
+        "(detailed - RSA)/detailed, positive where RSA underestimates",
         heads(
             "device; damping; impacts; detailed [N]; published detailed [N]; RSA [N]; "
             "published RSA [N]; difference [%]; published difference [%]; "

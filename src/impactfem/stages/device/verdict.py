@@ -60,8 +60,8 @@ def verdict(store: xr.Dataset) -> Table:
         ]
     return Table(
         "device_verdict",
-        "Response spectrum analysis (RSA) against the detailed analysis in words; difference: from "
-        "detailed, over it",
+        "Response spectrum analysis (RSA) against the detailed analysis in words; difference = "
+        "(detailed - RSA)/detailed",
         heads("device; damping; question; finding"),
         tuple(rows),
     )
