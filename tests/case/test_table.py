@@ -216,6 +216,7 @@ def test_all_faults_at_once(tmp_path: Path) -> None:
     [
         (b"", "the file is empty"),
         (b" \n\t\n", "the file is empty"),
+        (b"1,240,2,3\n2,240,2,3\n", "no header; expected floor,mass [kg]"),
         (b"# nothing but a comment\n", "no header; expected floor,mass [kg]"),
         (HEADER.encode(), "the table has no row below its header"),
         (b"\xff\xfe\x00\x01", "not a text file (byte 0xff at position 0 is not UTF-8)"),

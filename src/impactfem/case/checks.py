@@ -156,8 +156,10 @@ def _of_buildings(case: Case, reading: Reading) -> Iterator[Finding]:
         place = ("calibration", "from_structure")
         if not named:
             yield place, "expected a [buildings.structure], whose modes are the targets"
-        elif not any(target.building in named for target in calibration.targets):
-            yield place, f"targets of the building with a 3D model, {' or '.join(named)}"
+        elif calibration.targets and not any(  # none: of a table at fault
+            target.building in named for target in calibration.targets
+        ):
+            yield place, f"expected targets of the building with a 3D model, {' or '.join(named)}"
 
 
 def _of_motions(case: Case, reading: Reading) -> Iterator[Finding]:

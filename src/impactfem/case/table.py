@@ -209,6 +209,10 @@ def _columns(
 ) -> list[_Column | None]:
     """The columns of a header; one that cannot be used is None."""
     fields = row_model.model_fields
+    if not any(name_and_unit(header)[0] in fields for header in headers):
+        names = ",".join(_header_of(*one) for one in fields.items() if one[1].is_required())
+        faults.append(Fault(path, f"line {number}", None, f"no header; expected {names}"))
+        return [None] * len(headers)
     columns: list[_Column | None] = []
     found: set[str] = set()
     for header in headers:

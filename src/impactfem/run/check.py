@@ -56,7 +56,7 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
     """As `check`, for a run up to a stage, or of all; with the estimate of what it takes."""
     with file_errors():
         case, faults, left_out = read_case(path)
-        found = None
+        found, readable = None, not faults
         if case is not None:
             stages = {one.name for one in asked_stages(case, stage)} if not faults else set()
             found, further = further_checks(case, left_out, stages, mesh=mesh)
@@ -64,7 +64,7 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
                 # Of a pair that the file has wrong, the mesh says no more.
                 further = [fault for fault in further if not fault.key.startswith("pair ")]
             faults += further
-        if mesh and case is not None and not left_out:
+        if mesh and case is not None and readable:
             warn_of_implausible(case, found.longest if found else 0.0)  # may be what is at fault
         if faults or case is None or found is None:
             raise InputError(faults)
