@@ -203,8 +203,8 @@ def check(case: CaseFile) -> None:
         (len(found.contacts), "contact pair"),
         (len(found.motions), "ground motion"),
     )
-    told = ", ".join(f"{n} {name}{'' if n == 1 else 's'}" for n, name in counts)
-    typer.echo(f"{case}: good. {told}")
+    counted = ", ".join(f"{n} {name}{'' if n == 1 else 's'}" for n, name in counts)
+    typer.echo(f"{case}: good. {counted}")
     for line in estimate.lines():
         typer.echo(f"  {line}")
 
