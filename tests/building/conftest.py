@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from impactfem.building.generate import generate
-from impactfem.building.geometry import Acroterion, Bay, Beam, Column, Geometry, MeshSize, Wall
+from impactfem.building.geometry import Bay, Beam, Column, Geometry, MeshSize, Parapet, Wall
 from impactfem.building.mesh import BuildingMesh, Part
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
@@ -58,7 +58,7 @@ def small_geometry() -> Geometry:
             Column("middle", (1, 2), (4.0, 2.5), 0.4, 0.6),
             Column("alone", (1, 2), (7.5, 4.1), 0.4, 0.4),
         ),
-        acroterion=Acroterion(0.6, 0.2),
+        parapet=Parapet(0.6, 0.2),
         size=MeshSize.uniform(1.0),
     )
 
@@ -224,7 +224,7 @@ def house() -> BuildingParts:
     """Two slabs of 4 m by 3 m at 3 m and 6.5 m, on two walls and a column.
 
     The wall at x = 2 m meets the slabs inside: three shells at an edge on floor 2, four on
-    floor 1. A beam hangs below floor 1 at y = 3 m; floor 2 has an acroterion at y = 0.
+    floor 1. A beam hangs below floor 1 at y = 3 m; floor 2 has a parapet at y = 0.
     """
     p = Panels()
     levels = (0.0, 3.0, 6.5)
@@ -235,7 +235,7 @@ def house() -> BuildingParts:
         p.panel((0, 0, foot), (4, 0, 0), up, (4, 2), Part("storey", k, "south"), 0.5)
         p.panel((2, 0, foot), (0, 2, 0), up, (2, 2), Part("storey", k, "inner"), 0.4)
         p.line((4, 3, foot), (4, 3, z), 2, Part("column", k), BeamSection.column(0.4, 0.6))
-    p.panel((0, 0, 6.5), (4, 0, 0), (0, 0, 0.6), (4, 1), Part("floor", 2, "acroterion"), 0.2)
+    p.panel((0, 0, 6.5), (4, 0, 0), (0, 0, 0.6), (4, 1), Part("floor", 2, "parapet"), 0.2)
     p.line((0, 3, 3), (4, 3, 3), 4, Part("beam", 1), BeamSection.beam(0.3, 0.5, -0.4))
     centres = {k: int(p.at((0, 2.0), (1, 1.0), (2, levels[k]))[0]) for k in (1, 2)}
     edges = {k: p.sides_at((1, 3.0), (2, levels[k])) for k in (1, 2)}

@@ -125,7 +125,7 @@ def test_even_load_on_a_slab(slab, power):
 
 def test_what_stands_on_a_slab_takes_no_load(panels):
     panels.panel((0, 0, 3), (2, 0, 0), (0, 2, 0), (2, 2), Part("floor", 1), 0.3)
-    panels.panel((0, 2, 3), (2, 0, 0), (0, 0, 1), (2, 1), Part("floor", 1, "acroterion"), 0.3)
+    panels.panel((0, 2, 3), (2, 0, 0), (0, 0, 1), (2, 1), Part("floor", 1, "parapet"), 0.3)
     parts = panels.parts(edges={1: panels.sides_at((1, 2.0))}, base=panels.at((1, 0.0)))
     load = floor_load(parts.mesh, 1)
     assert parts.mesh.nodes[load.nodes, 2] == pytest.approx(np.full(len(load.nodes), 3.0))
@@ -161,7 +161,7 @@ def parts(tmp_path_factory):
                 bays=(),
                 beams=beams,
                 columns=(COLUMN,),
-                acroterion=geometry.Acroterion(0.6, 0.2),
+                parapet=geometry.Parapet(0.6, 0.2),
                 impact_edge=edge,
                 size=SIZE,
             )
@@ -195,7 +195,7 @@ def test_sums_by_hand(parts):
 
 
 def test_upstands_of_the_top_floor(parts):
-    """The acroterion stands on the edges: two sides at the ends, two along the bar."""
+    """The parapet stands on the edges: two sides at the ends, two along the bar."""
     bar, below = (floor_bar(parts(ALONG, ACROSS), k, 1) for k in (2, 1))
     upstand = RHO * 0.6 * 0.2
     half = 0.5 * RHO * HEIGHT

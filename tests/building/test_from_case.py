@@ -56,10 +56,10 @@ def test_the_geometry_of_the_paper_s_building(pair, structure):
     assert (geometry.length, geometry.width) == (46.2, 15.6)
     assert len(geometry.floors) == 8
     assert geometry.levels[0] == 0.0
-    # The mass centre of floor 8, and the top of the acroterion (section 2 of the paper).
+    # The mass centre of floor 8, and the top of the parapet (section 2 of the paper).
     assert geometry.levels[-1] == pytest.approx(30.30)
-    assert geometry.acroterion is not None
-    assert geometry.levels[-1] + geometry.acroterion.height == pytest.approx(30.93)
+    assert geometry.parapet is not None
+    assert geometry.levels[-1] + geometry.parapet.height == pytest.approx(30.93)
     assert geometry.impact_edge == "y+"
     assert geometry.size == MeshSize.uniform(1.0)
     assert Wall("gable_west", tuple(range(2, 9)), (0, 0), (0, 15.6), 0.6) in geometry.walls
@@ -242,7 +242,7 @@ def test_patterns_that_do_not_fit(house):
         ("buildings.F.structure.damping[1].parts[0]", "roof"),
         ("buildings.F.structure.damping[1].parts", "floor_2"),
     }
-    names = "expected a pattern of the parts of the mesh: floor_1, floor_2, floor_2_acroterion"
+    names = "expected a pattern of the parts of the mesh: floor_1, floor_2, floor_2_parapet"
     assert names in faults["buildings.F.structure.damping[1].parts[0]", "roof"]
     also = "also matched by buildings.F.structure.damping[0]; expected one entry for floor_2"
     assert faults["buildings.F.structure.damping[1].parts", "floor_2"] == also

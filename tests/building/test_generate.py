@@ -48,7 +48,7 @@ def test_areas_are_those_of_the_drawing(small_mesh):
         {
             "floor_1": 40.0,
             "floor_2": 40.0,
-            "floor_2_acroterion": 26.0 * 0.6,
+            "floor_2_parapet": 26.0 * 0.6,
             "storey_1_south": 8.0 * 3.0 - 1.5 * 1.2 - 1.0 * 2.1 - 2.0 * 0.4,
             "storey_1_north": 24.0,
             "storey_1_inner": np.sqrt(8.0) * 3.0,

@@ -20,7 +20,7 @@ from impactfem.case import load_case
 def test_every_part_has_its_section(small_geometry, small_mesh):
     known = small_geometry.part_sections()
     assert known[Part("floor", 2)] == ShellSection(0.25)
-    assert known[Part("floor", 2, "acroterion")] == ShellSection(0.2)
+    assert known[Part("floor", 2, "parapet")] == ShellSection(0.2)
     assert known[Part("storey", 1, "inner")] == ShellSection(0.2)
     assert known[Part("beam", 2, "long")] == BeamSection.beam(0.3, 0.5, -0.375)
     assert known[Part("column", 1, "middle")] == BeamSection.column(0.4, 0.6)

@@ -15,7 +15,7 @@ from impactfem.building.mesh import (
     ("group", "expected"),
     [
         ("floor_1", Part("floor", 1)),
-        ("floor_8_acroterion", Part("floor", 8, "acroterion")),
+        ("floor_8_parapet", Part("floor", 8, "parapet")),
         ("storey_3_gable_west", Part("storey", 3, "gable_west")),
         ("beam_8_transverse_4", Part("beam", 8, "transverse_4")),
         ("column_12_2", Part("column", 12, "2")),

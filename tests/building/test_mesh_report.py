@@ -54,7 +54,7 @@ def test_free_edges(report):
     assert report.free_edges == pytest.approx(
         {
             "floor_1": 2.0 * 5.0,  # west and east stand on no wall
-            "floor_2": 26.0,  # the top of the acroterion
+            "floor_2": 26.0,  # the top of the parapet
             "storey_1": ends + window + door,
             "storey_2": 4.0 * 2.8 + hatch,
         },

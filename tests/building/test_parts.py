@@ -11,7 +11,7 @@ from impactfem.system.errors import SolutionError
 RHO = 2500.0
 # The house of conftest by hand, 2500 kg/m3. Storeys of 3.0 and 3.5 m; walls 4 m by 0.5 m and
 # 2 m by 0.4 m; columns 0.4 m by 0.6 m; slabs 12 m2 by 0.3 m; a beam of 4 m, 0.3 m by 0.5 m; an
-# acroterion of 4 m by 0.6 m by 0.2 m.
+# parapet of 4 m by 0.6 m by 0.2 m.
 STANDING = 4 * 0.5 + 2 * 0.4 + 0.4 * 0.6
 STOREYS = RHO * np.array([3.0, 3.5]) * STANDING
 FIRST = RHO * (12 * 0.3 + 4 * 0.3 * 0.5) + 0.5 * STOREYS.sum()

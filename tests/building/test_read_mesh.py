@@ -180,7 +180,7 @@ def faults(raw: RawMesh) -> list[str]:
 
 def test_the_mesh_as_it_is(small_raw):
     mesh = assemble(small_raw, FILE)
-    assert Part("floor", 2, "acroterion") in mesh.shell_parts
+    assert Part("floor", 2, "parapet") in mesh.shell_parts
     assert len(mesh.dropped) == 0
     assert mesh.triangles.max() < len(mesh.nodes)
     np.testing.assert_array_equal(

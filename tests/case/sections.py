@@ -40,7 +40,7 @@ walls = "pair_walls.csv"
 bays = "pair_bays.csv"
 beams = "pair_beams.csv"
 columns = "pair_columns.csv"
-acroterion = { height = "63 cm", thickness = "30 cm" }
+parapet = { height = "63 cm", thickness = "30 cm" }
 impact_edge = "y+"
 size = "0.9 m"
 """

@@ -90,8 +90,8 @@ def test_structure_of_section_2(case: Case, mesh: GeneratedMesh) -> None:
     assert case.structure.calibration is not None
     assert case.structure.calibration.frequency == case.published["building.frequency.1"].value
     assert (mesh.length, mesh.width, mesh.slab_thickness) == (46.2, 15.6, 0.3)
-    assert mesh.acroterion is not None
-    top = case.building("B1").elevations[-1] + mesh.acroterion.height
+    assert mesh.parapet is not None
+    top = case.building("B1").elevations[-1] + mesh.parapet.height
     assert top == pytest.approx(30.93, abs=1e-9)
     assert {wall.thickness for wall in mesh.walls} == {0.6, 1.0}  # "between 60 cm and 100 cm"
     rows = [beam for beam in mesh.beams if (beam.width, beam.depth) == (0.75, 0.85)]
@@ -333,7 +333,7 @@ def test_every_published_value_is_compared(case: Case) -> None:
 def test_inertia_of_the_3d_floors_beside_appendix_a(case: Case, mesh: GeneratedMesh) -> None:
     """By hand, storeys halved: docs/limits.md says how far they are from the printed ones."""
     structure, floors = case.structure, case.buildings[0].floors
-    assert structure is not None and mesh.acroterion is not None
+    assert structure is not None and mesh.parapet is not None
     rho, (Lx, Ly) = structure.material.density, (mesh.length, mesh.width)
     mass, Jx, Jy = (dict.fromkeys(range(9), 0.0) for _ in range(3))
 
@@ -363,7 +363,7 @@ def test_inertia_of_the_3d_floors_beside_appendix_a(case: Case, mesh: GeneratedM
             if k in column.storeys:
                 m = rho * column.width_x * column.width_y * height
                 put(m, column.x, column.y, column.width_x, column.width_y, k - 1, k)
-    edge = rho * mesh.acroterion.height * mesh.acroterion.thickness
+    edge = rho * mesh.parapet.height * mesh.parapet.thickness
     for side in (0.0, 1.0):
         put(edge * Lx, 0.5 * Lx, side * Ly, Lx, 0.0, 8)
         put(edge * Ly, side * Lx, 0.5 * Ly, 0.0, Ly, 8)

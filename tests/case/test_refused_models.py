@@ -157,7 +157,7 @@ OF_LINE = [
 
 OF_GROUP = [
     ("edge_8", "edge_9", "group", "expected a number of 1 to 8, the floors of the"),
-    ("edge_8", "floor_10_acroterion", "group", "expected a number of 1 to 8"),
+    ("edge_8", "floor_10_parapet", "group", "expected a number of 1 to 8"),
 ]  # fmt: skip
 
 PLACE = 'offset = ["0 m", "7.8 m", "0 m"]'

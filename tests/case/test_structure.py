@@ -43,8 +43,8 @@ def test_generated(structured: Structured) -> None:
     assert isinstance(mesh, GeneratedMesh)
     assert (mesh.length, mesh.width, mesh.slab_thickness, mesh.size) == (46.2, 15.6, 0.3, 0.9)
     assert mesh.floor_size is None
-    assert mesh.acroterion is not None
-    assert (mesh.acroterion.height, mesh.impact_edge) == (0.63, "y+")
+    assert mesh.parapet is not None
+    assert (mesh.parapet.height, mesh.impact_edge) == (0.63, "y+")
     south, north, gable = mesh.walls
     assert (south.name, south.thickness, south.length) == ("south", 0.6, 46.2)
     assert north.storeys == (1, 3, 4, 5, 6, 7, 8)
@@ -66,7 +66,7 @@ def test_only_walls_are_needed(structured: Structured) -> None:
     path = structured(
         (None, 'bays = "pair_bays.csv"\nbeams = "pair_beams.csv"\ncolumns = "pair_columns.csv"\n',
          ""),
-        (None, 'acroterion = { height = "63 cm", thickness = "30 cm" }\n', ""),
+        (None, 'parapet = { height = "63 cm", thickness = "30 cm" }\n', ""),
         (None, 'calibration = { frequency = "1.80 Hz", direction = "y" }\n', ""),
         (None, "storey_stiffness_factor = 0.13\n", ""),
     )  # fmt: skip
@@ -74,9 +74,17 @@ def test_only_walls_are_needed(structured: Structured) -> None:
     assert structure is not None
     assert isinstance(structure.mesh, GeneratedMesh)
     assert structure.mesh.bays == structure.mesh.beams == structure.mesh.columns == ()
-    assert structure.mesh.acroterion is None
+    assert structure.mesh.parapet is None
     assert structure.calibration is None
     assert structure.storey_stiffness_factor == 1.0
+
+
+def test_a_key_of_an_earlier_version(structured: Structured) -> None:
+    refused(
+        structured((None, "parapet = {", "acroterion = {")),
+        "pair.toml: buildings[1].structure.mesh.acroterion",
+        "renamed; expected parapet",
+    )
 
 
 def test_own_material(structured: Structured) -> None:

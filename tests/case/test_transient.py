@@ -266,7 +266,7 @@ def test_probes_that_are_none(structured: Structured) -> None:
         assert list(faults) == [key] and "expected" in faults[key]
 
 
-@pytest.mark.parametrize("name", ["edge_8", "floor_8_acroterion", "storey_12", "base", "centre_1"])
+@pytest.mark.parametrize("name", ["edge_8", "floor_8_parapet", "storey_12", "base", "centre_1"])
 def test_group_names(name: str) -> None:
     assert Probe(name="a", group=name).group == name
     assert parse_group(name) is not None

@@ -216,7 +216,7 @@ def _entries(parts: Sequence[Part], entries: Sequence[OfParts]) -> list[OfParts 
 
 
 def _geometry(mesh: GeneratedMesh, levels: Sequence[float]) -> Geometry:
-    acroterion = mesh.acroterion
+    parapet = mesh.parapet
     return Geometry(
         length=mesh.length,
         width=mesh.width,
@@ -238,11 +238,7 @@ def _geometry(mesh: GeneratedMesh, levels: Sequence[float]) -> Geometry:
             geometry.Column(c.column, c.storeys, (c.x, c.y), c.width_x, c.width_y)
             for c in mesh.columns
         ),
-        acroterion=(
-            None
-            if acroterion is None
-            else geometry.Acroterion(acroterion.height, acroterion.thickness)
-        ),
+        parapet=(None if parapet is None else geometry.Parapet(parapet.height, parapet.thickness)),
         impact_edge=mesh.impact_edge,
         size=geometry.MeshSize(
             floor=mesh.floor_size or mesh.size,

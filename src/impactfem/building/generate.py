@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from impactfem.building.geometry import ACROTERION, SIDES, Geometry, Wall
+from impactfem.building.geometry import PARAPET, SIDES, Geometry, Wall
 from impactfem.building.mesh import NAME, Mark, Part, place
 from impactfem.building.read_mesh import gmsh_session
 from impactfem.system.errors import Fault, ImpactfemError, InputError
@@ -149,12 +149,12 @@ def _draw(occ: Any, geometry: Geometry) -> Inputs:
                 inputs.append((Part("column", k, column.name), line))
         inputs.append((Mark("edge", k), _line(occ, (*impact[0], z), (*impact[1], z))))
         inputs.append((Mark("centre", k), (0, occ.addPoint(Lx / 2.0, Ly / 2.0, z))))
-    if geometry.acroterion is not None:
+    if geometry.parapet is not None:
         z = geometry.levels[-1]
-        top = z + geometry.acroterion.height
+        top = z + geometry.parapet.height
         for (x1, y1), (x2, y2) in zip(corners, corners[1:] + corners[:1], strict=True):
             around = [(x1, y1, z), (x2, y2, z), (x2, y2, top), (x1, y1, top)]
-            inputs.append((Part("floor", geometry.floors[-1], ACROTERION), _plane(occ, around)))
+            inputs.append((Part("floor", geometry.floors[-1], PARAPET), _plane(occ, around)))
     return inputs
 
 

@@ -18,7 +18,7 @@ from impactfem.building.section import BeamSection, Sections, ShellSection
 
 Plan = tuple[float, float]
 SIDES = ("x-", "x+", "y-", "y+")
-ACROTERION = "acroterion"
+PARAPET = "parapet"
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Acroterion:
+class Parapet:
     """A low wall on all edges of the top floor; it goes with the floor, not with a storey."""
 
     height: float  #: Above the slab's mid-plane [m].
@@ -81,7 +81,7 @@ class Acroterion:
 class MeshSize:
     """Target lengths of the elements' edges [m]; where parts meet, the smaller size counts."""
 
-    floor: float  #: Of slabs and the acroterion.
+    floor: float  #: Of slabs and the parapet.
     storey: float  #: Of walls.
     beam: float  #: Of beams.
     column: float  #: Of columns.
@@ -105,7 +105,7 @@ class Geometry:
     bays: tuple[Bay, ...] = ()  #: Openings in the walls.
     beams: tuple[Beam, ...] = ()
     columns: tuple[Column, ...] = ()
-    acroterion: Acroterion | None = None  #: The low wall on the top floor, where there is one.
+    parapet: Parapet | None = None  #: The low wall on the top floor, where there is one.
     impact_edge: str = "y+"  #: Side of the plan that faces the other building: one of `SIDES`.
 
     @property
@@ -118,9 +118,9 @@ class Geometry:
         sections: dict[Part, ShellSection | BeamSection] = {
             Part("floor", k): ShellSection(self.slab_thickness) for k in self.floors
         }
-        if self.acroterion is not None:
-            top = Part("floor", self.floors[-1], ACROTERION)
-            sections[top] = ShellSection(self.acroterion.thickness)
+        if self.parapet is not None:
+            top = Part("floor", self.floors[-1], PARAPET)
+            sections[top] = ShellSection(self.parapet.thickness)
         for wall in self.walls:
             for k in wall.storeys:
                 sections[Part("storey", k, wall.name)] = ShellSection(wall.thickness)

@@ -30,7 +30,7 @@ SCHEME = (
 
 @dataclass(frozen=True, order=True)
 class Part:
-    """A set of shells or beams of one section: the physical group ``floor_8_acroterion``."""
+    """A set of shells or beams of one section: the physical group ``floor_8_parapet``."""
 
     family: str  #: ``floor`` (slabs), ``storey`` (walls), ``beam`` or ``column``.
     level: int  #: Number k of the floor, or of the storey below it; from 1 upwards.

@@ -2,12 +2,12 @@
 
 from impactfem.case.analysis import FrequencyGrid, Pounding, Spectra
 from impactfem.case.buildings import (
-    Acroterion,
     BeamGroup,
     Building,
     FileMesh,
     FrequencyFit,
     GeneratedMesh,
+    Parapet,
     ShellGroup,
     Structure,
     structure_files,
@@ -41,7 +41,6 @@ from impactfem.case.report import Published
 from impactfem.case.transient import Probe, Transient, transient_files
 
 __all__ = [
-    "Acroterion",
     "BaseStiffness",
     "Bay",
     "Beam",
@@ -76,6 +75,7 @@ __all__ = [
     "KelvinVoigtLaw",
     "Material",
     "Motion",
+    "Parapet",
     "Pounding",
     "Probe",
     "Published",

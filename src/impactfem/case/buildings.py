@@ -115,7 +115,7 @@ _BAYS = TableFile(
 )
 
 
-class Acroterion(Section):
+class Parapet(Section):
     """The low wall on the edges of the top floor."""
 
     height: PositiveLength
@@ -146,7 +146,7 @@ class GeneratedMesh(Section):
     """Beam table: a CSV file, one row a beam."""
     columns: Annotated[tuple[Column, ...], _member_file(Column)] = ()
     """Column table: a CSV file, one row a column."""
-    acroterion: Acroterion | None = None
+    parapet: Parapet | None = None
     """Low wall on the edges of the top floor; default none."""
     impact_edge: Literal["x-", "x+", "y-", "y+"]
     """Side of the plan that faces the other building."""

@@ -325,7 +325,7 @@ def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
             continue
         # Probes away from the box around the building, whose nodes are not known yet, by more than
         # the stage may take the nearest node for the point.
-        top = levels[-1] + (0.0 if mesh.acroterion is None else mesh.acroterion.height)
+        top = levels[-1] + (0.0 if mesh.parapet is None else mesh.parapet.height)
         box = ((0.0, mesh.length), (0.0, mesh.width), (levels[0], top))
         sizes = (mesh.size, mesh.floor_size, mesh.storey_size, mesh.beam_size, mesh.column_size)
         away = max(OUTSIDE, *(0.5 * size for size in sizes if size is not None))

@@ -28,7 +28,9 @@ MOVED = {
     "structure": "moved; expected [buildings.structure] below the [[buildings]] of its building, "
     "without the key building; in a variant [buildings.NAME.structure]",
 }
-"""What is said of keys of an earlier version."""
+"""What is said of keys of an earlier version, by their place."""
+RENAMED = {"acroterion": "renamed; expected parapet"}
+"""And by their name."""
 TABLES = "one or more tables"
 """What is said of an array of tables."""
 
@@ -96,8 +98,8 @@ def _fault(
         missing = value_at(place, raw) is None
         return place, None if missing else value, item["msg"]
     if kind == "extra_forbidden":
-        if dotted(place) in MOVED:
-            return place, None, MOVED[dotted(place)]
+        if moved := MOVED.get(dotted(place)) or RENAMED.get(str(place[-1])):
+            return place, None, moved
         known = list(fields_by_key(parent)) if parent is not None else []
         return place, None, f"unknown key; {nearest(str(place[-1]), known)}"
     if kind in {"union_tag_not_found", "union_tag_invalid"}:

@@ -63,8 +63,8 @@ USUAL = (
     Usual(f"{MODEL}mesh.length", 1.0, 1e3, "5 to 200 m"),
     Usual(f"{MODEL}mesh.width", 1.0, 1e3, "5 to 200 m"),
     Usual(f"{MODEL}mesh.slab_thickness", 0.03, 5.0, "0.1 to 1 m"),
-    Usual(f"{MODEL}mesh.acroterion.height", 0.05, 10.0, "0.2 to 2 m"),
-    Usual(f"{MODEL}mesh.acroterion.thickness", 0.03, 5.0, "0.1 to 0.5 m"),
+    Usual(f"{MODEL}mesh.parapet.height", 0.05, 10.0, "0.2 to 2 m"),
+    Usual(f"{MODEL}mesh.parapet.thickness", 0.03, 5.0, "0.1 to 0.5 m"),
     *(
         Usual(f"{MODEL}mesh.{key}", 0.05, 4.0, "0.3 to 1.5 m")
         for key in ("size", "floor_size", "storey_size", "beam_size", "column_size")

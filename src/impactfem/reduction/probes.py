@@ -198,7 +198,7 @@ def motion_grid(mesh: BuildingMesh, which: str) -> MotionGrid:
 
 
 def floor_vertices(mesh: BuildingMesh) -> Index:
-    """Vertices of all floors, acroterion included, ascending."""
+    """Vertices of all floors, parapet included, ascending."""
     return np.asarray(np.unique(mesh.triangles[mesh.triangles_of("floor"), :3]), dtype=np.int64)
 
 

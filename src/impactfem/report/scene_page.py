@@ -116,7 +116,7 @@ def _slabs(scene: Any, notes: Notes, building: xr.Dataset, folder: Path) -> None
             peak = np.full(building.sizes["node"], np.nan)  # off the floors
             peak[maps["node_number"].values] = maps["pfa"].sel(component=direction).values
         grid.point_data["peak"] = peak.astype(np.float32)
-        # Of the level triangles, not of an acroterion; of all where none is level.
+        # Of the level triangles, not of a parapet; of all where none is level.
         names = names_of(building, "shell_part_name")
         floors = np.array([name.split("_")[0] == "floor" for name in names], dtype=bool)
         cells = building["triangle_node"].values[floors[building["triangle_part"].values]][:, :3]

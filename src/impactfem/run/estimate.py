@@ -233,9 +233,9 @@ def elements_of(geometry: Geometry) -> int:
         tall = sum(heights[k - 1] for k in wall.storeys if k <= len(heights))
         squares += math.dist(wall.start, wall.end) * tall / storey
     squares -= sum(bay.width * bay.height for bay in geometry.bays) / storey
-    if geometry.acroterion is not None:
+    if geometry.parapet is not None:
         around = 2.0 * (geometry.length + geometry.width)
-        squares += around * geometry.acroterion.height / floor
+        squares += around * geometry.parapet.height / floor
     return math.ceil(TRIANGLES * max(squares, 1.0))
 
 

@@ -110,7 +110,7 @@ def drawn(tmp_path_factory):
 
 
 def one_floor():
-    """Floor 3: a slab of 8 by 6 m in four triangles, with an acroterion, a wall and a column."""
+    """Floor 3: a slab of 8 by 6 m in four triangles, with a parapet, a wall and a column."""
     corners = np.array([[0, 0, 12], [8, 0, 12], [8, 6, 12], [0, 6, 12], [4, 3, 12]], dtype=float)
     # Below the slab, above it and at its foot.
     others = np.array([[0, 6, 8], [8, 6, 8], [0, 0, 13], [4, 3, 8]], dtype=float)
@@ -130,7 +130,7 @@ def one_floor():
             "node_position": (("node", "xyz"), nodes),
             "triangle_node": (("triangle", "triangle_corner"), np.array(triangles)),
             "triangle_part": ("triangle", np.array([0, 0, 0, 0, 1, 2])),
-            "shell_part_name": ("shell_part", ["floor_3", "storey_3_north", "floor_3_acroterion"]),
+            "shell_part_name": ("shell_part", ["floor_3", "storey_3_north", "floor_3_parapet"]),
             "line_node": (("line", "line_corner"), np.array(lines)),
             "line_part": ("line", np.array([0, 1])),
             "beam_part_name": ("beam_part", ["column_3", "beam_3_long"]),
@@ -265,7 +265,7 @@ def test_a_rigid_spring(tmp_path):
 def test_plan_of_a_floor():
     floor = Floor(one_floor(), 3)
     outline = floor.outline()
-    # Four sides; neither the diagonals nor the acroterion.
+    # Four sides; neither the diagonals nor the parapet.
     assert len(outline) == 4 and len(floor.mesh()) == 8
     assert np.linalg.norm(outline[:, 1] - outline[:, 0], axis=1).sum() == pytest.approx(28.0)
     assert np.sort(floor.walls()[0], axis=0).tolist() == [[0.0, 6.0], [8.0, 6.0]]

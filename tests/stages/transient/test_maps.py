@@ -50,7 +50,7 @@ def test_low_walls_on_the_wave_slab_make_no_waves(frame):
     names = [str(part) for part in mesh.shell_parts]
     parts = list(mesh.shell_parts)
     wall = next(k for k, part in enumerate(parts) if (part.family, part.level) == ("storey", 2))
-    parts[wall] = Part("floor", 2, "acroterion")
+    parts[wall] = Part("floor", 2, "parapet")
     other = replace(mesh, shell_parts=tuple(parts))
     assert [str(part) for part in other.shell_parts] != names
     for before, after in zip(wave_slab(mesh), wave_slab(other), strict=True):

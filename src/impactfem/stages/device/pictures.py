@@ -58,7 +58,7 @@ class Floor:
         self.nodes: Array = np.asarray(building["node_position"].values, dtype=np.float64)
         slab = self._of("shell_part", "triangle", "floor")
         level = np.ptp(self.nodes[slab[:, :3], 2], axis=1) < FLAT
-        # Not what stands on the slab, such as an acroterion.
+        # Not what stands on the slab, such as a parapet.
         self.cells: Index = slab[level]
         sides = np.sort(np.concatenate([self.cells[:, side] for side in SIDES]), axis=1)
         self._sides, self._shared = np.unique(sides, axis=0, return_counts=True)

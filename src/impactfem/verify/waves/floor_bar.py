@@ -103,7 +103,7 @@ def _strip(*, beams: bool) -> BuildingParts:
             for name, x in lines.items()
             for k, y in enumerate((2.4, 7.8, 13.2))
         ),
-        acroterion=None,
+        parapet=None,
         impact_edge="y+",
         size=MeshSize(floor=SIZE, storey=SIZE, beam=SIZE, column=SIZE),
     )
