@@ -43,11 +43,11 @@ class Figure:
 
 def as_table(figures: list[Figure]) -> Table:
     """The figures for a terminal."""
-    table = Table("figure", "value", "unit", "target", "")
+    table = Table("figure", "value", "unit", "goal on an idle machine", "")
     for figure in figures:
         sign = "≤" if figure.at_most else "≥"
         target = "" if figure.target is None else f"{sign} {figure.target:.3g}"
-        verdict = {True: "met", False: "MISSED", None: ""}[figure.met]
+        verdict = {True: "met", False: "not reached", None: ""}[figure.met]
         table.add_row(figure.name, f"{figure.value:.3g}", figure.unit, target, verdict)
     return table
 
