@@ -38,6 +38,10 @@ def test_tags_are_closed_and_it_needs_no_other_file(finished, page):
     assert inside and all((finished.folder / link).is_file() for link in inside)
 
 
+def test_no_figure_has_the_number_of_a_publication(text):
+    assert "<b>Figure 2.</b>" in text and not re.search(r"Figure \d+: ", text)
+
+
 def test_everything_that_the_run_drew_is_in_it(finished, page):
     figures, tables = finished.folder / "figures", finished.folder / "tables"
     drawn = [path for path in figures.iterdir() if path.suffix in (".png", ".svg")]

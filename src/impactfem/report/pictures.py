@@ -14,10 +14,14 @@ from PIL import Image
 from impactfem.plot.words import as_html, read_words
 from impactfem.system.errors import ImpactfemError
 
+CSS_DOTS = 96.0
+"""Pixels of a page in an inch."""
 QUALITY = 85
 """Of the pictures in the page, of 100."""
 _NAMED = re.compile(r'(\bid="|url\(#|href="#)')
 """Where an SVG names one of its parts."""
+_NUMBERED = re.compile(r"(^|<title>|<metadata>)Figure \d+: ")
+"""The number in a publication that a case need not have; the page counts its own figures."""
 
 
 @dataclass(frozen=True)
@@ -53,20 +57,21 @@ def picture(path: Path, anchor: str, number: int) -> Picture:
         film = markup.format(f"Film: {title}", data(read(path), "video/mp4"))
         return Picture(path, anchor, number, film, escape(f"Film: {title}."))
     words = read_words(path)
-    title = words.title or path.stem.replace("_", " ")
+    title = _NUMBERED.sub("", words.title) or path.stem.replace("_", " ")
     if path.suffix == ".svg":
         # Figures of several buildings may be alike, parts of a page have different names.
         drawn = _NAMED.sub(rf"\g<1>p{number}", read(path).decode())
-        markup = Markup(drawn)
+        markup = Markup(_NUMBERED.sub(r"\1", drawn))
     else:
         with Image.open(path) as image:
-            (width, height), packed = image.size, io.BytesIO()
+            dots, packed = image.info.get("dpi", (CSS_DOTS,))[0], io.BytesIO()
+            width, height = (round(CSS_DOTS * size / dots) for size in image.size)
             # A third of the PNG, which stays in the folder.
             image.convert("RGB").save(packed, "WEBP", quality=QUALITY)
         markup = Markup('<img loading="lazy" width="{}" height="{}" alt="{}" src="{}">').format(
             width, height, words.seen or title, data(packed.getvalue(), "image/webp")
         )
-    caption = Markup(as_html(words.caption or title))
+    caption = Markup(as_html(_NUMBERED.sub("", words.caption) or title))
     return Picture(path, anchor, number, markup, caption)
 
 
