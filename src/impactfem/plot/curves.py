@@ -26,8 +26,8 @@ NONE: Mapping[str, float] = MappingProxyType({})
 """Published values of a case without a publication."""
 SIZES = {"*": 11.0, "^": 8.0}
 """Of markers that are no samples of a curve, as published values [point]."""
-BAND = 0.3
-"""Opacity of a band."""
+BAND, THIN = 0.3, 2e-3
+"""Opacity of a band; its width, over the largest value of its curve, below which it is not seen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,8 +73,10 @@ class Panel:
     def draw(self, axes: Axes) -> None:
         """Draw it."""
         for one in self.curves:
-            if one.band is not None:
-                axes.fill_between(one.x, *one.band, color=one.colour, alpha=BAND, lw=0.0)
+            if one.band is not None and np.ptp(one.band, axis=0).max() > THIN * abs(one.y).max():
+                some = slice(None, None, -(-one.x.size // (SAMPLES // 8)))
+                x, below, above = one.x[some], one.band[0][some], one.band[1][some]
+                axes.fill_between(x, below, above, color=one.colour, alpha=BAND, lw=0.0)
             look: dict[str, Any] = {"color": one.colour, "ls": one.dash or "none", "lw": one.width}
             points = (one.x, one.y) if "x" in self.log else thinned(one.x, one.y)
             look |= {"marker": one.marker, "ms": SIZES.get(one.marker, 4.0)}
@@ -140,8 +142,12 @@ class CurveFigure:
             for one, panel in zip(axes, self.panels, strict=False):
                 panel.draw(one)
             for spare in axes[len(self.panels) :]:
-                spare.set_axis_off()
+                spare.remove()
             axes = axes[: len(self.panels)]
+            if self.rows > 1 and len(axes) % self.columns == 1:
+                # The last panel has its row for itself.
+                grid = axes[-1].get_gridspec()
+                axes[-1].set_subplotspec(grid[-1, :]) if grid is not None else None
             if self.alike:
                 top = max(one.get_ylim()[1] for one in axes)
                 for one in axes:
@@ -191,7 +197,8 @@ def published_level(
     if y not in published:
         return []
     level = np.full(2, scale * published[y])
-    return [Curve(x[[0, -1]], level, _published(label), "black", (0, (1, 3)), 1.4)]
+    words = f"{_published(label)}: {level[0]:.4g}"
+    return [Curve(x[[0, -1]], level, words, "black", (0, (1, 3)), 1.4)]
 
 
 def _published(label: str) -> str:

@@ -34,10 +34,16 @@ SETTINGS: dict[str, Any] = {
     "legend.fontsize": 8.0,
     "legend.framealpha": 0.9,
     "figure.dpi": DOTS,
+    # A third of a point: less than the width of any line.
+    "path.simplify_threshold": 0.3,
     "svg.fonttype": "none",
     # The first one sets the widths; a reader without it has one of nearly the same.
     "font.sans-serif": ["DejaVu Sans", "Verdana"],
 }
+KEPT = 16
+"""Colours of a PNG that are kept exactly, such as white."""
+CURVE = 1000
+"""Letters of the tag of a curve of many points."""
 _TAG = re.compile(r"<[^>]*>")
 _LONG = re.compile(r"\d+\.\d{3,}")
 _LINE = re.compile(r"[ML][-\d. ]*(?:L[-\d. ]*)+")
@@ -45,8 +51,12 @@ _LINE = re.compile(r"[ML][-\d. ]*(?:L[-\d. ]*)+")
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 BUILDINGS = (BLUE, RED, GREEN, ORANGE)
 DASHES = ("-", "--", "-.", ":")
-"""Of the buildings, beside their colours: blue and red are equally dark in print; and of curves in
-an order, of which neighbours are hardly told apart by their lightness alone."""
+"""Of the buildings, beside their colours: blue and red are equally dark in print."""
+ORDERED: tuple[Any, ...] = (
+    *DASHES,
+    *((0, (8, 2)), (0, (8, 2, 2, 2)), (0, (4, 1, 1, 1, 1, 1)), (0, (1, 4))),
+)
+"""Of curves in an order, of which neighbours are hardly told apart by their lightness alone."""
 HANDLE = 3.0
 """Length of a line in a legend that shows dashes, in sizes of its letters."""
 
@@ -64,7 +74,7 @@ def floor_colours(count: int) -> list[Any]:
 def ordered_looks(count: int) -> list[dict[str, Any]]:
     """Colour and dashes of curves in an order, as matplotlib takes them."""
     return [
-        {"color": colour, "ls": DASHES[k % len(DASHES)]}
+        {"color": colour, "ls": ORDERED[k % len(ORDERED)]}
         for k, colour in enumerate(ordered_colours(count))
     ]
 
@@ -132,22 +142,37 @@ def _svg(drawn: Figure, words: Words) -> str:
 
 
 def _shorter(tag: str) -> str:
-    """A tag whose numbers have a hundredth of a point; lines to points one after the other."""
-    tag = _LONG.sub(lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), tag)
+    """A tag with numbers to a hundredth of a point, of a long curve to a tenth.
+
+    Lines to points stand one after the other.
+    """
+    digits = 1 if len(tag) > CURVE else 2
+    tag = _LONG.sub(lambda number: f"{float(number[0]):.{digits}f}".rstrip("0").rstrip("."), tag)
     tag = re.sub(r"\s*\n(?=[A-Za-z\"])", "", tag)
     tag = re.sub(r"\b([MLCQ]) ", r"\1", tag)
     return _LINE.sub(lambda line: line[0][0] + line[0][1:].replace("L", " "), tag)
 
 
 def _write_png(drawn: Figure, path: Path, words: Words) -> None:
-    """The figure in 256 colours, as many as a scale of colours has."""
+    """The figure in 256 colours, however rare: a marker keeps its colour, a scale its ends."""
     buffer = io.BytesIO()
     drawn.savefig(buffer, format="png")
     image = Image.open(buffer).convert("RGB")
+    # Each colour counts once, whatever its area, but the most frequent stay exactly what they are;
+    # steps of 4 in 256 are not seen.
+    pixels = np.minimum((np.asarray(image).astype(np.int32) + 2) // 4 * 4, 255)
+    packed = (pixels @ (1 << np.array([16, 8, 0]))).ravel()
+    codes, where, counts = np.unique(packed, return_inverse=True, return_counts=True)
+    every = np.stack([codes >> 16, codes >> 8 & 255, codes & 255], axis=-1)
+    rare = Image.fromarray(every[None].astype(np.uint8)).quantize(256 - KEPT)
+    chosen = np.array(rare.getpalette()).reshape(-1, 3)[: 256 - KEPT]
+    palette = np.concatenate([every[np.argsort(-counts)[:KEPT]], chosen])
+    nearest = np.array([((palette - colour) ** 2).sum(axis=1).argmin() for colour in every])
+    reduced = Image.fromarray(nearest[where].astype(np.uint8).reshape(pixels.shape[:2]), "P")
+    reduced.putpalette(palette.ravel().tolist())
     said = PngInfo()
     said.add_itxt(CAPTION, words.caption)
     said.add_itxt(SEEN, words.seen)
-    reduced = image.quantize(256, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
     reduced.save(path, format="png", optimize=True, pnginfo=said, dpi=(DOTS, DOTS))
 
 

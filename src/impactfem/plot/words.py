@@ -75,7 +75,7 @@ def spoken(text: str) -> str:
 
 def seen_in(axes: Sequence[Axes]) -> str:
     """What is seen in panels with curves: the axes, how many curves, and the largest value."""
-    shown = [one for one in axes if one.axison and one.get_visible()]
+    shown = [one for one in axes if one.figure is not None and one.axison]
     if not shown:
         return ""
     if len(shown) <= FEW:
@@ -106,12 +106,15 @@ def _sentence(panel: Axes, named: bool) -> str:
     text += f"the largest value is {value:.4g}{of_y} at {place:.4g}{of_x}"
     text += f" ({spoken(label)})" if label and count > 1 else ""
     for line in panel.get_lines():
-        known, own = str(line.get_label()), np.asarray(line.get_ydata(), dtype=float)
-        if known.startswith("published") and own.size == 1:
-            at = np.asarray(line.get_xdata(), dtype=float).item()
-            text += f"; {spoken(known)}: {own.item():.4g}{of_y} at {at:.4g}{of_x}"
-        elif known.startswith("published") and np.ptp(own) == 0.0:
-            text += f"; {spoken(known)}: {own[0]:.4g}{of_y}"
+        known = str(line.get_label())
+        if not known.startswith("published"):
+            continue
+        text += f"; {spoken(known)}"
+        across, own = (np.asarray(one, dtype=float) for one in line.get_data())
+        if own.size == 1:
+            text += f" {own.item():.4g}{of_y} at {across.item():.4g}{of_x}"
+        elif line.get_marker() == "|":  # a range
+            text += f" from {across[0]:.4g} to {across[-1]:.4g}{of_x}"
     return f"{text}."
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.ticker import MaxNLocator
 
+from impactfem.case.damping import OWN
 from impactfem.plot.curves import NONE, Curve, CurveFigure, Panel, published_point
 from impactfem.plot.floor_field import COLOURS
 from impactfem.plot.style import (
@@ -90,12 +92,15 @@ def _forces(store: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
     if start is not None and lasts is not None:
         known = {"start": start, "end": start + lasts, "force": 0.0}
         known |= {} if pushed is None else {"impulse": pushed}
-        forces += published_point(known, "start", "force", "first and last contact")
+        forces += published_point(known, "start", "force", "contact")
         forces += [replace(one, label="") for one in published_point(known, "end", "force")]
         impulses += published_point(known, "end", "impulse", f"floor {max(hitting)}", scale=1e-3)
     panels = [
-        Panel("time [s]", label, curves, room=0.12, legend="upper left")
-        for label, curves in (("contact force [MN]", forces), ("impulse [kN·s]", impulses))
+        Panel("time [s]", label, curves, room=room, legend=f"upper {side}")
+        for label, curves, side, room in (
+            ("contact force [MN]", forces, "right", 0.12 * len(forces)),
+            ("impulse [kN·s]", impulses, "left", 0.12),
+        )
     ]
     return CurveFigure("figure_06_wall_impact", caption, panels, size=(9.0, 3.4))
 
@@ -109,7 +114,8 @@ def _with_stick(store: xr.Dataset) -> CurveFigure:
         f"Figure 7: Displacement (a) and velocity (b) towards the wall, on side {side}, of the "
         f"mass centre of floor {top} of building {name}, and impulse of its contact forces (c), "
         "over time: 3D model with unilateral contact, and stick on the penalty law "
-        f"({update} contact force) with the ε and $K_{{Ceq}}$ that the 3D model gives."
+        f"({update} contact force) with the ε and $K_{{Ceq}}$ that the 3D model gives. The "
+        "edge stops at the wall; the mass centre goes on as far as the floor is compressed."
     )
     labels = ("displacement $u$ [cm]", "velocity $\\dot u$ [m/s]", "impulse [kN·s]")
     curves: list[list[Curve]] = [[], [], []]
@@ -122,9 +128,7 @@ def _with_stick(store: xr.Dataset) -> CurveFigure:
             panel.append(Curve(time, values, kind, colour, dash, width=0.9))
     curves[0].append(Curve(time[[0, -1]], np.full(2, 1e2 * gap), "wall", GREEN, ":", width=0.9))
     panels = [Panel("time [s]", *one, legend="") for one in zip(labels, curves, strict=True)]
-    return CurveFigure(
-        "figure_07_wall_stick", caption, panels, columns=3, size=(10.8, 3.4), above=True
-    )
+    return CurveFigure("figure_07_wall_stick", caption, panels, size=(9.0, 5.6), above=True)
 
 
 def _energy(store: xr.Dataset) -> CurveFigure:
@@ -181,14 +185,18 @@ def _line_load(path: Path, store: xr.Dataset) -> Path:
         "impact, straight between the points of contact. Largest value: "
         f"{pushing.max():.3g} MN/m."
     )
-    size = (2.7 * len(loads) + 1.2, 3.6)
+    rows, columns = math.ceil(len(loads) / 2), min(2, len(loads))
+    size = (3.6 * columns + 1.2, 3.2 * rows)
     most = max(loads, key=lambda floor: float(loads[floor].max()))
     i, _ = np.unravel_index(loads[most].values.argmax(), loads[most].shape)
     seen = (
         f"Line load by colour over time and edge, of {len(loads)} floors: largest, "
         f"{pushing.max():.3g} MN/m, on floor {most} at {1e3 * float(store['step'][i]):.4g} ms."
     )
-    with figure(path, (1, len(loads)), size, caption, seen) as (drawn, axes):
+    with figure(path, (rows, columns), size, caption, seen) as (drawn, axes):
+        for spare in axes[len(loads) :]:
+            spare.set_axis_off()
+        axes = axes[: len(loads)]
         for panel, (floor, of_floor) in zip(axes, loads.items(), strict=True):
             mappable = panel.pcolormesh(
                 1e3 * of_floor["step"],
@@ -203,7 +211,8 @@ def _line_load(path: Path, store: xr.Dataset) -> Path:
             panel.xaxis.set_major_locator(MaxNLocator(5))
             panel.grid(False)
             panel.set_title(f"floor {floor}", fontsize=9.0)
-        axes[0].set_ylabel("distance along the edge [m]")
+        for panel in axes[::columns]:
+            panel.set_ylabel("distance along the edge [m]")
         bar = drawn.colorbar(mappable, ax=axes, location="right", aspect=30, pad=0.02, extend="max")
         bar.set_label("line load [MN/m]")
         letter(axes)
@@ -223,14 +232,21 @@ def _damping(path: Path, store: xr.Dataset) -> Path:
         f"Restitution by equation 5 (a), contact stiffness by equation 6 (b) and duration of the "
         f"first impact (c) of floor {store['floor'].values[-1]} of building "
         f"{store.attrs['building']} over the Rayleigh damping ratio of the building at "
-        f"{frequency:.3g} Hz, the frequency whose half wave lasts as long as the impact of the "
-        f'case "{cases[0]}".'
+        f"{frequency:.3g} Hz, the frequency whose half wave lasts as long as the impact with the "
+        "damping of the case."
     )
+    # The damping of the case has no marker of its own below that of another case.
+    repeated = {0} if np.isclose(ratio[1:], ratio[0], rtol=0.01).any() else set()
+    cases = ["case" if case == OWN else case for case in cases]
     colours = ordered_colours(len(cases))
-    with figure(path, (1, 3), (10.0, 3.2), caption) as (_, axes):
+    with figure(path, (2, 2), (7.5, 5.6), caption) as (_, axes):
+        *axes, spare = axes
+        spare.set_axis_off()
         for panel, (name, factor, label) in zip(axes, panels, strict=True):
             values = factor * store[name].values
             for k, case in enumerate(cases):
+                if k in repeated:
+                    continue
                 look = {"marker": MARKERS[k % len(MARKERS)], "ls": "none", "color": colours[k]}
                 panel.plot(float(ratio[k]), values[k], ms=6, label=case, **look)
             panel.set_xlabel(f"damping ratio at {frequency:.3g} Hz [%]")
@@ -238,6 +254,6 @@ def _damping(path: Path, store: xr.Dataset) -> Path:
             panel.set_xlim(0.0, 1.15 * float(ratio.max()))
             panel.set_ylim(0.0, 1.25 * float(values.max()))
         axes[0].set_ylim(0.0, 1.0)
-        axes[0].legend(loc="best")
+        spare.legend(*axes[0].get_legend_handles_labels(), loc="center", title="damping")
         letter(axes)
     return path

@@ -54,7 +54,8 @@ def _case_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
         f"under the case's motion: envelope of {_points(products)} of each floor of the 3D model "
         "as computed and for design, beside that of all vertices of the floor, without samples "
         "between, and the design spectrum of the sticks at the mass centre, where there are such; "
-        f"{design.broadening_text}. Dotted: zero-period acceleration."
+        f"{design.broadening_text}. Dotted: zero-period acceleration. Each floor "
+        "has a scale of its own."
     )
     floors = []
     for s in range(len(design.source.stations)):
@@ -81,7 +82,8 @@ def _ensemble_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
     caption = (
         f"over {len(members.motions)} motions, envelope of {_points(products)} of each floor of "
         "the 3D model: design spectra of the mean and of the 84 % fractiles, beside that of the "
-        f"case's own motion; {design.broadening_text}. Grey: the members as computed."
+        f"case's own motion; {design.broadening_text}. Grey: the members as computed. "
+        "Each floor has a scale of its own."
     )
     floors = []
     for s in range(len(design.source.stations)):

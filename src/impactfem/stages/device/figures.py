@@ -19,6 +19,7 @@ import xarray as xr
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from impactfem.case.damping import OWN
 from impactfem.plot.curves import (
     NONE,
     Curve,
@@ -68,7 +69,7 @@ CASES = ("#56B4E9", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
 """Okabe and Ito's colours of the damping cases in their order; the own damping is black."""
 DASHES = ("-", "-", "-.", "-", "--", "--")
 """Of the damping cases: colours that are equally dark in print have different ones."""
-HATCHES = ("", "", "////", "", "xxxx", "", "....")
+HATCHES = ("", "", "////", "", "xxxx", "", "\\\\\\\\")
 NOT_DONE = " No bar: the spectrum ends before the range that the method needs."
 RIGID_COLOURS = {"none": "0.75", GUPTA: "0.45", LINDLEY_YOW: "#7a4fa3"}
 """Of the bars of the demands."""
@@ -133,12 +134,40 @@ def _dashes(case: int) -> str:
     return DASHES[(case - 1) % len(DASHES)] if case else "--"
 
 
+def _word(case: str) -> str:
+    """The damping of the case file itself by a word that is no name of a damping case."""
+    return "case" if case == OWN else case
+
+
+def _named(store: xr.Dataset, case: str, apart: str = ", ") -> str:
+    """A damping case with the restitution that its impacts have, if it has one of its own."""
+    epsilon = float(store["epsilon"].sel(case=case))
+    return _word(case) + (f"{apart}ε = {epsilon:.2f}" if np.isfinite(epsilon) else "")
+
+
+def _different(store: xr.Dataset, *, restitution: bool = True) -> list[str]:
+    """Damping cases; the case's own where none repeats it, to a hundredth: as printed.
+
+    With `restitution` it is repeated only where the impacts have the same, too.
+    """
+    own, *others = names_of(store, "case")
+    frequency: Array = np.geomspace(*RANGE, 20)
+    law, epsilon = damping_of(store.sel(case=own)).ratio(frequency), store["epsilon"].sel(case=own)
+    for case in others:
+        other = store.sel(case=case)
+        same = np.allclose(damping_of(other).ratio(frequency), law, rtol=0.01, atol=0.0)
+        alike = np.isclose(other["epsilon"], epsilon, rtol=0.01, equal_nan=True)
+        if same and (alike or not restitution):
+            return others
+    return [own, *others]
+
+
 def _force_figure(store: xr.Dataset, device: str, published: Mapping[str, float]) -> CurveFigure:
     """Figure 27: the force without and with impacts, with the buildings' own damping."""
     axis, time = direction(store), store["time"].values
     caption = (
         f"Figure 27: Force of {device} on the floor along $e_{axis}$ over time: without impact (a) "
-        "and with impacts (b), with the building's own damping. Dashed: largest value by response "
+        "and with impacts (b), with the damping of the case. Dashed: largest value by response "
         f"spectrum analysis ({headline(store)})."
     )
     panels = []
@@ -156,9 +185,8 @@ def _force_figure(store: xr.Dataset, device: str, published: Mapping[str, float]
         ]
         names = (load.scalar(f"f{axis}.{kind}") for kind in ("detailed", "rsa"))
         for name, what in zip(names, ("in detail", "by spectrum"), strict=True):
-            words = f"{what}: {1e-3 * published.get(name, 0.0):.4g} kN"
-            curves += published_level(published, name, time, words, 1e-3)
-        panels.append(Panel("time [s]", f"force $F_{axis}$ [kN]", curves, room=0.3))
+            curves += published_level(published, name, time, what, 1e-3)
+        panels.append(Panel("time [s]", f"force $F_{axis}$ [kN]", curves, room=0.1 * len(curves)))
     stem = file_stem(store, "figure_27_shear_force", device)
     return CurveFigure(stem, caption, panels, size=(9.0, 3.4))
 
@@ -183,9 +211,11 @@ def _damping_figure(path: Path, store: xr.Dataset) -> Path:
         f"Dotted: modes of {first} along $e_{direction(store)}$."
     )
     with figure(path, (1, 1), (6.5, 3.8), caption) as (_, (panel, *_)):
-        for case, (colour, dashes, width) in _looks(store).items():
+        shown = [case for case in _looks(store) if case in _different(store, restitution=False)]
+        for case in shown:
+            colour, dashes, width = _looks(store)[case]
             ratio = 100.0 * damping_of(store.sel(case=case)).ratio(frequency)
-            panel.loglog(frequency, ratio, label=case, color=colour, ls=dashes, lw=width)
+            panel.loglog(frequency, ratio, label=_word(case), color=colour, ls=dashes, lw=width)
         for mode in shown_modes(store, first)["mode_frequency"].values:
             panel.axvline(mode, color="0.5", ls=":", lw=0.9)
         panel.set_xlabel("frequency [Hz]")
@@ -206,22 +236,25 @@ def _spectra_figure(store: xr.Dataset, device: str, published: Mapping[str, floa
         "the buildings: without impact (a) and with impacts (b). Dotted: modes of the device."
     )
     panels = []
+    looks = {case: look for case, look in _looks(store).items() if case in _different(store)}
     for impact in LOADS:
         curves = []
-        for case, look in _looks(store).items():
+        for case, look in looks.items():
             load = Load(store, device, impact, case)
             psa = load.psa
             peak = f"{float(psa.max()):.3g} m/s² at {float(psa.idxmax('frequency')):.3g} Hz"
-            curves.append(Curve(psa["frequency"].values, psa.values, f"{case}: {peak}", *look))
-            key = load.scalar("frs.peak")
-            curves += published_point(published, f"{key}_frequency", key, case, look[0])
+            curves.append(
+                Curve(psa["frequency"].values, psa.values, f"{_named(store, case)}: {peak}", *look)
+            )
+            names = load.scalar("frs.peak_frequency"), load.scalar("frs.peak")
+            curves += published_point(published, *names, case, look[0])
         panel = Panel(
             "frequency [Hz]",
             "pseudo-acceleration [m/s²]",
             curves,
             log="x",
             bottom=0.0,
-            room=0.15 + 0.11 * store.sizes["case"],  # for a line of the legend each
+            room=0.2 + 0.12 * len(looks),  # for a line of the legend each
             marks=shown_modes(store, device)["mode_frequency"].values.tolist(),
             legend="upper left",
         )
@@ -238,12 +271,8 @@ def _damping_forces_figure(path: Path, store: xr.Dataset, device: str) -> None:
         "the buildings: without impact (a) and with impacts (b), and around the largest force: "
         "without (c) and with (d)."
     )
-    cases = names_of(store, "case")
-    number = {case: k for k, case in enumerate(cases)}
-    # The buildings' own damping is drawn where no case repeats it, to a hundredth: as printed.
-    both = store[["mass_coefficient", "stiffness_coefficient"]].to_array().transpose("case", ...)
-    if np.isclose(both[1:], both[0], rtol=0.01, atol=0.0).all(axis=1).any():
-        del cases[0]
+    number = {case: k for k, case in enumerate(names_of(store, "case"))}
+    cases = _different(store, restitution=False)
     # What is damped least is behind.
     behind = sorted(cases, key=lambda case: -Load(store, device, WITH, case).detailed)
     with figure(path, (2, 2), (9.0, 6.0), caption) as (drawn, axes):
@@ -264,7 +293,8 @@ def _damping_forces_figure(path: Path, store: xr.Dataset, device: str) -> None:
                 panel.set(xlabel="time [s]", ylabel=f"force $F_{axis}$ [kN]")
         handles = dict(zip(*reversed(axes[2].get_legend_handles_labels()), strict=True))
         lines = [handles[case] for case in cases]
-        drawn.legend(lines, cases, loc="outside upper center", ncols=len(cases))
+        words = [_named(store, case) for case in cases]
+        drawn.legend(lines, words, loc="outside upper center", ncols=len(cases))
         letter(axes)
 
 
@@ -319,7 +349,7 @@ def _demand_figure(path: Path, store: xr.Dataset, device: str) -> None:
             differences.set_ylabel("difference [%]")
             differences.axhline(0.0, color="black", lw=0.8)
         for panel in axes:
-            panel.set_xticks(range(len(cases)), cases)
+            panel.set_xticks(range(len(cases)), [_named(store, c, "\n") for c in cases])
             panel.grid(visible=False, axis="x")
             panel.set_axisbelow(True)
         ends = [panel.get_ylim() for panel in axes[2:]]
@@ -354,7 +384,7 @@ def _inputs_figure(path: Path, store: xr.Dataset, device: str) -> None:
                     color=_colour(c),
                     markerfacecolor="none" if c == 0 else _colour(c),
                     ms=8.0 if c == 0 else 5.0,
-                    label=case,
+                    label=_named(store, case),
                 )
             panel.set_yticks(range(len(choices)), list(choices) if impact == WITHOUT else [])
             panel.set_ylim(len(choices) - 0.5, -0.5)

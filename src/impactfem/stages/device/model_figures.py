@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
-from impactfem.plot.words import spoken
 from impactfem.stages.device.selection import anchor_of, direction, shown_modes
 
 Array = NDArray[np.float64]
@@ -123,6 +123,7 @@ def modes_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> 
             panel.plot(x[-1], drawn.height, "o", color="black", ms=4, label="mass centre")
             panel.axhline(0.0, color="black", lw=1.5)
             panel.set(xlim=(-reach, reach), ylim=(-0.75 * top, 1.5 * top), aspect="equal")
+            _only_above(panel)
             panel.set_xlabel(f"{drawn.axis} [m]")
             panel.grid(False)
             f, m = float(modes["mode_frequency"].sel(mode=k)), float(mass.sel(mode=k))
@@ -139,7 +140,8 @@ def elements_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) 
     caption = (
         f"Figure 24: Elements of {device}, in elevation in the plane "
         f"$(e_{drawn.axis}, e_z)$: a body on a {drawn.carrier} on springs, "
-        f"anchored by rigid links to {nodes} node{'s' * (nodes > 1)} of floor {floor}."
+        f"anchored by rigid links to {nodes} node{'s' * (nodes > 1)} of floor {floor}. "
+        "Springs and links have no height: what is below 0 is not to scale."
     )
     outline, top = drawn.outline, drawn.top
     half = float(np.abs(outline[:, 0]).max())
@@ -167,6 +169,7 @@ def elements_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) 
         panel.annotate("", (beside, 0.0), xytext=(beside, drawn.height), arrowprops=arrow)
         panel.text(half + 0.15 * reach, 0.5 * drawn.height, f"{drawn.height:g} m", va="center")
         panel.set(xlim=(-reach, reach), ylim=(-0.25 * top, 1.15 * top), aspect="equal")
+        _only_above(panel)
         panel.set(xlabel=f"{drawn.axis} [m]", ylabel="height [m]")
         panel.grid(False)
         drawing.legend(loc="outside upper center", ncols=3)
@@ -205,9 +208,9 @@ def model_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> 
         )
     ]
     seen = (
-        f"A mass {spoken(body)} on a {spoken(carrier)}, on a spring along {axis} and one about "
-        f"{about}. {'; '.join(lines)}."
-    ).replace("\n", ", ")
+        f"A mass of {drawn.value('body_mass'):.5g} kg, {drawn.height:g} m above a spring along "
+        f"{axis} and one about {about}, on a {drawn.carrier}; {'; '.join(lines)}."
+    )
     with figure(path, (1, 1), (6.5, 4.4), caption, seen) as (_, (panel, *_)):
         # The spring along: a zigzag from a wall on the left to the base.
         across = np.array([0, 0, 1, -1, 1, -1, 1, -1, 0, 0]) * 0.12
@@ -237,6 +240,11 @@ def model_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> 
             panel.text(end[0] + 0.06, end[1], name, va="center")
         panel.set(xlim=(-1.8, 2.2), ylim=(-1.0 - 0.21 * len(lines), 2.0))
         panel.set_axis_off()
+
+
+def _only_above(panel: Axes) -> None:
+    """Heights are those of the device: the scale ends at its foot."""
+    panel.set_yticks([tick for tick in panel.get_yticks() if 0.0 <= tick <= panel.get_ylim()[1]])
 
 
 def _power(value: float, unit: str) -> str:

@@ -42,6 +42,7 @@ FLAT = 1e-6
 """How far vertices of a slab may differ in height [m]."""
 MARGIN = 0.06
 GREY = "0.35"
+BEAMS = ORANGE, 1.6, "beams"
 SIDES = ((0, 1), (1, 2), (2, 0))
 AROUND = 2.2
 """Half of the side of the piece of floor that is shown, over the size of the device."""
@@ -140,7 +141,7 @@ def position_figure(path: Path, store: xr.Dataset, device: str, building: xr.Dat
             grid.set_width_ratios((1.7, 1.0))
         left, right = axes
         _lines(left, floor.walls(), "0.7", 6.0, "walls below")
-        _lines(left, floor.beams(), ORANGE, 1.6, "beams")
+        _lines(left, floor.beams(), *BEAMS)
         _lines(left, floor.outline(), "black", 1.0, "slab")
         _lines(left, floor.impact_edge(), BLUE, 3.0, "edge that may be hit")
         columns = floor.columns()
@@ -152,14 +153,15 @@ def position_figure(path: Path, store: xr.Dataset, device: str, building: xr.Dat
         left.set_ylim(y - beyond, y + depth + beyond)
         nodes = floor.anchor_nodes(point, count)
         spokes = np.stack([np.broadcast_to(point[:2], nodes.shape), nodes], axis=1)
-        _lines(right, floor.mesh(), "0.75", 0.8, "mesh")
-        _lines(right, floor.beams(), ORANGE, 1.6, "beams")
-        _lines(right, spokes, GREEN, 2.0, "rigid links")
-        right.plot(*nodes.T, "s", color=BLUE, ms=5, label="nodes")
-        right.plot(*point[:2], "o", color=RED, ms=6)
         reach = float(np.linalg.norm(nodes - point[:2], axis=1).max())
         cell = float(np.ptp(floor.nodes[floor.cells[:, :3]], axis=1).max())
         half = max(2.0 * reach, 1.5 * cell)
+        for lines, look in ((floor.mesh(), ("0.75", 0.8, "mesh")), (floor.beams(), BEAMS)):
+            near = np.abs(lines - point[:2]).min(axis=1).max(axis=1) < half + cell
+            _lines(right, lines[near], *look)
+        _lines(right, spokes, GREEN, 2.0, "rigid links")
+        right.plot(*nodes.T, "s", color=BLUE, ms=5, label="nodes")
+        right.plot(*point[:2], "o", color=RED, ms=6)
         right.set_xlim(point[0] - half, point[0] + half)
         right.set_ylim(point[1] - half, point[1] + half)
         for panel in axes:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from matplotlib.lines import Line2D
 
 from impactfem.plot.curves import Curve, CurveFigure, Panel
 from impactfem.plot.style import BLUE, ORANGE, RED, figure
@@ -31,26 +33,37 @@ def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]
         return files
     rows = [row for row in table.rows[::-1] if row[-2] is not None and float(row[-2]) != 0.0]
     caption = (
-        "Ensemble over published value: median, 16 % to 84 % (thick) and 5 % to 95 % (thin). "
-        "Blue: the published value, 1, is inside 5 % to 95 %; red: outside."
+        "Results of the ensemble over their published values: median (dot), 16 % to 84 % (thick) "
+        "and 5 % to 95 % (thin). The published value is 1, at the dashed line."
     )
     path, size = folder / "figures" / "ensemble_published.svg", (7.5, 0.26 * len(rows) + 0.8)
-    outside = [str(row[0]) for row in rows if row[-1] != "yes"]
+    outside = [in_words(str(row[0])) for row in rows if row[-1] != "yes"]
     seen = f"{len(rows)} bars over one another; outside: {', '.join(outside) or 'none'}."
     with figure(path, (1, 1), size, caption, seen) as (_, axes):
         panel = axes[0]
         for y, row in enumerate(rows):
             paper = float(row[-2] or 1.0)
             p05, p16, p50, p84, p95 = (float(value or 0.0) / paper for value in row[2:7])
-            colour = BLUE if row[-1] == "yes" else RED
-            panel.plot([p05, p95], [y, y], color=colour, lw=1.0)
+            # Not by colour alone: what is outside is open as well.
+            inside = row[-1] == "yes"
+            colour = BLUE if inside else RED
+            panel.plot([p05, p95], [y, y], color=colour, lw=1.0, ls="-" if inside else "--")
             panel.plot([p16, p84], [y, y], color=colour, lw=4.0, solid_capstyle="butt")
             panel.plot(p50, y, "o", color="black", ms=3.5)
         panel.axvline(1.0, color="black", lw=0.8, ls="--")
-        panel.set_yticks(range(len(rows)), [str(row[0]) for row in rows], fontsize=7.5)
+        panel.set_yticks(range(len(rows)), [in_words(str(row[0])) for row in rows], fontsize=7.5)
+        sides = (("inside 5 % to 95 %", BLUE, "-"), ("outside", RED, "--"))
+        lines = [Line2D([], [], color=c, ls=dash, lw=1.5, label=name) for name, c, dash in sides]
+        panel.legend(handles=lines, title="published value")
         panel.set_xlabel("over the published value [-]")
         panel.set_xlim(left=0.0)
     return [*files, path]
+
+
+def in_words(name: str) -> str:
+    """The name of a scalar for a reader: "frs.floor_8.peak" is "FRS, floor 8, peak"."""
+    text = name.removeprefix("pounding.").replace(".", ", ").replace("_", " ")
+    return re.sub(r"\b(frs|pfa|pga|sa)\b", lambda word: word[0].upper(), text)
 
 
 def ensemble_checks(folder: Path, published: Mapping[str, float]) -> list[Check]:

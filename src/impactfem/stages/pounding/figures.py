@@ -5,6 +5,7 @@ What is modelled is drawn in figures 2 (the case), 3 (stick and first mode) and 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,6 +33,8 @@ from impactfem.stages.stores import open_store
 
 Array = NDArray[np.float64]
 GREY = "0.35"
+OTHERS = (RED, GREEN, ORANGE, "#CC79A7", "black")
+"""Colours of pairs that touch in addition to the one with the largest force."""
 Point = tuple[float, float]
 MOST_ROOM = 4.0
 """Of a pair of points in figure 5 [m]."""
@@ -96,7 +99,7 @@ def _response(sticks: xr.Dataset) -> CurveFigure:
     if sticks.sizes["pair"]:
         last = ", and the gap between them (d)"
         gap = sticks["gap"].isel(pair=sticks["pair_required_separation"].argmax("pair"))
-        curve = Curve(time, 1e2 * gap.values, str(gap.pair.item()), "black", width=0.8)
+        curve = Curve(time, 1e2 * gap.values, _pair(str(gap.pair.item())), "black", width=0.8)
         contact = Curve(time[[0, -1]], 0.0 * time[[0, -1]], "contact", GREEN, "--", width=0.8)
         panels.append(Panel("time [s]", "gap [cm]", [curve, contact], room=0.2))
     caption = (
@@ -110,12 +113,11 @@ def _forces(sticks: xr.Dataset, forces: xr.Dataset, published: Mapping[str, floa
     time, every = forces["time"].values, 1e-6 * forces["force"].transpose("pair", "time")
     force = every.isel(pair=every.max("time").argmax("pair"))
     name, dt = str(force["pair"].item()), time[1] - time[0]
-    whole = [Curve(time, force.values, name.replace("-", " and "))]
-    for k, other in enumerate(every):
-        if str(other["pair"].item()) != name and float(abs(other).max()) > 0.0:
-            label = str(other["pair"].item()).replace("-", " and ")
-            colour = BUILDINGS[(k + 1) % len(BUILDINGS)]
-            whole.append(Curve(time, other.values, label, colour, "--", width=0.8))
+    whole = [Curve(time, force.values, _pair(name))]
+    others = [one for one in every if str(one["pair"].item()) != name and abs(one).max() > 0.0]
+    for k, other in enumerate(others):
+        colour, dash = OTHERS[k % len(OTHERS)], DASHES[1 + k % 3]
+        whole.append(Curve(time, other.values, _pair(str(other["pair"].item())), colour, dash, 0.8))
     floor = forces["floor_a"].values[forces["pair"].values == name].item()
     key = "pounding.main_impact_time", f"pounding.peak_force.floor_{floor}"
     whole += published_point(published, *key, scale=1e-6)
@@ -129,14 +131,20 @@ def _forces(sticks: xr.Dataset, forces: xr.Dataset, published: Mapping[str, floa
         label = f"{impact['impact_steps']:.0f} computed times, {1e3 * (end - start):.1f} ms"
         near = [Curve(time[shown], force.values[shown], label, marker=".")]
     caption = (
-        f"Figure 9: Impact force of the pair {name} (a), and its main impact with the computed "
+        f"Figure 9: Impact force between {_pair(name)} (a), and its main impact with the computed "
         "times (b). Positive in compression; the force pulls at the end of an impact when the law "
         "allows tension."
     )
     axes = ("time [s]", "impact force [MN]")
     note = "" if near else "no impact"
-    panels = [Panel(*axes, whole, room=0.1), Panel(*axes, near, room=0.25, note=note)]
+    panels = [Panel(*axes, whole, room=0.1 * len(whole)), Panel(*axes, near, room=0.25, note=note)]
     return CurveFigure("figure_09_forces", caption, panels, size=(9.0, 3.2))
+
+
+def _pair(name: str) -> str:
+    """Both ends of a pair in words."""
+    words = re.sub(r"\.(?=floor_|storey_)", " ", name.replace("-", " and "))
+    return words.replace("_", " ")
 
 
 def _floor_spectra(sticks: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
@@ -218,7 +226,11 @@ def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset, forces: xr.D
         spectrum.append(Curve(*known, label, ORANGE, "--"))
     label = f"{psa[top[0]]:.2f} m/s² at {f[top[0]]:.2f} Hz"
     spectrum.append(Curve(f[top], psa[top], label, RED, "", marker="o"))
-    with figure(path, (1, 3), (10.0, 3.4), caption) as (_, axes):
+    with figure(path, (2, 2), (9.0, 5.0), caption) as (_, (left, above, spare, below)):
+        # The buildings have the left side.
+        grid, axes = left.get_gridspec(), [left, above, below]
+        spare.remove()
+        left.set_subplotspec(grid[:, 0]) if grid is not None else None
         _draw_buildings(axes[0], sticks, forces)
         Panel("time [s]", "ground acceleration [m/s²]", history).draw(axes[1])
         axes[1].annotate(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -20,6 +21,8 @@ from impactfem.plot.curves import (
 )
 from impactfem.plot.style import (
     BLUE,
+    DASHES,
+    ORANGE,
     RED,
     floor_colours,
     floor_looks,
@@ -52,6 +55,8 @@ SILENT = 1e-3
 SHOWN_EDGES = 3
 DECADES = 5.0
 """Decades of a power spectral density that are shown."""
+POINTS = (RED, ORANGE, "#CC79A7", "#56B4E9", "black")
+"""Colours of user-defined points, which no floor has."""
 PSA = "pseudo-acceleration [m/s²]"
 
 
@@ -143,8 +148,8 @@ def _centre(response: xr.Dataset, sticks: xr.Dataset) -> CurveFigure:
         curves.append(_history(factor * centre[name].sel(time=times), "3D", BLUE, width=0.8))
         panels.append(Panel("time [s]", label, curves, legend=""))
     panels[0] = replace(panels[0], room=0.35, legend="upper right")
-    size = (3.6 * len(panels), 3.2)
-    return CurveFigure("figure_12_centre", caption, panels, len(panels), size)
+    size = (9.0, 2.8 * math.ceil(len(panels) / 2) + 0.4)
+    return CurveFigure("figure_12_centre", caption, panels, size=size)
 
 
 def _across(response: xr.Dataset) -> CurveFigure:
@@ -281,8 +286,8 @@ def _transfer(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigu
                 legend="upper left",
             )
         )
-    size = (3.6 * len(panels), 3.6)
-    return CurveFigure("figure_22_transfer", caption, panels, len(panels), size, alike=True)
+    size = (9.0, 3.2 * math.ceil(len(panels) / 2) + 0.4)
+    return CurveFigure("figure_22_transfer", caption, panels, size=size, alike=True)
 
 
 def spectra_figures(
@@ -304,7 +309,7 @@ def spectra_figures(
         panels = _both(line, labels, looks)
         # Near the impact the spectrum is highest there, and exceeds what the edge is said to.
         names = "transient.frs.near_highest_at", f"transient.pfa.edge_{wave_floor(response)}"
-        near = published_point(published, *names, f"{labels[0]}, exceeded", looks[0]["color"])
+        near = published_point(published, *names, f"{labels[0]}: exceeded", looks[0]["color"])
         above = [replace(one, marker="^") for one in near]
         panels[1] = replace(panels[1], curves=[*panels[1].curves, *above])
         yield CurveFigure("figure_15_across_spectra", caption, panels)
@@ -356,7 +361,7 @@ def centre_spectrum(
     others = [(f"floor {psa['probe_floor'].item()}", psa) for psa in centres]
     looks = floor_looks(len(others))
     others += [(str(psa["probe"].item()).replace("_", " "), psa) for psa in points]
-    looks += ordered_looks(len(points))
+    looks += [{"color": POINTS[k % len(POINTS)], "ls": DASHES[k % 4]} for k in range(len(points))]
     if len(others) > 1:
         every = [
             _spectrum(psa, label, tuple(look.values()))

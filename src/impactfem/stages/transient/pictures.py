@@ -46,7 +46,7 @@ KINDS = {
     "edge": ("impact edges", "#d55e00"),
     "line": ("line across", "#0072b2"),
     "centre": ("mass centres", "#009e73"),
-    "point": ("points of the case", "#cc79a7"),
+    "point": ("user-defined points", "#cc79a7"),
 }
 """Label and colour of each family of probes; told apart with any colour vision."""
 MOST_LABELS = 30
@@ -112,7 +112,7 @@ def _probes(path: Path, building: xr.Dataset, response: xr.Dataset) -> Path:
         show(axes[0], picture)
         if len(labelled) <= MOST_LABELS:
             for position in labelled:
-                note(axes[0], picture, position.values, position["probe"].item())
+                note(axes[0], picture, position.values, position["probe"].item().replace("_", " "))
         drawn.legend(handles=keys(legend), loc="outside upper center", ncols=len(legend))
     return path
 
