@@ -40,8 +40,8 @@ SETTINGS: dict[str, Any] = {
     # The first one sets the widths; a reader without it has one of nearly the same.
     "font.sans-serif": ["DejaVu Sans", "Verdana"],
 }
-KEPT = 16
-"""Colours of a PNG that are kept exactly, such as white."""
+KEPT = 128
+"""Colours of a PNG that are kept exactly: white, and those of its fields."""
 CURVE = 1000
 """Letters of the tag of a curve of many points."""
 _TAG = re.compile(r"<[^>]*>")
@@ -158,17 +158,20 @@ def _write_png(drawn: Figure, path: Path, words: Words) -> None:
     buffer = io.BytesIO()
     drawn.savefig(buffer, format="png")
     image = Image.open(buffer).convert("RGB")
-    # Each colour counts once, whatever its area, but the most frequent stay exactly what they are;
-    # steps of 4 in 256 are not seen.
+    # The most frequent colours, in steps of 4 in 256, which are not seen; then one after the other
+    # that which is farthest from all that there are.
     pixels = np.minimum((np.asarray(image).astype(np.int32) + 2) // 4 * 4, 255)
     packed = (pixels @ (1 << np.array([16, 8, 0]))).ravel()
     codes, where, counts = np.unique(packed, return_inverse=True, return_counts=True)
     every = np.stack([codes >> 16, codes >> 8 & 255, codes & 255], axis=-1)
-    rare = Image.fromarray(every[None].astype(np.uint8)).quantize(256 - KEPT)
-    chosen = np.array(rare.getpalette()).reshape(-1, 3)[: 256 - KEPT]
-    palette = np.concatenate([every[np.argsort(-counts)[:KEPT]], chosen])
-    nearest = np.array([((palette - colour) ** 2).sum(axis=1).argmin() for colour in every])
-    reduced = Image.fromarray(nearest[where].astype(np.uint8).reshape(pixels.shape[:2]), "P")
+    frequent, palette = np.argsort(-counts), np.zeros((256, 3), dtype=np.int64)
+    away, nearest = np.full(len(every), np.inf), np.zeros(len(every), dtype=np.uint8)
+    for n in range(min(256, len(every))):
+        palette[n] = every[frequent[n] if n < KEPT else away.argmax()]
+        distance = ((every - palette[n]) ** 2).sum(axis=1)
+        nearest[distance < away] = n
+        away = np.minimum(away, distance)
+    reduced = Image.fromarray(nearest[where].reshape(pixels.shape[:2]), "P")
     reduced.putpalette(palette.ravel().tolist())
     said = PngInfo()
     said.add_itxt(CAPTION, words.caption)
