@@ -9,6 +9,7 @@ import io
 import json
 import os
 import re
+import stat
 import sys
 import zipfile
 from collections.abc import Iterator
@@ -148,17 +149,19 @@ def read_bytes(path: Path, what: str, largest: float = float("inf")) -> bytes | 
         return Fault(path, "", None, f"{reason}; expected {what}")
 
     try:
-        if path.is_dir():
+        # From Python 3.14 on, `exists` and its like no longer say why a path cannot be looked at.
+        status = path.stat()
+        if stat.S_ISDIR(status.st_mode):
             return fault("this is a directory")
-        if not path.exists():
-            return fault("no such file")
-        if not path.is_file():
+        if not stat.S_ISREG(status.st_mode):
             return fault("this is not an ordinary file")
-        size = path.stat().st_size
+        size = status.st_size
         if size > largest:
             expected = f"{1e-6 * size:.3g} MB; expected at most {1e-6 * largest:g} MB: {what}"
             return Fault(path, "", None, expected)
         content = path.read_bytes()
+    except (FileNotFoundError, NotADirectoryError):
+        return fault("no such file")
     except (OSError, ValueError) as error:
         return fault(f"cannot be read ({getattr(error, 'strerror', None) or error})")
     return content if content.strip() else fault("the file is empty")
