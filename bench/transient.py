@@ -74,7 +74,7 @@ def transient_figures(every_damping: bool = False, case_file: str = PAPER_SIZE) 
     load_forms()
     model = assemble_building(communicator(), prepared.parts)
     K = model.take_stiffness(prepared.storey_factor)
-    patterns = loads.patterns(model, mesh, transient.eccentricity)
+    patterns = loads.patterns(model, mesh)
     full = _full_figures(model, K, prepared, patterns)
     loop = full[-1].value
     nodes = np.array([probe.node for probe in prepared.probes])

@@ -31,9 +31,7 @@ PACKAGES = {
     "plot": {"spectra"},
     "stages": {"case", "dynamics", "spectra"},
     "stages.building": {"building", "case", "dynamics", "plot", "reduction", "stages"},
-    "stages.reduce": {
-        *("building", "case", "coupling", "dynamics", "reduction", "stages", "stages.building")
-    },
+    "stages.reduce": {*("building", "case", "dynamics", "reduction", "stages", "stages.building")},
     "stages.calibrate": {
         *("building", "case", "coupling", "dynamics", "plot", "reduction", "stages"),
         *("stages.building", "stages.reduce", "sticks"),
@@ -48,7 +46,8 @@ PACKAGES = {
     },
     "stages.transient": {
         *("building", "case", "coupling", "dynamics", "motion", "plot", "reduction"),
-        *("spectra", "stages", "stages.building", "stages.pounding", "stages.reduce"),
+        *("spectra", "stages", "stages.building", "stages.calibrate", "stages.pounding"),
+        "stages.reduce",
     },
     "stages.device": {
         *("building", "case", "coupling", "device", "dynamics", "motion", "plot", "reduction"),

@@ -16,7 +16,7 @@ from mpi4py import MPI
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, vstack
 
-from impactfem.building.floor import edge_load
+from impactfem.building.floor import edge_load, linear
 from impactfem.building.links import RigidLink, linked
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts
@@ -60,7 +60,7 @@ def results(comm: Any, parts: BuildingParts, link: tuple[int, int]) -> dict[str,
     mesh = parts.mesh
     model = assemble_building(comm, parts)
     K = model.stiffness(0.13)
-    load = edge_load(mesh, 1, 0.3).vector(model, (0.0, 0.6, 0.8))
+    load = edge_load(mesh, 1, line=linear(0.0, 1.0, 0.7)).vector(model, (0.0, 0.6, 0.8))
     master, follower = link
     small, _ = linked(model, [RigidLink(master, np.array([follower]))], mesh.nodes)
     return {

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from impactfem.building import geometry
-from impactfem.building.floor import contact_edge, edge_load, floor_bar, floor_load
+from impactfem.building.floor import contact_edge, edge_load, floor_bar, floor_load, linear
 from impactfem.building.generate import generate
 from impactfem.building.mesh import Part
 from impactfem.building.parts import BuildingParts, floor_masses
@@ -26,7 +26,7 @@ def slab(panels):
 @pytest.mark.parametrize("e", [0.0, 0.8, -2.0])
 def test_resultant_and_moment(slab, e):
     """1 N at the distance e from the middle of the edge, x = 6.5 m."""
-    load = edge_load(slab.mesh, 1, e)
+    load = edge_load(slab.mesh, 1, line=linear(0.0, 7.0, 3.5 + e))
     x = slab.mesh.nodes[load.nodes, 0]
     assert load.forces.sum() == pytest.approx(1.0, rel=1e-13)
     assert load.forces @ (x - 6.5) == pytest.approx(e, abs=1e-12)
@@ -36,7 +36,7 @@ def test_resultant_and_moment(slab, e):
 def test_work_on_quadratic_motions(slab, power):
     """∫ q x^p dx by quadrature: nodal forces do the work of the line load on P2 motions."""
     e = 0.8
-    load = edge_load(slab.mesh, 1, e)
+    load = edge_load(slab.mesh, 1, line=linear(0.0, 7.0, 3.5 + e))
     x, weight = np.polynomial.legendre.leggauss(4)
     x, weight = 6.5 + 3.5 * x, 3.5 * weight
     q = (1.0 + 12.0 * e * (x - 6.5) / 49.0) / 7.0

@@ -7,15 +7,15 @@ from scipy.integrate import trapezoid
 
 from impactfem.case.motions import FloorForces
 from impactfem.coupling.force_history import ForceHistory
+from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.forces import with_floor_forces
 from impactfem.reduction.loads import make_loads
 from impactfem.system.errors import InputError
 
-from ..stages.transient.conftest import INWARDS
-
 Array = NDArray[np.float64]
 UY = 1
 STEP = 1e-3
+EVEN = {k: EdgeForce(f"floor {k}", k, (0.0, -1.0, 0.0)) for k in (1, 2)}
 
 
 def blasted(frame, path, direction, text):
@@ -44,7 +44,7 @@ def test_positive_forces_act_along_their_direction(frame, tmp_path):
     for direction, sign in (((0.0, -1.0, 0.0), 1.0), ((0.0, 2.0, 0.0), -1.0)):
         case = blasted(frame, tmp_path / "blast.csv", direction, pulse())
         loads = alone(frame, case, 50)
-        assert loads.edges == (INWARDS[1], INWARDS[2])
+        assert loads.edges == (EVEN[1], EVEN[2])
         impulse = trapezoid(loads.force, dx=STEP, axis=0)
         exact = sign * 2.0 / np.pi * 0.02 * np.array([3e5, 5e5])
         assert impulse == pytest.approx(exact, rel=1e-3)
@@ -54,7 +54,7 @@ def test_they_are_added_to_the_impacts_and_stay_without_them(frame, tmp_path):
     case = blasted(frame, tmp_path / "blast.csv", (0.0, -1.0, 0.0), pulse())
     time = np.linspace(0.0, 0.05, 201)
     impact = ForceHistory(time, ("pair",), np.full((201, 1), 1e5))
-    forces, edges = with_floor_forces(case, frame.parts.mesh, impact, [INWARDS[2]])
+    forces, edges = with_floor_forces(case, frame.parts.mesh, impact, [((EVEN[2], 1.0),)])
     assert forces.pairs == ("pair", "load 0, floor 1", "load 0, floor 2")
     both = make_loads([(UY, STEP, np.zeros(2))], forces, edges, STEP, 50, 2)
     quiet = both.without_impacts()
@@ -66,7 +66,7 @@ def test_they_are_added_to_the_impacts_and_stay_without_them(frame, tmp_path):
         assert quiet.force[:, k] == pytest.approx(own.force[:, m], abs=1e-6)
         assert both.force[:, j] - quiet.force[:, k] == pytest.approx(np.full(51, impulse), abs=1e-4)
     # Without loads nothing is left, as before.
-    bare = make_loads([(UY, STEP, np.zeros(2))], impact, [INWARDS[2]], STEP, 50)
+    bare = make_loads([(UY, STEP, np.zeros(2))], impact, [((EVEN[2], 1.0),)], STEP, 50)
     assert bare.without_impacts().edges == () and bare.without_impacts().force.shape == (51, 0)
 
 
@@ -82,4 +82,4 @@ def test_a_direction_along_the_edge_is_refused(frame, tmp_path):
 def test_loads_of_another_building_are_not_those_of_the_3d_model(frame, tmp_path):
     text = pulse().replace("F.floor_1", "G.floor_1")
     case = blasted(frame, tmp_path / "blast.csv", (0.0, -1.0, 0.0), text)
-    assert alone(frame, case, 50).edges == (INWARDS[2],)
+    assert alone(frame, case, 50).edges == (EVEN[2],)

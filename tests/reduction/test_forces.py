@@ -10,6 +10,7 @@ import pytest
 from impactfem.building.mesh import outward_normal
 from impactfem.case import Contact, ContactPoint, load_case
 from impactfem.coupling.force_history import ForceHistory, PairEnds, read_forces
+from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.forces import check_contacts, checked_forces
 from impactfem.system.errors import InputError
 
@@ -99,9 +100,8 @@ def test_forces_of_the_sticks(history, case, caplog):
     found, edges = checked_forces(history, PATH, case, slabs(8), DURATION, "the same")
     assert found.pairs == history.pairs
     assert np.array_equal(found.force, history.force)
-    assert [(edge.name, edge.floor) for edge in edges] == [(f"floor {k}", k) for k in range(1, 9)]
     # A feels −F n: it is pushed away from its neighbour.
-    assert {edge.direction for edge in edges} == {(0.0, -1.0, 0.0)}
+    assert edges == [((EdgeForce(f"floor {k}", k, (0.0, -1.0, 0.0)), 1.0),) for k in range(1, 9)]
     assert caplog.records == []
 
 
@@ -111,17 +111,17 @@ def test_a_csv_file_names_the_pairs_only(history, case, tmp_path):
     backwards.write_csv(path)
     found, edges = checked_forces(read_forces(path), path, case, slabs(8), DURATION)
     assert found.ends == PairEnds()
-    assert [edge.floor for edge in edges] == list(range(8, 0, -1))
+    assert [edge.floor for ((edge, _),) in edges] == list(range(8, 0, -1))
     assert found.force == pytest.approx(backwards.force, rel=1e-8)
 
 
 def test_the_second_building_of_a_pair(case):
     """B feels +F n; here B1 is b, and a lies beyond its edge at y = 0."""
     other = with_contacts(case, contact(point("B2", 3), point("B1", 3)))
-    _, (edge,) = checked_forces(forces_of(other), PATH, other, slabs(8, "y-"), DURATION)
-    assert (edge.floor, edge.direction) == (3, (0.0, 1.0, 0.0))
-    (fault,) = faults_of(forces_of(other), other, slabs(8, "y+"))
-    assert fault == ("pair B2.floor_3-B1.floor_3, normal out of B1", "(0, -1, 0)")
+    for side, name in (("y-", ""), ("y+", "y-")):
+        _, (shares,) = checked_forces(forces_of(other), PATH, other, slabs(8, side), DURATION)
+        ((edge, factor),) = shares
+        assert (edge.floor, edge.side, edge.direction, factor) == (3, name, (0.0, 1.0, 0.0), 1.0)
 
 
 def test_pairs_of_others_do_not_act(case):
@@ -131,10 +131,10 @@ def test_pairs_of_others_do_not_act(case):
         contact(point("B1", 2), point("B2", 2)),
     )
     history = forces_of(other)
-    found, (edge,) = checked_forces(history, PATH, other, slabs(8), DURATION)
+    found, (((edge, _),),) = checked_forces(history, PATH, other, slabs(8), DURATION)
     assert (found.pairs, edge.floor) == (("B1.floor_2-B2.floor_2",), 2)
     # And they may be left out.
-    _, (edge,) = checked_forces(history.of([1]), PATH, other, slabs(8), DURATION)
+    _, (((edge, _),),) = checked_forces(history.of([1]), PATH, other, slabs(8), DURATION)
     assert edge.floor == 2
 
 
@@ -198,7 +198,7 @@ def test_too_short(history, case):
 
 def test_every_fault_at_once(history, case):
     wrong = replace(history.of(range(7)), pairs=("left", *history.pairs[1:7]))
-    mesh = slabs(8, edges={1, 2, 3, 4, 5, 7, 8})
+    mesh = slabs(5)
     with pytest.raises(InputError) as caught:
         checked_forces(wrong, PATH, case, mesh, 3.0)
     found = [(fault.key, fault.value) for fault in caught.value.faults]
@@ -208,20 +208,27 @@ def test_every_fault_at_once(history, case):
         ("pair", None),
         ("time", "up to 2 s"),
         ("pair B1.floor_6-B2.floor_6", "floor 6 of B1"),
+        ("pair B1.floor_7-B2.floor_7", "floor 7 of B1"),
     ]
 
 
 def test_contacts_by_the_mesh_alone(case):
     """As `check` sees them, before there are forces."""
-    check_contacts(case, slabs(8))
+    named = [f"floor {k}" for k in range(4, 9)]
+    assert [one.name for one in check_contacts(case, slabs(8))] == named
+    # Without groups of edges the sides of the slabs are known all the same.
+    bare = check_contacts(case, slabs(8, edges={7, 8}))
+    assert [one.name for one in bare] == [f"{k} y+" for k in named[:3]] + named[3:]
     with pytest.raises(InputError) as caught:
-        check_contacts(case, slabs(8, edges={7, 8}))
-    found = [(fault.file, fault.key, fault.value) for fault in caught.value.faults]
-    assert found[0] == (case.path, "pair B1.floor_1-B2.floor_1", "floor 1 of B1")
-    assert len(found) == 7
-    assert found[-1] == (case.path, "transient.floors", [4, 5, 6, 7, 8])
+        check_contacts(case, slabs(7))
+    fault, named = caught.value.faults
+    assert (named.key, named.value) == ("transient.floors", [4, 5, 6, 7, 8])
+    key = "pair B1.floor_8-B2.floor_8"
+    assert (fault.file, fault.key, fault.value) == (case.path, key, "floor 8 of B1")
+    with pytest.raises(InputError, match=r"transient\.floors = .*floor 4 has no edge"):
+        check_contacts(with_contacts(case), slabs(8, edges={5, 6, 7, 8}))
     other = with_contacts(case, contact(point("B1", None, 3), point("B2", 2)))
-    with pytest.raises(InputError, match=r"storey 3 of B1 .*: expected a point of a"):
+    with pytest.raises(InputError, match=r"storey 3 of B1 .*: expected walls or columns that take"):
         check_contacts(other, slabs(8))
     check_contacts(with_contacts(case, contact(point("B1", 2), point("B2", None, 3))), slabs(8))
 
@@ -230,15 +237,10 @@ def test_contacts_by_the_mesh_alone(case):
     ("normal", "expected"),
     [
         ((0.0, 0.8, 0.6), "a horizontal normal"),
-        (
-            (1.0, 0.0, 0.0),
-            "on one side only (the edge of floor 2, group edge_2, faces y+); this pair strikes x+",
-        ),
-        ((0.01, 1.0, 0.0), "right angles to the edge, (0, 1, 0) out of the 3D building"),
-        ((0.0, -1.0, 0.0), "this pair strikes y-"),
+        ((0.0, 0.0, -1.0), "a horizontal normal"),
     ],
 )
-def test_normals_that_do_not_fit_the_edge(case, normal, expected):
+def test_normals_that_are_not_horizontal(case, normal, expected):
     other = with_contacts(case, contact(point("B1", 2), point("B2", 2), normal))
     with pytest.raises(InputError) as caught:
         checked_forces(forces_of(other), PATH, other, slabs(8), DURATION)
@@ -248,33 +250,34 @@ def test_normals_that_do_not_fit_the_edge(case, normal, expected):
 
 
 @pytest.mark.parametrize(
-    ("offset", "axis", "away"),
+    ("offset", "axis", "found"),
     [
-        ((0.0, 2.0, 0.0), (23.1, 7.8), None),  # the axis is not within the plan: it is the middle
-        ((0.05, 2.0, 0.0), (23.1, 7.8), None),
-        ((0.5, 2.0, 0.0), (23.1, 7.8), "0.5 m away"),
+        ((0.0, 2.0, 0.0), (23.1, 7.8), 0.0),  # the axis is not within the plan: it is the middle
+        ((0.5, 2.0, 0.0), (23.1, 7.8), 0.5),
         # Within the plan, whose edge goes from x = 0 to 6 m: its middle is 3 m.
-        ((1.0, 2.0, 0.0), (2.0, 2.0), None),
-        ((0.0, 2.0, 0.0), (2.0, 2.0), "-1 m away"),
+        ((1.0, 2.0, 0.0), (2.0, 2.0), 0.0),
+        ((0.0, 2.0, 0.0), (2.0, 2.0), -1.0),
+        ((3.1, 2.0, 0.0), (3.0, 2.0), "(0, 4) to (6, 4) m"),
         ((0.0, 2.0, 0.3), (3.0, 2.0), "0.3 m above the floor's mass centre"),
     ],
 )
-def test_pairs_beside_the_middle_of_the_edge(case, offset, axis, away):
-    """One line load an edge cannot be eccentric, unless [transient] says so of all."""
+def test_where_the_edge_is_struck(case, offset, axis, found):
     first = case.buildings[0].model_copy(update={"axis": axis})
-    end = point("B1", 2).model_copy(update={"offset": offset})
-    other = with_contacts(case, contact(end, point("B2", 2))).model_copy(
+    end = point("B1", 5).model_copy(update={"offset": offset})
+    other = with_contacts(case, contact(end, point("B2", 5))).model_copy(
         update={"buildings": (first, *case.buildings[1:])}
     )
-    if away is None:
-        check_contacts(other, slabs(8))
-        checked_forces(forces_of(other), PATH, other, slabs(8), DURATION)
+    if isinstance(found, float):
+        _, (shares,) = checked_forces(forces_of(other), PATH, other, slabs(8), DURATION)
+        assert sum(factor * one.moment for one, factor in shares) == pytest.approx(found)
+        patterns = check_contacts(other, slabs(8))
+        assert {one for one, _ in shares} <= set(patterns)
         return
     with pytest.raises(InputError) as caught:
         check_contacts(other, slabs(8))
     (fault,) = caught.value.faults
-    assert fault.key == "pair B1.floor_2-B2.floor_2, offset on B1"
-    assert away in fault.expected
+    assert fault.key == "pair B1.floor_5-B2.floor_5, offset on B1"
+    assert found in fault.expected
     assert [key for key, _ in faults_of(forces_of(other), other, slabs(8))] == [fault.key]
 
 
@@ -303,7 +306,7 @@ def test_another_case(history, case, caplog, change, inputs, warned):
 def test_pairs_of_another_program(alone):
     found, edges = checked_forces(foreign(), PATH, alone, slabs(2), DURATION)
     assert found.pairs == ("low", "high")
-    assert [(edge.floor, edge.direction) for edge in edges] == [
+    assert [(edge.floor, edge.direction) for ((edge, _),) in edges] == [
         (1, (0.0, -1.0, 0.0)),
         (2, (0.0, -1.0, 0.0)),
     ]
@@ -319,8 +322,10 @@ def test_pairs_of_another_program(alone):
         ({"floor_a": (1, 3)}, "pair high", "floor 3 of F"),
         ({"relative_height_a": np.array([0.5, np.nan])}, "pair low",
          "storey 1 of F at 0.5 of its height"),
-        ({"normal": np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])},
-         "pair high, normal out of F", "(1, 0, 0)"),
+        ({"normal": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])},
+         "pair high, normal out of F", "(0, 0, 1)"),
+        ({"offset_a": np.array([[0.0, 2.0, 0.0], [9.0, 2.0, 0.0]])},
+         "pair high, offset on F", "(9, 2, 0)"),
     ],
 )  # fmt: skip
 def test_pairs_of_another_program_at_fault(alone, said, key, value):

@@ -25,6 +25,8 @@ from impactfem.spectra import response_spectra
 
 from ..stages.transient.conftest import HIGHEST, TOLERANCE
 
+FORCES = ("floor 2", "floor 1")
+
 if TYPE_CHECKING:
     from impactfem.stages.transient.full_run import FullRun
 
@@ -72,7 +74,7 @@ def test_rayleigh_as_a_table_of_its_own_curve(frame, loads, basis):
     one, same = (modal_histories(basis, loads, damping) for damping in (own, law))
     size = np.abs(one.acceleration).max()
     assert np.abs(same.acceleration - one.acceleration).max() < 1e-10 * size
-    bounds = [Transfer.of(basis, frame.nodes, law, HIGHEST).bound for law in (own, law)]
+    bounds = [Transfer.of(basis, frame.nodes, law, HIGHEST, FORCES).bound for law in (own, law)]
     # The rigorous bound is known of Rayleigh damping alone.
     assert np.isfinite(bounds[0]).all() and np.isinf(bounds[1]).all()
 
@@ -125,7 +127,7 @@ def test_records_of_the_spectra(frame, loads, basis):
 def test_against_a_direct_solution(frame, loads, basis, csc):
     """(K + iωC − ω²M) x = f solved by SciPy, acceleration −ω² x over the force 1 N."""
     alpha, beta = frame.light.alpha, frame.light.beta
-    found = Transfer.of(basis, frame.nodes, frame.light, HIGHEST)
+    found = Transfer.of(basis, frame.nodes, frame.light, HIGHEST, FORCES)
     assert found.loads == ("floor 2", "floor 1")  # the ground is no force
     assert found.value.shape == (len(found.frequency), 2, len(frame.nodes), 3)
     assert found.frequency[[0, -1]] == pytest.approx([0.5, HIGHEST])
@@ -145,7 +147,9 @@ def test_against_a_direct_solution(frame, loads, basis, csc):
 
 def test_without_forces(frame, loads):
     ground = replace(loads, edges=(), force=loads.force[:, :0])
-    found = Transfer.of(frame.basis(ground, tolerance=0.1), frame.nodes, frame.damping, 50.0)
+    found = Transfer.of(
+        frame.basis(ground, tolerance=0.1), frame.nodes, frame.damping, 50.0, FORCES
+    )
     assert found.loads == () and found.value.shape == (600, 0, len(frame.nodes), 3)
 
 
@@ -154,14 +158,14 @@ def test_bound_holds(frame, loads, basis):
     exact = frame.basis(loads, tolerance=1e-6)
     nodes = frame.nodes
     coarse = frame.basis(loads, tolerance=0.1)
-    ours, truth = (Transfer.of(b, nodes, frame.light, HIGHEST) for b in (coarse, exact))
+    ours, truth = (Transfer.of(b, nodes, frame.light, HIGHEST, FORCES) for b in (coarse, exact))
     error = np.abs(ours.value - truth.value)
     rounding = 1e-9 * np.abs(truth.value).max()
     assert (error - ours.bound).max() < rounding
     assert error.max() > 0.0 and np.isfinite(ours.bound).all()
     # A better basis has a smaller one, wherever it is more than rounding, as at low frequencies;
     # of other nodes nothing is known.
-    better = Transfer.of(basis, nodes, frame.light, HIGHEST).bound
+    better = Transfer.of(basis, nodes, frame.light, HIGHEST, FORCES).bound
     known = ours.bound > rounding
     assert known.any() and np.all(better[known] < ours.bound[known])
     other = np.setdiff1d(coarse.nodes, nodes)[:1]

@@ -67,7 +67,6 @@ def test_floors_by_building(tmp_path, edited):
         ("", ("[transient]", "[transient]\nfloors = { B = 3 }"), "transient.floors", "in B"),
         ("", ("[transient]", "[transient]\nfloors = [3]"), "transient.floors", "in A"),
         ("", ('"B"', '"figures"'), "buildings[1].name", "a folder of the run"),
-        ("", ('impact_edge = "y-"', 'impact_edge = "y+"'), "contacts[0].normal", "one side only"),
     ],
 )
 def test_refused(tmp_path, edited, more, change, key, expected):

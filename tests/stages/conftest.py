@@ -213,7 +213,10 @@ def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
         "ground_acceleration": np.zeros((STEPS, 3)),
         "edge": edges,
         "edge_floor": np.array(asked.loads, dtype=int),
+        "edge_side": [""] * len(asked.loads),
+        "edge_length": [6.0] * len(asked.loads),
         "edge_force": force,
+        "edge_moment": np.zeros_like(force),
     }
     if asked.solver != "full":
         tf = np.geomspace(0.5, 500.0, 50)
@@ -245,6 +248,8 @@ def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
         "wave_floor": max(asked.floors),
         "solver": asked.solver,
         "maximum_frequency": 450.0,
+        "spread": "uniform",
+        "patch_width": 2.0,
         "main_impact": [START, START + LASTS] if asked.loads else [],
     }
     return dataset(transient.OUTPUTS, values, attributes=attributes, scalars=scalars)

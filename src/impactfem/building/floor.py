@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
+from impactfem.building.facade import facades
 from impactfem.building.mesh import BuildingMesh, area_shares, areas, line_lengths
 from impactfem.building.parts import BuildingParts, lever_rule
 
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Line = tuple[tuple[float, float], ...]
+"""A line load: positions along a side, ascending [m], and its values there [N/m]."""
 
 IN_EDGE = 1e-6
 """How far from an edge a cell may be that stands in it, over the length of the bar."""
@@ -36,30 +40,57 @@ class NodalLoad:
         return np.asarray(model.along(self.nodes, direction) @ self.forces)
 
 
-def edge_load(mesh: BuildingMesh, floor: int, eccentricity: float = 0.0) -> NodalLoad:
-    """Consistent nodal forces of a line load with the resultant 1 N on the edge of a floor.
+def linear(start: float, end: float, at: float) -> Line:
+    """The straight line load of 1 N from one position to another [m], its resultant at a third.
 
-    With the middle s0 of an edge of the length L, the line load is q(s) = (1 + 12 e (s − s0) / L²)
-    / L: uniform, or linear with its resultant at the eccentricity e from the middle along the
-    edge's longer axis [m]. Its nodal forces on quadratic edges are ∫ N q ds.
+    With the length ℓ and the distance e of the resultant from the middle s0 it is
+    q(s) = (1 + 12 e (s − s0) / ℓ²) / ℓ.
+    """
+    length = end - start
+    e = at - 0.5 * (start + end)
+    return tuple(
+        (s, (1.0 + sign * 6.0 * e / length) / length) for s, sign in ((start, -1), (end, 1))
+    )
+
+
+def edge_load(
+    mesh: BuildingMesh, floor: int, side: str = "", line: Line | None = None
+) -> NodalLoad:
+    """Consistent nodal forces ∫ N q ds of a line load on a side of a floor.
+
+    Args:
+        mesh: The mesh.
+        floor: Number of the floor.
+        side: Which side, as of `facades`; "" for the group edge_K.
+        line: q, straight between the positions that it is given at, zero outside of them; uniform
+            with the resultant 1 N when None.
 
     Raises:
-        KeyError: The floor has no edge.
+        KeyError: The floor has no such side.
     """
-    lines = mesh.edges[floor]
-    ends = mesh.nodes[lines[:, :2]]
-    axis = mesh.edge_axis(floor)
-    s = ends[:, :, axis]
-    length = np.ptp(s)
-    middle = 0.5 * (s.min() + s.max())
-    q = (1.0 + 12.0 * eccentricity * (s - middle) / length**2) / length
-    # ∫ N q ds over a quadratic edge with q linear from q0 to q1: h (q0, q1, 2 (q0 + q1)) / 6.
-    h = np.abs(s[:, 1] - s[:, 0])
-    forces = np.zeros(len(mesh.nodes))
-    np.add.at(forces, lines[:, 0], h * q[:, 0] / 6.0)
-    np.add.at(forces, lines[:, 1], h * q[:, 1] / 6.0)
-    np.add.at(forces, lines[:, 2], h * q.sum(axis=1) / 3.0)
-    nodes = np.unique(lines)
+    facade, lines = facades(mesh, floor, side)[side]
+    t = np.array(facade.along[:2])
+    ends = mesh.nodes[lines[:, :2], :2] @ t
+    forces, nodes = np.zeros(len(mesh.nodes)), np.unique(lines)
+    if line is None:
+        # ∫ N ds of a quadratic element is h (1, 1, 4) / 6.
+        h = np.abs(ends[:, 1] - ends[:, 0]) * (1.0 / np.ptp(ends))
+        for column, share in enumerate((h / 6.0, h / 6.0, h * 2.0 / 3.0)):
+            np.add.at(forces, lines[:, column], share)
+        return NodalLoad(nodes, forces[nodes])
+    ends -= np.array(facade.start) @ t
+    known, q = np.array(line).T
+    # On the part of each element between two neighbours of `known` N q is a cubic.
+    for a, b in itertools.pairwise(known):
+        low, high = (np.clip(end, a, b) for end in (ends.min(axis=1), ends.max(axis=1)))
+        inside = high > low
+        (s0, s1), low, high = ends[inside].T, low[inside], high[inside]
+        for node in (-1.0 / math.sqrt(3.0), 1.0 / math.sqrt(3.0)):
+            s = 0.5 * (low + high) + 0.5 * (high - low) * node
+            ξ = (s - s0) / (s1 - s0)
+            N = np.array([(1.0 - ξ) * (1.0 - 2.0 * ξ), ξ * (2.0 * ξ - 1.0), 4.0 * ξ * (1.0 - ξ)])
+            weight = 0.5 * (high - low) * np.interp(s, known, q)
+            np.add.at(forces, lines[inside], (N * weight).T)
     return NodalLoad(nodes, forces[nodes])
 
 
@@ -81,7 +112,7 @@ def floor_load(mesh: BuildingMesh, floor: int) -> NodalLoad:
 
 @dataclass(frozen=True, eq=False)
 class ContactEdge:
-    """Contact along an edge with a pressure that is straight between its vertices.
+    """Contact along a side with a pressure that is straight between its vertices.
 
     With the hat function N_i of vertex i along the edge, w_i = ∫ N_i ds and the displacement u_n
     towards the wall, constraint i is
@@ -107,20 +138,23 @@ class ContactEdge:
         return scipy.sparse.csr_matrix(model.along(self.nodes, normal) @ self.means)
 
 
-def contact_edge(mesh: BuildingMesh, floor: int, spacing: float | None = None) -> ContactEdge:
-    """Contact along the edge of a floor.
+def contact_edge(
+    mesh: BuildingMesh, floor: int, spacing: float | None = None, side: str = ""
+) -> ContactEdge:
+    """Contact along a side of a floor.
 
     Args:
         mesh: The mesh.
         floor: Number of the floor.
         spacing: Least distance of two constraints [m]; one at each vertex when None.
+        side: Which side, as of `facades`; "" for the group edge_K.
 
     Raises:
-        KeyError: The floor has no edge.
+        KeyError: The floor has no such side.
     """
-    lines = mesh.edges[floor]
+    facade, lines = facades(mesh, floor, side)[side]
     ends = mesh.nodes[lines[:, :2]]
-    axis = mesh.edge_axis(floor)
+    axis = int(np.argmax(np.abs(facade.along)))
     h = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     vertices = np.unique(lines[:, :2])
     vertices = vertices[np.argsort(mesh.nodes[vertices, axis])]

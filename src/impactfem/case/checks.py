@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator
 
 from impactfem.case.buildings import GeneratedMesh
-from impactfem.case.contact_checks import Finding, of_contacts, of_struck_edges
+from impactfem.case.contact_checks import Finding, of_contacts, of_struck_sides
 from impactfem.case.damping import Damping
 from impactfem.case.design_spectrum import TABLE, TableSpectrum, read_spectrum
 from impactfem.case.members import TOUCH
@@ -339,7 +339,7 @@ def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
 
 
 CHECKS = (
-    of_struck_edges,
+    of_struck_sides,
     _of_damping,
     _of_buildings,
     of_contacts,

@@ -1,17 +1,26 @@
 """Where the points of contacts are: how far apart, and whether the 3D stage can take their forces.
 
-The forces of all pairs of a floor become one line load on the edge of its slab, even along it, at
-right angles to it, in the middle. A pair that is anything else is refused.
+The force of a pair acts on the side of the floor, or on the walls and columns of the storey, that
+the line through its point along its normal meets. A pair whose line meets none is refused.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 
 from impactfem.case.buildings import GeneratedMesh
 from impactfem.case.contacts import Contact, ContactEntry, ContactPoint, KelvinVoigtLaw, Vector
+from impactfem.case.facade import (
+    ALIGNED,
+    ROUNDING,
+    Facade,
+    moved_into_plan,
+    rectangle,
+    side_of,
+    span_of,
+    struck,
+)
 from impactfem.case.model import Case
 from impactfem.case.place import Place
 from impactfem.case.reading import Reading
@@ -90,110 +99,42 @@ def of_contacts(case: Case, reading: Reading) -> Iterator[Finding]:
             yield place, expected
 
 
-ALIGNED = 1e-3
-"""Largest difference of a pair's normal, a unit vector, from where it has to point."""
-CENTRAL = 0.01
-"""A pair is central within this part of the edge's length from its middle; EN 1998-1, 4.3.2, has
-five times as much for what nobody knows of where the masses are."""
 HEIGHT = 0.1
 """How far above or below the floor's mass centre a pair may be [m]: forces act in the slab."""
 
-VERTICAL = "expected a horizontal normal: floors of a 3D building are struck on their edges"
 
+def strike_fault(
+    outward: Vector, offset: Vector, inside: bool, sides: Sequence[Facade], met: bool
+) -> tuple[str, str] | None:
+    """Why a 3D building cannot take the force of a pair: "normal" or "offset", and why.
 
-@dataclass(frozen=True)
-class StruckEdge:
-    """The edge of a floor that can be struck."""
-
-    outward: Vector  #: horizontal unit vector at right angles to it, out of the building
-    #: From where to where it goes along x or y, whichever it is closer to [m].
-    ends: tuple[float, float]
-    low: tuple[float, float]  #: lowest x and y of the floor [m]
-    high: tuple[float, float]  #: highest x and y of the floor [m]
-    words: str  #: what says so, for messages
-
-    @property
-    def along(self) -> int:
-        """The direction, 0 or 1 for x or y, that the edge is closer to."""
-        return 0 if abs(self.outward[1]) > abs(self.outward[0]) else 1
-
-    @property
-    def length(self) -> float:
-        """Extent of the edge in that direction [m]."""
-        return self.ends[1] - self.ends[0]
-
-    def eccentricity(self, axis: tuple[float, float], offset: Vector) -> float:
-        """Distance of a point from the middle of the edge, along x or y [m].
-
-        A stick whose axis [m] is not within the plan has other coordinates than the mesh: its axis
-        counts as the middle.
-        """
-        along = self.along
-        inside = all(low < x < high for x, low, high in zip(axis, self.low, self.high, strict=True))
-        middle = 0.5 * sum(self.ends) if inside else axis[along]
-        return axis[along] + offset[along] - middle
-
-
-def side_of(vector: Vector) -> str:
-    """The side of a building that a horizontal unit vector points to: "y+", or the vector."""
-    for axis, name in enumerate("xy"):
-        if abs(vector[1 - axis]) <= ALIGNED and vector[axis] != 0.0:
-            return f"{name}{'+' if vector[axis] > 0.0 else '-'}"
-    return words_of(vector)
-
-
-def words_of(vector: Iterable[float]) -> str:
-    """A vector in words, without signs of zeros."""
-    return "({})".format(", ".join(f"{float(x) + 0.0:g}" for x in vector))
-
-
-def normal_fault(outward: Vector, edge: StruckEdge | None) -> str | None:
-    """Why a unit vector out of the building is not normal to an edge; None where it may be."""
-    if abs(outward[2]) > ALIGNED:
-        return VERTICAL
-    if edge is None:  # not known yet
-        return None
-    across = sum(a * b for a, b in zip(outward, edge.outward, strict=True))
-    off = math.dist(outward, [across * x for x in edge.outward])
-    side = side_of(outward)
-    if (across < 0.0 and off <= ALIGNED) or off > 1.0 - ALIGNED:
-        return (
-            f"a 3D building can be struck on one side only ({edge.words}); this pair strikes {side}"
-        )
-    if off > ALIGNED:
-        return (
-            f"expected a normal at right angles to the edge, {words_of(edge.outward)} out of the "
-            f"3D building ({edge.words}); this one is {side}"
-        )
-    return None
-
-
-def offset_fault(
-    axis: tuple[float, float], offset: Vector, edge: StruckEdge, eccentricity: float
-) -> str | None:
-    """Why a point is not the middle of an edge; None where it is.
-
-    The offset leads to it from the axis of the stick in plan; the eccentricity is where [transient]
-    puts the forces of all pairs, from the middle [m].
+    Args:
+        outward: Unit vector of the pair, out of the building.
+        offset: From the stick's axis to its point [m].
+        inside: Whether this is inside a storey.
+        sides: The sides of the floor; none where they are not known.
+        met: Whether the line through the point along the normal meets one of these.
     """
-    e, allowed = edge.eccentricity(axis, offset), CENTRAL * edge.length
-    if min(abs(e), abs(e - eccentricity)) > allowed:
-        return (
-            "the 3D building takes the forces of a floor in the middle of its edge, and this pair "
-            f"is {e:.4g} m away from it along the edge; expected at most {allowed:.3g} m (1 % of "
-            f"the edge of {edge.length:.4g} m), or [transient] eccentricity = '{e:.4g} m' where "
-            "all pairs are there"
-        )
-    if abs(offset[2]) > HEIGHT:
-        return (
+    if abs(outward[2]) > ALIGNED:
+        return "normal", VERTICAL
+    if not inside and abs(offset[2]) > HEIGHT:
+        return "offset", (
             "the 3D building takes the forces of a floor in its slab, and this pair is "
             f"{abs(offset[2]):.4g} m {'above' if offset[2] > 0.0 else 'below'} the floor's mass "
             f"centre; expected at most {HEIGHT:g} m"
         )
+    if sides and not met:
+        return "offset", (
+            "expected a point on the side of the floor of the 3D building that the normal leads "
+            f"through: {span_of(sides)}"
+        )
     return None
 
 
-def of_struck_edges(case: Case, reading: Reading) -> Iterator[Finding]:
+VERTICAL = "expected a horizontal normal: floors of a 3D building are struck on their sides"
+
+
+def of_struck_sides(case: Case, reading: Reading) -> Iterator[Finding]:
     """Contacts of a case whose forces its 3D buildings cannot take in [transient].
 
     From the file as it stands: another table with a fault of its own hides none of these. Of a mesh
@@ -201,50 +142,60 @@ def of_struck_edges(case: Case, reading: Reading) -> Iterator[Finding]:
     """
     if "transient" not in reading.source.raw:
         return
-    eccentricity = None if case.transient is None else case.transient.eccentricity
+    transient = case.transient
+    eccentricity = 0.0 if transient is None else transient.eccentricity
+    calibrated = transient is not None and transient.spread == "calibrated"
     for building, model in reading.three_d.items():
+        wall = case.wall_impact
+        floors = () if wall is None or wall.building != building else wall.floors
         with reading.model_of(building):
             mesh = reading.valid(GeneratedMesh, reading.value(*model, "mesh"))
-        edge = None
-        if mesh is not None:
-            sign = 1.0 if mesh.impact_edge[1] == "+" else -1.0
-            along_x = mesh.impact_edge[0] == "y"
-            edge = StruckEdge(
-                outward=(0.0, sign, 0.0) if along_x else (sign, 0.0, 0.0),
-                ends=(0.0, mesh.length if along_x else mesh.width),
-                low=(0.0, 0.0),
-                high=(mesh.length, mesh.width),
-                words=f'impact_edge = "{mesh.impact_edge}"',
-            )
-        axis = next((one.axis for one in case.buildings if one.name == building), None)
-        # The first contact of each floor and where it strikes.
-        struck: dict[int, tuple[int, Vector]] = {}
+        unknown: list[str] = []  # to spread `calibrated`
+        axes = [one.axis for one in case.buildings if one.name == building]
         for index, one in reading.tables("contacts"):
             contact = reading.valid(ContactEntry, one)
             for side, sign in (("a", 1.0), ("b", -1.0)) if contact is not None else ():
                 end, place = getattr(contact, side), ("contacts", index)
                 if end.building != building:
                     continue
-                if end.storey is not None:
-                    expected = (
-                        "expected floor in place of storey: a 3D building can be struck on the "
-                        "edges of its floors only (section [transient])"
-                    )
-                    yield (*place, side, "storey"), expected
                 x, y, z = (sign * component for component in contact.normal)
-                wrong = normal_fault((x, y, z), edge)
-                for floor in end.floor or () if edge is None and wrong is None else ():
-                    first, other = struck.setdefault(floor, (index, (x, y, z)))
-                    if math.dist((x, y, z), other) > ALIGNED:
-                        wrong = (
-                            f"a 3D building can be struck on one side only: contacts[{first}] "
-                            f"strikes floor {floor} on {side_of(other)}, this pair on "
-                            f"{side_of((x, y, z))}"
-                        )
-                        break
+                sides: tuple[Facade, ...] = ()
+                met = None
+                if mesh is not None and axes and abs(z) <= ALIGNED:
+                    sides = rectangle(mesh.length, mesh.width, mesh.impact_edge)
+                    high = (mesh.length, mesh.width)
+                    point = moved_into_plan(axes[0], end.offset, (0.0, 0.0), high)
+                    met = struck(sides, point, (x, y, 0.0))
+                wrong = strike_fault(
+                    (x, y, z), end.offset, end.storey is not None, sides, met is not None
+                )
                 if wrong is not None:
-                    yield (*place, "normal"), wrong
-                if edge is not None and eccentricity is not None and axis is not None:
-                    aside = offset_fault(axis, end.offset, edge, eccentricity)
-                    if aside is not None:
-                        yield (*place, side, "offset"), aside
+                    key, expected = wrong
+                    yield (*place, "normal") if key == "normal" else (*place, side, key), expected
+                elif met is not None and (expected := moved_beside(met, eccentricity)):
+                    yield ("transient", "eccentricity"), expected
+                if calibrated and end.floor is not None:
+                    unknown += [f"floor {k}" for k in end.floor if k not in floors]
+                    unknown += [side_of((x, y, z))] if met is not None and met[0].side else []
+        if unknown:
+            what = ", ".join(dict.fromkeys(unknown))
+            yield ("transient", "spread"), calibrated_only(what, building)
+
+
+def moved_beside(met: tuple[Facade, float], eccentricity: float) -> str:
+    """What is expected of an eccentricity [m] that moves a force off its side; else empty."""
+    facade, s = met
+    if -ROUNDING <= s + eccentricity <= facade.length + ROUNDING:
+        return ""
+    return (
+        f"expected a distance of {-s + 0.0:.4g} to {facade.length - s:.4g} m, which moves no pair "
+        f"beyond the ends of its side: one is {s:.4g} m from the start of {side_of(facade.outward)}"
+    )
+
+
+def calibrated_only(what: str, building: str) -> str:
+    """What is expected of a spread that the impact on the wall does not know."""
+    return (
+        f"expected 'uniform' or 'patch': pairs strike {what} of {building}, and 'calibrated' is "
+        "known of the edges that hit the wall alone (floors of [wall_impact], its building)"
+    )

@@ -11,7 +11,16 @@ from pydantic import Field, StrictBool, field_validator
 
 from impactfem.case.base import Section, ascending, once, refuse, rule, step_within, together
 from impactfem.case.leaf import FileName, FloorsByBuilding, ModelledBuilding, Name, Whole, Words
-from impactfem.case.quantity import Duration, Frequency, Length, PositiveTime, Ratio, Time, TimeStep
+from impactfem.case.quantity import (
+    Duration,
+    Frequency,
+    Length,
+    PositiveLength,
+    PositiveTime,
+    Ratio,
+    Time,
+    TimeStep,
+)
 
 Point = tuple[float, float, float]
 _Point = tuple[Length, Length, Length]
@@ -124,8 +133,9 @@ LARGEST_BASIS = 1200
 class Transient(Section):
     """The 3D model in time, under the ground motion and the impact forces of the sticks.
 
-    The forces act as line loads on the edges of the floors. Spectra are those of ``[spectra]``, the
-    damping is that of the building, on all its parts that have none of their own.
+    The forces act as line loads on the sides of the floors that the pairs strike, and inside
+    storeys on walls and columns. Spectra are those of ``[spectra]``, the damping is that of the
+    building, on all its parts that have none of their own.
     """
 
     solver: Literal["reduced", "full", "both"] = "reduced"
@@ -149,15 +159,25 @@ class Transient(Section):
     largest_basis: Annotated[int, Whole(1, 100_000)] = LARGEST_BASIS
     """Largest number of vectors of the reduced basis."""
     floors: Annotated[Any, FloorsByBuilding()] = None
-    """Floors whose edges may be hit or loaded; fewer make the reduced basis smaller. Of several
-    buildings with a 3D model all alike, or a table by their names: { B1 = [7, 8], B2 = 5 }. Default
-    those of the building's contacts and loads."""
+    """Floors that may be hit or loaded, each with the storey below it; fewer make the reduced basis
+    smaller. Of several buildings with a 3D model all alike, or a table by their names:
+    { B1 = [7, 8], B2 = 5 }. Default those of the building's contacts and loads."""
     band: Literal["larger", "smaller"] = "larger"
     """What tells the error band of the reduced model: 'larger' bases, of up to a fifth more
     vectors, which take time and memory; or 'smaller' ones, at no cost, whose band is often more
     than ten times too wide."""
+    spread: Literal["uniform", "patch", "calibrated"] = "uniform"
+    """How the force of a pair is spread along the side of the floor that it strikes. Resultant and
+    moment about the vertical are always those of the pair. 'uniform': on the whole side, with a
+    linear part for a pair beside its middle; 'patch': on patch_width about the pair; 'calibrated':
+    as the impulse of the impact of [wall_impact], whose contact_spacing then is that of the load
+    patterns: many of them make the reduced basis larger."""
+    patch_width: PositiveLength = 2.0
+    """Width of the patch of spread 'patch'; and of the square on walls and columns that the force
+    of a pair inside a storey acts on, whatever the spread."""
     eccentricity: Length = 0.0
-    """Distance of the impact forces from the middle of the edges, along them."""
+    """Distance by which all forces on the sides are moved along them, beyond the offsets of their
+    pairs: accidental eccentricity, for example."""
     forces: Annotated[Path, FileName("a force history (NetCDF or CSV)")] | None = None
     """Impact forces of another program (NetCDF or CSV) in place of the sticks'."""
     fields: tuple[Literal["pfa", "psa"], ...] = ("pfa", "psa")

@@ -61,6 +61,8 @@ class PairEnds:
     #: Heights in the storeys, 0 to 1, nan on the floors themselves; shape (m,).
     relative_height_a: Array | None = None
     relative_height_b: Array | None = None  #: the same on the second buildings
+    offset_a: Array | None = None  #: from the axes of the first buildings, shape (m, 3) [m]
+    offset_b: Array | None = None  #: the same on the second buildings
     normal: Array | None = None  #: unit vectors from a to b, shape (m, 3)
 
     def of(self, columns: Sequence[int]) -> PairEnds:
@@ -88,10 +90,11 @@ class PairEnds:
                 continue
             values, expected = dataset[name].values, "(pair)"
             dims: tuple[str, ...] = ("pair",)
-            if name == "normal":
+            vector = name == "normal" or name.startswith("offset")
+            if vector:
                 dims, expected = ("pair", "axis"), "(pair, axis), of x, y, z"
             over = dataset[name].dims
-            if over != dims or (name == "normal" and dataset.sizes["axis"] != len(AXES)):
+            if over != dims or (vector and dataset.sizes["axis"] != len(AXES)):
                 faults.append(Fault(path, name, over, f"expected the dimensions {expected}"))
                 continue
             if name.startswith("building"):
@@ -103,6 +106,8 @@ class PairEnds:
             elif name == "normal":
                 good = np.abs(np.linalg.norm(x, axis=1) - 1.0) < UNIT_TOLERANCE
                 expected = "a unit vector (x, y, z) for each pair"
+            elif vector:
+                good, expected = np.isfinite(x), "finite lengths [m]"
             else:
                 good, expected = np.isnan(x) | ((x >= 0.0) & (x <= 1.0)), "0 to 1, or nan"
             if not np.all(good):

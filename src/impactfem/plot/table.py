@@ -25,6 +25,7 @@ FACTORS = {
     "kJ": 1e-3,
     "t": 1e-3,
     "MN": 1e-6,
+    "MN m": 1e-6,
     "MPa": 1e-6,
     "GPa": 1e-9,
     "cm": 1e2,

@@ -1,10 +1,10 @@
-"""Impact forces that fit the building: whose they are, long enough, and each on a floor's edge."""
+"""Impact forces that fit the building: whose they are, long enough, and each on a side of it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,18 +13,17 @@ from numpy.typing import NDArray
 from impactfem.building.mesh import BuildingMesh, outward_normal
 from impactfem.case import Case, Contact
 from impactfem.case.base import nearest
-from impactfem.case.contact_checks import (
+from impactfem.case.facade import (
     ALIGNED,
-    StruckEdge,
-    normal_fault,
-    offset_fault,
-    side_of,
     words_of,
 )
-from impactfem.case.contacts import Vector
 from impactfem.case.motions import read_force_table
-from impactfem.coupling.force_history import ForceHistory, PairEnds
-from impactfem.reduction.loads import EdgeForce
+from impactfem.coupling.force_history import ForceHistory, PairEnds, read_forces
+from impactfem.reduction.edge_force import (
+    EdgeForce,
+    Shares,
+)
+from impactfem.reduction.sides import Impulses, PairEnd, Sides
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.log import LOGGER
 
@@ -32,26 +31,6 @@ Array = NDArray[np.float64]
 
 LOAD = "load"
 """How the columns of loads are named, before their number."""
-
-
-@dataclass(frozen=True, eq=False)
-class PairEnd:
-    """One end of a pair."""
-
-    building: str  #: Its building; empty for a rigid wall.
-    floor: int  #: Number of the floor, or of the one above for a point inside a storey.
-    relative_height: float | None  #: Height in the storey, 0 to 1; None for a point of a floor.
-    outward: Array  #: Unit vector towards the other end, shape (3,).
-    offset: Vector | None = None  #: From the stick's axis to it [m]; None where it is not known.
-
-    @property
-    def place(self) -> str:
-        """The end in words."""
-        if self.building == "":
-            return "a rigid wall"
-        if self.relative_height is None:
-            return f"floor {self.floor} of {self.building}"
-        return f"storey {self.floor} of {self.building} at {self.relative_height:g} of its height"
 
 
 Ends = dict[int, tuple[PairEnd, PairEnd]]
@@ -64,16 +43,17 @@ def checked_forces(
     mesh: BuildingMesh,
     duration: float,
     inputs: str = "",
-) -> tuple[ForceHistory, list[EdgeForce]]:
+    impulses: Impulses | None = None,
+) -> tuple[ForceHistory, list[Shares]]:
     """The impact forces on the building of the 3D model, after every check that can be made.
 
     The pairs are those of the case. In a case without contacts they are those of the file, which
     says then what they are between. A file of this program that was made from anything else than
     `inputs`, the hash of what this run's sticks depend on, is used with a warning; it is empty
-    where not known.
+    where not known. The impulses are those of the impact on the wall, for spread `calibrated`.
 
     Gives the history of the pairs that touch the building, and what a positive force of each does
-    to it: it pushes the edge of a floor inwards.
+    to it: it pushes a side of a floor inwards.
 
     Raises:
         InputError: With every fault of the forces, over the duration that is to be computed [s].
@@ -82,9 +62,14 @@ def checked_forces(
     ends, faults = pair_ends(history, path, case, duration)
     building = _three_d(case)
     mine = {j: end for j, pair in ends.items() for end in pair if end.building == building}
-    edges = _struck_edges(mesh)
+    sides = Sides(case, mesh, impulses)
+    shares = []
     for j, end in mine.items():
-        faults += _end_faults(path, history.pairs[j], end, edges, case)
+        found = sides.shares(path, history.pairs[j], end)
+        if isinstance(found, Fault):
+            faults.append(found)
+        else:
+            shares.append(found)
     if faults:
         raise InputError(faults)
     # The pairs of forces that were made from another case are those of this one.
@@ -94,8 +79,7 @@ def checked_forces(
         other = history.case_hash not in ("", case.content_hash())
     if other:
         LOGGER.warning("warning: %s was made from another case, or by another version", path)
-    pushed = [_edge_force(end.floor, edges[end.floor].outward) for end in mine.values()]
-    return history.of(list(mine)), pushed
+    return history.of(list(mine)), shares
 
 
 def _three_d(case: Case) -> str:
@@ -140,18 +124,18 @@ def pair_ends(
 
 
 def with_floor_forces(
-    case: Case, mesh: BuildingMesh, forces: ForceHistory, edges: list[EdgeForce]
-) -> tuple[ForceHistory, list[EdgeForce]]:
+    case: Case, mesh: BuildingMesh, forces: ForceHistory, edges: list[Shares]
+) -> tuple[ForceHistory, list[Shares]]:
     """Impact forces with those of the loads of the case on the building of the 3D model.
 
     Args:
         case: The case, with a structure.
         mesh: The mesh of its building.
         forces: The impact forces on the building.
-        edges: What each does to it, in their order.
+        edges: The patterns of each, in their order.
 
     Returns:
-        Both with a column and an edge for each load on the building.
+        Both with a column and its patterns for each load on the building.
 
     Raises:
         InputError: A load is not at right angles to an edge, or on a floor without one.
@@ -159,6 +143,7 @@ def with_floor_forces(
     """
     three_d = _three_d(case)
     outward = {floor: outward_normal(mesh, floor) for floor in mesh.edges}
+    sides = Sides(case, mesh)
     names, columns, every = list(forces.pairs), [forces.force], list(edges)
     faults: list[Fault] = []
     for index, loads in enumerate(case.loads):
@@ -182,59 +167,68 @@ def with_floor_forces(
             names.append(f"{LOAD} {index}, floor {floor}")
             # A positive amplitude pushes the edge inwards.
             columns.append(-along * values[:, [k]])
-            every.append(_edge_force(floor, outward[floor]))
+            every.append(sides.loaded(floor))
     if faults:
         raise InputError(faults)
     joined = replace(forces, pairs=tuple(names), force=np.hstack(columns), ends=PairEnds())
     return (joined if len(every) > len(edges) else forces), every
 
 
-def check_contacts(case: Case, mesh: BuildingMesh) -> None:
-    """See that contacts, and floors that may be hit, have edges in the 3D building of a case.
+def check_contacts(case: Case, mesh: BuildingMesh) -> tuple[EdgeForce, ...]:
+    """The patterns of all forces that may act on the 3D building of a case, by floor.
+
+    Of contacts, or of the pairs of the forces of another program, and of loads; of floors that
+    [transient] names alone, and nothing strikes, uniform ones.
 
     Raises:
-        InputError: With every fault.
+        InputError: With every fault: what the building cannot take, floors without an edge.
         ValueError: The case has no structure.
     """
-    building = _three_d(case)
-    edges = _struck_edges(mesh)
-    faults = [
-        fault
+    building, transient = _three_d(case), case.transient
+    sides, path = Sides(case, mesh), case.path
+    faults: list[Fault] = []
+    ends = [
+        (contact.name, end)
         for contact in case.contacts
         for end in _ends_of_contact(contact)
         if end.building == building
-        for fault in _end_faults(case.path, contact.name, end, edges, case)
     ]
-    named = () if case.transient is None else case.transient.floors or ()
-    bare = [str(floor) for floor in named if floor not in edges]
+    if transient is not None and transient.forces is not None and not case.contacts:
+        path = transient.forces
+        history = read_forces(path)
+        found, faults = _ends_by_file(history, path, building) if history.pairs else ({}, [])
+        ends += [
+            (history.pairs[j], end)
+            for j, pair in found.items()
+            for end in pair
+            if end.building == building
+        ]
+    named = None if transient is None else transient.floors
+    patterns: list[EdgeForce] = []
+    for name, end in ends:
+        shares = sides.shares(path, name, end)
+        if isinstance(shares, Fault):
+            faults.append(shares)
+        elif named is None or end.floor in named:
+            patterns += [pattern for pattern, _ in shares]
+    loaded = set()
+    for loads in case.loads:
+        table = read_force_table(loads.file, [])
+        floors = () if table is None else table.floors
+        loaded |= {floor for of, floor in floors if of == building and floor in mesh.edges}
+    if named is not None:
+        loaded = (loaded & set(named)) | {k for k in named if k not in {p.floor for p in patterns}}
+    bare = [str(floor) for floor in named or () if floor not in mesh.edges and floor in loaded]
     if bare:
-        known = ", ".join(map(str, sorted(edges))) or "none"
+        known = ", ".join(map(str, sorted(mesh.edges))) or "none"
         expected = (
             f"floor {', '.join(bare)} has no edge (group edge_K) in the mesh, which has {known}"
         )
-        faults.append(Fault(case.path, "transient.floors", list(named), expected))
+        faults.append(Fault(case.path, "transient.floors", list(named or ()), expected))
     if faults:
         raise InputError(faults)
-
-
-def _struck_edges(mesh: BuildingMesh) -> dict[int, StruckEdge]:
-    """The edges of a mesh that can be struck, by floor."""
-    edges = {}
-    for floor in mesh.edges:
-        x, y, z = (float(component) for component in outward_normal(mesh, floor))
-        slab = mesh.nodes[np.unique(mesh.triangles[mesh.triangles_of("floor", floor)]), :2]
-        (x0, y0), (x1, y1) = slab.min(axis=0).tolist(), slab.max(axis=0).tolist()
-        line = mesh.nodes[np.unique(mesh.edges[floor]), 0 if abs(y) > abs(x) else 1]
-        words = f"the edge of floor {floor}, group edge_{floor}, faces {side_of((x, y, z))}"
-        ends = (float(line.min()), float(line.max()))
-        edges[floor] = StruckEdge((x, y, z), ends, (x0, y0), (x1, y1), words)
-    return edges
-
-
-def _edge_force(floor: int, outward: Iterable[float]) -> EdgeForce:
-    # The edge's own normal, not the pair's: all pairs of a floor are one load then.
-    x, y, z = (-component + 0.0 for component in outward)
-    return EdgeForce(f"floor {floor}", floor, (x, y, z))
+    patterns += [pattern for floor in sorted(loaded) for pattern, _ in sides.loaded(floor)]
+    return tuple(sorted(dict.fromkeys(patterns), key=lambda one: one.floor))
 
 
 def _ends_of_contact(contact: Contact) -> tuple[PairEnd, PairEnd]:
@@ -271,9 +265,12 @@ def _ends_by_file(history: ForceHistory, path: Path, building: str) -> tuple[End
                 numbers[j],
                 None if height is None or math.isnan(height[j]) else float(height[j]),
                 sign * said.normal[j],
+                None
+                if offset is None
+                else (float(offset[j][0]), float(offset[j][1]), float(offset[j][2])),
             )
-            for names, numbers, height, sign in zip(
-                buildings, floors, heights, (1.0, -1.0), strict=True
+            for names, numbers, height, sign, offset in zip(
+                buildings, floors, heights, (1.0, -1.0), (said.offset_a, said.offset_b), strict=True
             )
             if names is not None and numbers is not None
         )
@@ -305,36 +302,12 @@ def _contradictions(
             found = "nan" if math.isnan(heights[j]) else float(heights[j])
             expected = f"expected a point of {end.place}, as in the case"
             yield Fault(path, f"{pair}, relative_height_{side}", found, expected)
+        offset = getattr(history.ends, f"offset_{side}")
+        place = end.offset or (0.0, 0.0, 0.0)
+        if offset is not None and not np.allclose(offset[j], place, 0.0, 1e-6):
+            expected = f"{words_of(place)} m, as in the case"
+            yield Fault(path, f"{pair}, offset_{side}", words_of(offset[j]), expected)
     normal = history.ends.normal
     if normal is not None and np.abs(normal[j] - ends[0].outward).max() > ALIGNED:
         words = [words_of(n) for n in (ends[0].outward, normal[j])]
         yield Fault(path, f"{pair}, normal", words[1], f"{words[0]}, as in the case")
-
-
-def _end_faults(
-    path: Path, pair: str, end: PairEnd, edges: dict[int, StruckEdge], case: Case
-) -> Iterator[Fault]:
-    """Why a pair cannot act on the edge of a floor."""
-    if end.relative_height is not None:
-        expected = "expected a point of a floor: forces act on the edges of slabs in the 3D model"
-        yield Fault(path, f"pair {pair}", end.place, expected)
-        return
-    if end.floor not in edges:
-        known = ", ".join(map(str, sorted(edges))) or "none"
-        expected = (
-            f"expected a floor whose edge (group edge_{end.floor}) is in the mesh, which has "
-            f"{known}"
-        )
-        yield Fault(path, f"pair {pair}", end.place, expected)
-        return
-    edge = edges[end.floor]
-    x, y, z = (float(component) for component in end.outward)
-    wrong = normal_fault((x, y, z), edge)
-    if wrong is not None:
-        key = f"pair {pair}, normal out of {end.building}"
-        yield Fault(path, key, words_of((x, y, z)), wrong)
-    if end.offset is not None and case.transient is not None:
-        axis = case.building(end.building).axis
-        aside = offset_fault(axis, end.offset, edge, case.transient.eccentricity)
-        if aside is not None:
-            yield Fault(path, f"pair {pair}, offset on {end.building}", end.offset, aside)

@@ -1,7 +1,8 @@
-"""The loads of the 3D model: the ground motion, and the impact forces on the floors' edges."""
+"""The loads of the 3D model: the ground motion, and the impact forces on its sides."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,11 +10,11 @@ import scipy.linalg
 from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
-from impactfem.building.floor import edge_load
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.coupling.pounding import interpolate_ground
+from impactfem.reduction.edge_force import EdgeForce, Shares
 
 Array = NDArray[np.float64]
 
@@ -54,16 +55,6 @@ def project(time: Array, values: Array, time_step: float, n_steps: int) -> Array
     return np.asarray(scipy.linalg.solveh_banded(band, right), dtype=np.float64)
 
 
-@dataclass(frozen=True)
-class EdgeForce:
-    """The force on the edge of a floor."""
-
-    name: str  #: Its name, "floor 8".
-    floor: int  #: Number of the floor.
-    #: Unit vector along which a positive amplitude acts on the building.
-    direction: tuple[float, float, float]
-
-
 @dataclass(frozen=True, eq=False)
 class Loads:
     """Loads as fixed patterns in space with amplitudes in time.
@@ -72,14 +63,15 @@ class Loads:
     acceleration a, so that its load is −M r a.
 
     Raises:
-        ValueError: Two forces have the same name.
+        ValueError: Two patterns have the same name.
     """
 
     time_step: float  #: Δt [s].
     ground: Array  #: Ground acceleration, shape (n_steps + 1, 3) [m/s2].
     directions: tuple[int, ...]  #: Components (0, 1, 2) in which the ground moves.
-    edges: tuple[EdgeForce, ...]  #: The forces on edges; only those that are not zero.
-    force: Array  #: Their amplitudes, shape (n_steps + 1, n_edges) [N].
+    edges: tuple[EdgeForce, ...]  #: The patterns of forces; only those that are not zero.
+    #: Their amplitudes, shape (n_steps + 1, n_edges) [N], [N m] for those without a resultant.
+    force: Array
     #: Largest difference of an impulse before and after resampling, over the largest impulse.
     impulse_error: float
     #: Part of `force` that is no contact force, of the loads of the case, same shape; None without.
@@ -96,6 +88,23 @@ class Loads:
         return (*(f"ground {'xyz'[c]}" for c in self.directions), *(e.name for e in self.edges))
 
     @property
+    def places(self) -> tuple[str, ...]:
+        """What is struck, "floor 8" or "storey 3 y-", in the order of the patterns."""
+        return tuple(dict.fromkeys(edge.place for edge in self.edges))
+
+    @property
+    def resultants(self) -> tuple[Array, Array]:
+        """Force F [N] and moment F e [N m] on each of `places`, shape (n_steps + 1, n_places) each.
+
+        The moment is about the vertical through the middle of the side, e along it.
+        """
+        share = np.zeros((2, len(self.edges), len(self.places)))
+        for j, edge in enumerate(self.edges):
+            share[:, j, self.places.index(edge.place)] = edge.resultant, edge.moment
+        force, moment = self.force @ share
+        return force, moment
+
+    @property
     def amplitudes(self) -> Array:
         """Amplitudes of all patterns, shape (n_steps + 1, n_patterns) [m/s2, N]."""
         return np.column_stack([self.ground[:, list(self.directions)], self.force])
@@ -107,19 +116,17 @@ class Loads:
         edges = tuple(edge for edge, acts in zip(self.edges, acting, strict=True) if acts)
         return replace(self, edges=edges, force=own[:, acting], external=own[:, acting])
 
-    def patterns(self, model: BuildingModel, mesh: BuildingMesh, eccentricity: float) -> Array:
-        """Patterns at this rank's rows, (n_local, n_patterns), line loads off the middle [m]."""
+    def patterns(self, model: BuildingModel, mesh: BuildingMesh) -> Array:
+        """Patterns at this rank's rows, shape (n_local, n_patterns)."""
         columns = [-model.ground[:, c] for c in self.directions]
-        for edge in self.edges:
-            load = edge_load(mesh, edge.floor, eccentricity)
-            columns.append(load.vector(model, edge.direction))
+        columns += [edge.vector(model, mesh) for edge in self.edges]
         return np.asfortranarray(np.column_stack(columns))
 
 
 def make_loads(
     motions: list[tuple[int, float, Array]],
     forces: ForceHistory,
-    edges: list[EdgeForce],
+    edges: Sequence[Shares],
     time_step: float,
     n_steps: int,
     external: int = 0,
@@ -129,24 +136,18 @@ def make_loads(
     Args:
         motions: Component, time step [s] and acceleration [m/s2] of each ground motion.
         forces: Impact forces.
-        edges: What each of their pairs does to the building, in the order of the pairs; forces on
-            the same edge add, along the direction of the first one.
+        edges: The patterns of each pair with their amplitudes for 1 N, in the order of the pairs;
+            those of the same pattern add.
         time_step: Δt [s].
         n_steps: Number of steps.
         external: Number of pairs, the last ones, that are loads of the case and no contacts.
     """
-    # Forces on one edge add, along the direction of the first of them.
-    along: list[EdgeForce] = []
-    share = np.zeros((len(edges), len(edges)))
-    for j, edge in enumerate(edges):
-        x, y, z = edge.direction
-        opposite, sign = replace(edge, direction=(-x, -y, -z)), 1.0
-        if opposite in along:
-            edge, sign = opposite, -1.0
-        elif edge not in along:
-            along.append(edge)
-        share[j, along.index(edge)] = sign
-    share, contacts = share[:, : len(along)], len(edges) - external
+    along = list(dict.fromkeys(pattern for shares in edges for pattern, _ in shares))
+    share = np.zeros((len(edges), len(along)))
+    for j, shares in enumerate(edges):
+        for pattern, factor in shares:
+            share[j, along.index(pattern)] += factor
+    contacts = len(edges) - external
     given = forces.force @ share
     loaded = forces.force[:, contacts:] @ share[contacts:]
     force = project(forces.time, given, time_step, n_steps)

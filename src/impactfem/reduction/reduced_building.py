@@ -22,11 +22,12 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import NDArray
 
-from impactfem.building.floor import edge_load
+from impactfem.building.facade import facades
 from impactfem.building.links import BasePlate, Displacements, carried, linked
-from impactfem.building.mesh import DOFS, BuildingMesh, outward_normal, rigid_body
+from impactfem.building.mesh import DOFS, BuildingMesh, rigid_body
 from impactfem.building.model import BuildingModel
 from impactfem.case.transient import LARGEST_BASIS, SHIFT
+from impactfem.reduction.edge_force import EdgeForce, even, inward
 from impactfem.reduction.galerkin import GalerkinModes, append_contacts, append_responses
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.loads import Loads
@@ -61,8 +62,7 @@ class ReductionPlan:
     #: How accurate: first the model of `ReducedBasis`, then the whole space.
     accuracies: tuple[Accuracy, ...]
     directions: tuple[int, ...] = ()  #: components (0, 1, 2) in which the ground moves
-    floors: tuple[int, ...] = ()  #: numbers of the floors whose edges may be hit
-    eccentricity: float = 0.0  #: of the loads on edges, along them [m]
+    edges: tuple[EdgeForce, ...] = ()  #: patterns of the forces that may act
     base_plates: tuple[BasePlate, ...] = ()  #: of the devices, in the order of their anchors
     points: tuple[int, ...] = ()  #: nodes whose six components the complete model keeps
     wall: Wall | None = None  #: the wall that the building may hit; None without one
@@ -74,13 +74,12 @@ class ReductionPlan:
     def loads(self) -> tuple[str, ...]:
         """Names of the load patterns in their order."""
         names = [f"ground {'xyz'[c]}" for c in self.directions]
-        names += [f"floor {floor}" for floor in self.floors]
+        names += [edge.name for edge in self.edges]
         if self.wall is None:
             return tuple(names)
         # The wall is flat: it pushes evenly, and the edges that may hit it count, too.
-        even = () if self.eccentricity != 0.0 else self.floors
-        walls = [f"wall {floor}" for floor in self.wall.floors if floor not in even]
-        return (*names, PUSH, *walls)
+        walls = [f"floor {floor}" for floor in self.wall.floors]
+        return (*names, PUSH, *(name for name in walls if name not in names))
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,17 +88,17 @@ class CompleteModel:
 
     eigenvalue: Array  #: λ, shape (r,) [1/s2]
     ground: Array  #: b of a unit ground acceleration along x, y, z, shape (r, 3)
-    floors: Index  #: numbers of the floors with an edge, shape (n_floors,)
-    edges: Array  #: b of 1 N on the edge of each, into the building, shape (r, n_floors)
+    names: NDArray[np.str_]  #: of the patterns of forces, shape (n_patterns,)
+    edges: Array  #: b of each of them for the amplitude 1, shape (r, n_patterns)
     anchors: Array  #: Φ of the anchors' six components, shape (n_anchors, 6, r)
     points: Array  #: Φ of the six components of further points, shape (n_points, 6, r)
     difference: float  #: estimated error of the transfer functions of the free building
     wall: WallModel | None  #: the same with the contacts of the wall experiment; None without one
 
     def load(self, loads: Loads) -> Array:
-        """The b of the patterns of loads, on floors with edges, shape (r, n_patterns)."""
-        column = {int(floor): k for k, floor in enumerate(self.floors)}
-        edges = [self.edges[:, column[edge.floor]] for edge in loads.edges]
+        """The b of the patterns of loads, shape (r, n_patterns); KeyError for others."""
+        column = {str(name): k for k, name in enumerate(self.names)}
+        edges = [self.edges[:, column[edge.name]] for edge in loads.edges]
         return np.column_stack([*(self.ground[:, c] for c in loads.directions), *edges])
 
     def model(self, loads: Loads) -> ReducedModel:
@@ -224,18 +223,20 @@ def reduce_building(
         matrix.destroy()
     give_back()
     K = model.take_stiffness(storey_factor)
-    edges = _carried(T, edge_loads(building, mesh, plan.eccentricity))
+    edges = {edge.name: edge.vector(building, mesh) for edge in plan.edges}
+    if plan.wall is not None:
+        for floor in plan.wall.floors:
+            facade, _ = facades(mesh, floor, "")[""]
+            pressed = even(floor, facade, inward(facade))
+            edges.setdefault(pressed.name, pressed.vector(building, mesh))
+    edges = {name: carried(T, load[:, None])[:, 0] for name, load in edges.items()}
     patterns = {f"ground {'xyz'[c]}": -model.ground[:, c] for c in range(3)}
-    patterns |= {f"floor {floor}": load for floor, load in edges.items()}
+    patterns |= edges
     wall = state = None
     if plan.wall is not None:
         wall = WallPatterns.of(building, mesh, plan.wall).carried(T)
         # Before the basis: the memory of its factorisation is free again then.
         state, patterns[PUSH] = wall.held(K)
-        even = edges
-        if plan.eccentricity != 0.0:
-            even = _carried(T, edge_loads(building, mesh, 0.0))
-        patterns |= {f"wall {floor}": even[floor] for floor in plan.wall.floors}
     T.destroy()
     probes = Displacements(model, plan.probes, links, mesh.nodes)
     with KrylovBasis(K, model.mass, (2.0 * math.pi * plan.shift) ** 2) as basis:
@@ -277,8 +278,10 @@ def reduce_building(
         complete=CompleteModel(
             eigenvalue=modes.eigenvalue,
             ground=modes.rows(-model.ground[:, :3]),
-            floors=np.array(list(edges), dtype=np.int64),
-            edges=modes.rows(np.column_stack(list(edges.values()))),
+            names=np.array(list(edges), dtype=np.str_),
+            edges=modes.rows(
+                np.column_stack(list(edges.values()) or [np.zeros((rows.shape[0], 0))])
+            ),
             anchors=np.ascontiguousarray(at_anchors),
             points=np.ascontiguousarray(at_points),
             difference=max(grown.differences),
@@ -289,22 +292,6 @@ def reduce_building(
         fine=grown.fine,
         errors=grown.differences,
     )
-
-
-def edge_loads(model: BuildingModel, mesh: BuildingMesh, eccentricity: float) -> dict[int, Array]:
-    """The load of 1 N on the edge of each floor, into the building, shape (n_local,) each.
-
-    Of the building without rigid links; the eccentricity of the line loads is along the edges [m].
-    """
-    loads = {}
-    for floor in sorted(mesh.edges):
-        x, y, z = (-float(c) for c in outward_normal(mesh, floor))
-        loads[floor] = edge_load(mesh, floor, eccentricity).vector(model, (x, y, z))
-    return loads
-
-
-def _carried(T: Any, loads: Mapping[int, Array]) -> dict[int, Array]:
-    return {floor: carried(T, load[:, None])[:, 0] for floor, load in loads.items()}
 
 
 def _components(

@@ -131,7 +131,7 @@ class Transfer:
     """Transfer functions of the reduced model."""
 
     frequency: Array  #: Shape (n_f,) [Hz].
-    loads: tuple[str, ...]  #: Names of the loads; the floors' edges only.
+    loads: tuple[str, ...]  #: Names of the loads.
     value: Complex  #: Acceleration over force, shape (n_f, n_loads, n_nodes, 3) [1/kg].
     #: Rigorous bound on the modulus of its error, same shape; infinite where it is not known.
     bound: Array
@@ -143,19 +143,15 @@ class Transfer:
         nodes: Index,
         damping: DampingLaw,
         highest: float,
-        loads: Collection[str] | None = None,
+        loads: Collection[str],
     ) -> Transfer:
         """−ω² x / F at nodes of the basis up to a frequency [Hz], by the modal equations.
 
-        Of the named loads; of all floors that the basis has when None.
+        Of the loads with these names.
         """
         frequency = np.asarray(np.geomspace(LOWEST, highest, COUNT), dtype=np.float64)
         omega = 2.0 * math.pi * frequency
-        chosen = [
-            k
-            for k, name in enumerate(basis.loads)
-            if name.startswith("floor ") and (loads is None or name in loads)
-        ]
+        chosen = [k for k, name in enumerate(basis.loads) if name in loads]
         shapes = basis.of(basis.model, nodes).reshape(3 * len(nodes), -1)
         value = np.empty((COUNT, len(chosen), len(nodes), 3), dtype=np.complex128)
         # One frequency at a time: the amplitudes of all are larger than what comes out.

@@ -25,7 +25,7 @@ from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case, Damping
 from impactfem.case.buildings import FileMesh
 from impactfem.case.motions import SyntheticMotion
-from impactfem.case.transient import MAXIMUM_FREQUENCY, TOLERANCE
+from impactfem.case.transient import MAXIMUM_FREQUENCY, TOLERANCE, Transient
 from impactfem.system.errors import Fault
 from impactfem.system.memory import available_memory, disk_folder
 from impactfem.system.parallel import threads
@@ -270,8 +270,8 @@ def _vectors(case: Case) -> dict[str, int]:
         return {}
     damping, mesh = case.building(structure.building).damping, structure.mesh
     loads, at_wall = 0, 0.0
+    points = 20.0  # of contact along the edge of a floor that may hit the wall, about
     if wall is not None:
-        points = 20.0  # of contact along the edge of a floor that may hit the wall, about
         if not isinstance(mesh, FileMesh):
             edge = mesh.length if mesh.impact_edge.startswith("y") else mesh.width
             spacing = max(mesh.floor_size or mesh.size, wall.contact_spacing or 0.0)
@@ -281,11 +281,8 @@ def _vectors(case: Case) -> dict[str, int]:
     if transient is None:
         own = loads * _block_steps(damping, MAXIMUM_FREQUENCY, TOLERANCE)
         return {"reduce": math.ceil(own + at_wall)}
-    floors = set(transient.floors or ())  # of the building whose edges may be hit
-    if transient.floors is None:
-        ends = [end for pair in case.contacts for end in (pair.a, pair.b)]
-        floors = {end.floor for end in ends if end.building == structure.building} - {None}
-    loads = len(case.motions) + len(floors) + (wall is not None)
+    patterns = _patterns(case, structure.building, transient, points)
+    loads = len(case.motions) + patterns + (wall is not None)
     top = transient.maximum_frequency
     served = [damping, *(case.damping_cases if transient.serve_damping_cases else ())]
     own = loads * max(_block_steps(one, top, transient.tolerance) for one in served)
@@ -297,6 +294,28 @@ def _vectors(case: Case) -> dict[str, int]:
         every = max(every, loads * light)
     found = {"transient": own, "reduce": every + 12 * anchors + at_wall}
     return {name: math.ceil(number) for name, number in found.items()}
+
+
+def _patterns(case: Case, building: str, transient: Transient, points: float) -> int:
+    """Patterns of the forces on the building, about: middles of sides are those of the axes."""
+    struck: dict[tuple[object, ...], set[float]] = {}
+    for pair in case.contacts:
+        for end in (pair.a, pair.b):
+            if end.building == building:
+                (x, y, _), (nx, ny, _) = end.offset, pair.normal
+                place = (end.floor, end.storey, end.relative_height, end is pair.a, pair.normal)
+                along = x * ny - y * nx + transient.eccentricity
+                struck.setdefault(place, set()).add(round(along, 6))
+    named, count = set(transient.floors or ()), 0.0
+    for (floor, storey, *_), offsets in struck.items():
+        if transient.floors is not None and (floor or storey) not in transient.floors:
+            continue
+        named -= {floor or storey}
+        if floor is None or transient.spread == "patch":
+            count += len(offsets)
+        else:
+            count += points if transient.spread == "calibrated" else 1 + any(offsets)
+    return math.ceil(count + len(named))
 
 
 def _histories(case: Case, records: float, step: float, steps: int) -> float:

@@ -6,11 +6,13 @@ import pytest
 import xarray as xr
 
 from impactfem.case import DampingCase, KelvinVoigtLaw, load_case
+from impactfem.case.transient import Transient
 from impactfem.coupling.from_case import system_of
 from impactfem.stages.calibrate.selection import (
     asks_calibration,
     calibrated_laws,
     calibrated_restitutions,
+    impulses_of_run,
     with_calibrated_contact,
     with_contact_of_run,
 )
@@ -160,3 +162,16 @@ def test_restitutions_of_damping_cases(given, tmp_path):
     lacking = case.model_copy(update={"damping_cases": (light,)})
     with pytest.raises(ImpactfemError, match=r"calibrate\.nc has no epsilon, case light"):
         calibrated_restitutions(lacking, folder)
+
+
+def test_impulses_along_the_edges(given, tmp_path):
+    """Of each floor in the order of its points of contact, for the spread that asks for them."""
+    xr.Dataset(
+        {"constraint_force": (("step", "constraint"), [[1.0, 0.0, 2.0], [3.0, 5.0, 0.0]])},
+        coords={"constraint_floor": ("constraint", [2, 2, 3])},
+    ).to_netcdf(tmp_path / "calibrate.nc", engine="h5netcdf")
+    case = given.model_copy(update={"transient": Transient(time_step=1e-3, spread="calibrated")})
+    found = impulses_of_run(case, tmp_path)
+    assert found is not None
+    assert {floor: of.tolist() for floor, of in found.items()} == {2: [4.0, 5.0], 3: [2.0]}
+    assert impulses_of_run(given, tmp_path / "nowhere") is None

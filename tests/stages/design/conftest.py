@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 
 from impactfem.case import Spectra
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.reduction.loads import EdgeForce, Loads
+from impactfem.reduction.edge_force import EdgeForce
+from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced import ReducedModel
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.stages.design.ensemble import Carrier

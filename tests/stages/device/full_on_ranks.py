@@ -27,7 +27,6 @@ def histories(comm: Any, given: dict[str, Any], folder: Path, **options: Any) ->
         given["base_plates"],
         [MountedDevice(one.name, one) for one in given["devices"]],
         given["loads"],
-        eccentricity=0.0,
         damping=given["damping"],
     ) as system:
         return full_histories(

@@ -13,7 +13,8 @@ from mpi4py import MPI
 from impactfem.building.model import assemble_building
 from impactfem.device.modes import device_modes
 from impactfem.device.mounted import MountedDevice
-from impactfem.reduction.loads import EdgeForce, Loads
+from impactfem.reduction.edge_force import EdgeForce
+from impactfem.reduction.loads import Loads
 from impactfem.stages.device.full_order import full_checkpoints, full_system
 
 from .conftest import FACTOR, STEP, scipy_matrix, shaken_and_hit
@@ -135,7 +136,6 @@ def made(frame, device, base_plate):
         [base_plate],
         [MountedDevice(device.name, device)],
         loads,
-        eccentricity=0.0,
         damping=case.building("F").damping.rayleigh,
     ) as system:
         yield SimpleNamespace(system=system, ground=assemble_building(MPI.COMM_SELF, parts).ground)

@@ -13,6 +13,7 @@ from impactfem.building.model import assemble_building
 from impactfem.coupling.body import reduced_body
 from impactfem.device.mounted import MountedDevice, mounted_response
 from impactfem.dynamics.damping import Rayleigh
+from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import (
     CompleteModel,
@@ -35,7 +36,7 @@ def plan(frame, base_plate) -> ReductionPlan:
         nodes=probes,
         accuracies=(Accuracy(case.building("F").damping.rayleigh, 300.0, 0.002),),
         directions=(1,),
-        floors=(2,),
+        edges=(EdgeForce("floor 2", 2, (0.0, -1.0, 0.0)),),
         base_plates=(base_plate,),
         wall=Wall((1, 2), 2, "whole_floor"),
         largest=600,
@@ -55,7 +56,9 @@ def reduced(whole) -> CompleteModel:
 
 def mounted(reduced, device, damping, *, shapes=None):
     force, ground = shaken_and_hit()
-    load = np.column_stack([reduced.ground[:, 1], reduced.edges[:, -1]])
+    load = np.column_stack(
+        [reduced.ground[:, 1], reduced.edges[:, list(reduced.names).index("floor 2")]]
+    )
     anchor = reduced.anchors[0] if shapes is None else shapes
     return mounted_response(
         [reduced_body("building", reduced.eigenvalue, damping, {"anchor": anchor})],
@@ -114,7 +117,7 @@ def test_archive(whole, tmp_path):
     assert np.array_equal(again.complete.wall.contact, whole.complete.wall.contact)
     assert np.array_equal(again.complete.wall.eigenvalue, again.complete.eigenvalue)
     assert np.array_equal(again.basis.vectors, whole.basis.vectors)
-    assert again.basis.loads == ("ground y", "floor 2", "push", "wall 1")
+    assert again.basis.loads == ("ground y", "floor 2", "push", "floor 1")
     for one, other in zip(again.basis.models, whole.basis.models, strict=True):
         assert np.array_equal(one.tail, other.tail) and one.shift == other.shift
 
@@ -130,7 +133,7 @@ def test_plans_that_it_serves(whole, plan, frame):
     for change, why in (
         ({"accuracies": (light,)}, "with an error of .* for this damping"),
         ({"accuracies": (*plan.accuracies, light)}, "with an error of .* for this damping"),
-        ({"floors": (1, 2)}, "without floor 1"),
+        ({"edges": (EdgeForce("floor 1 y-", 1, (0.0, 1.0, 0.0), "y-"),)}, "without floor 1 y-"),
         ({"directions": (0, 1)}, "without ground x"),
         ({"nodes": np.arange(12)}, "without some of the nodes whose motion is wanted"),
         ({"larger": True}, "without the larger models that give its error band"),

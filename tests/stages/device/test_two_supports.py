@@ -11,6 +11,7 @@ from impactfem.device.models import from_matrices, on_springs
 from impactfem.device.mounted import MountedDevice, mounted_response
 from impactfem.device.parts import BaseSprings, RigidBody
 from impactfem.dynamics.damping import Rayleigh
+from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.modal_response import modal_response
 from impactfem.reduction.reduced_basis import Accuracy
@@ -74,7 +75,7 @@ def reduced(frame, base_plates):
         nodes=probes,
         accuracies=(Accuracy(case.building("F").damping.rayleigh, 300.0, 0.002),),
         directions=(1,),
-        floors=(2,),
+        edges=(EdgeForce("floor 2", 2, (0.0, -1.0, 0.0)),),
         base_plates=tuple(base_plates),
         points=points,
         largest=600,

@@ -84,19 +84,18 @@ def test_a_floor_without_an_edge(case):
         prepare(asked, GEOMETRY / "frame.msh", 0.5)
     served = case.model_copy(update={"transient": Transient(time_step=1e-3, floors=(2,))})
     plan = prepare(served, GEOMETRY / "frame.msh", 0.5).plan
-    assert plan.loads == ("ground y", "floor 2", "push", "wall 1")
+    assert plan.loads == ("ground y", "floor 2", "push", "floor 1")
     assert plan.wall is not None and plan.wall.floors == (1, 2)
 
 
 def test_what_the_vectors_depend_on(case):
-    """On where forces act and on the shift; accuracy is looked at when they are used again."""
+    """On the shift; accuracy and the names of patterns are looked at when they are used again."""
 
     def key(**asked):
         transient = Transient(time_step=1e-3, **asked)
         return model_key(case.model_copy(update={"transient": transient}))
 
-    others = [key(eccentricity=1.0), key(shift=40.0)]
-    assert len({key(), *others}) == 3
+    assert key() != key(shift=40.0)
     assert key() == key(tolerance=0.002, maximum_frequency=500.0, duration=1.0)
 
 

@@ -17,6 +17,7 @@ from scipy.sparse import csr_matrix
 
 from frame_case import QUICK, floors_meet, neighbour
 from impactfem import study
+from impactfem.building.floor import linear
 from impactfem.building.from_case import read_parts
 from impactfem.building.links import Displacements
 from impactfem.building.model import BuildingModel, assemble_building
@@ -24,7 +25,8 @@ from impactfem.building.parts import BuildingParts
 from impactfem.case import Case, load_case
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.reduction.loads import EdgeForce, make_loads
+from impactfem.reduction.edge_force import EdgeForce
+from impactfem.reduction.loads import make_loads
 from impactfem.reduction.probes import recorded_nodes, standard_probes
 from impactfem.reduction.reduced_basis import Accuracy, build_basis
 from impactfem.stages.transient.full_run import run_full
@@ -56,7 +58,11 @@ forces = "forces_of_another.csv"
 checkpoint_every = "0.2 s"
 """
 )
-INWARDS = {k: EdgeForce(f"floor {k}", k, (0.0, -1.0, 0.0)) for k in (1, 2)}
+# On the edges along y = 4 m, from x = 0 to 6 m, 0.3 m beside their middles.
+INWARDS = {
+    k: EdgeForce(f"floor {k}", k, (0.0, -1.0, 0.0), moment=0.3, line=linear(0.0, 6.0, 3.3))
+    for k in (1, 2)
+}
 
 
 def pulses(time):
@@ -93,11 +99,11 @@ class Frame:
         time = np.linspace(0.0, 0.8, 3201)
         # It rises and fades as sin²; frequencies up to some 20 Hz.
         ground = np.sin(np.pi * time / 0.8) ** 2 * np.sin(2 * np.pi * (3.0 + 12.0 * time) * time)
-        edges = [INWARDS[2], INWARDS[1]]
+        edges = [((INWARDS[2], 1.0),), ((INWARDS[1], 1.0),)]
         return make_loads([(1, 0.25e-3, 3.0 * ground)], pulses(time), edges, time_step, steps)
 
-    def patterns(self, loads, eccentricity=0.3):
-        return loads.patterns(self.model, self.parts.mesh, eccentricity)
+    def patterns(self, loads):
+        return loads.patterns(self.model, self.parts.mesh)
 
     def full(self, loads, damping, folder, nodes=None, **options):
         """The full model, its checkpoints in the folder: without an interruption the last alone."""

@@ -58,7 +58,7 @@ def results(comm, given, folder):
     model = assemble_building(comm, given["parts"])
     K = model.stiffness(given["storey_factor"])
     loads, nodes, damping = given["loads"], given["nodes"], given["damping"]
-    patterns = loads.patterns(model, given["parts"].mesh, 0.3)
+    patterns = loads.patterns(model, given["parts"].mesh)
 
     def full(name, until=2.0):
         def progress(part):

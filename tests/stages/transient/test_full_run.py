@@ -6,7 +6,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from impactfem.building.floor import edge_load
+from impactfem.building.floor import edge_load, linear
 from impactfem.dynamics.checkpoints import Checkpoints, remove_checkpoints
 from impactfem.dynamics.energy import Energy
 
@@ -139,7 +139,7 @@ def test_probe_on_the_base_moves_with_the_ground(run, frame, short, whole):
 
 def test_reciprocity_of_the_edges(frame, short, tmp_path):
     """The same force on either edge, the acceleration at the other weighed as the force is."""
-    edges = [edge_load(frame.parts.mesh, floor, 0.3) for floor in (2, 1)]
+    edges = [edge_load(frame.parts.mesh, floor, line=linear(0.0, 6.0, 3.3)) for floor in (2, 1)]
     pulse = short.force[:, 0]
     weighed = []
     for k in range(2):

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem.reduction.loads import EdgeForce, Loads
+from impactfem.reduction.edge_force import EdgeForce
+from impactfem.reduction.loads import Loads
 from impactfem.spectra import response_spectra
 from impactfem.stages.transient.compute import main_impact
 

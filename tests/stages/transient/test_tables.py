@@ -15,11 +15,14 @@ def rows(path):
 def test_tables(transient_folder):
     folder = transient_folder()
     published = {"transient.wave_crossing": 0.006, "transient.wave_speed": 1250.0}
-    probes, physics, *densities = transient_tables(folder, published)
+    probes, physics, sides, *densities = transient_tables(folder, published)
     assert [path.stem for path in densities] == [
         "transient_edge_density",
         "transient_force_density",
     ]
+    struck = rows(sides)
+    assert [row["side"] for row in struck] == ["floor 2", "floor 3"]
+    assert [float(row["largest force [MN]"]) for row in struck] == pytest.approx([10.0, 20.0])
     found = {row["probe"]: row for row in rows(probes)}
     assert set(found) == {
         *(f"{kind}_{k}" for kind in ("centre", "edge") for k in (1, 2, 3)),

@@ -85,6 +85,18 @@ def calibrated_restitutions(case: Case, folder: Path) -> dict[str, float]:
         return {name: number_of(store, "epsilon", case=name) for name in asked}
 
 
+def impulses_of_run(case: Case, folder: Path) -> dict[int, Array] | None:
+    """Impulse of each point of contact in the first impact, by floor, for spread `calibrated`.
+
+    Not collective; None for another spread. An ImpactfemError where there is no store.
+    """
+    if case.transient is None or case.transient.spread != "calibrated":
+        return None
+    with open_store(_store(case, folder)) as store:
+        force, floors = store["constraint_force"].sum("step"), store["constraint_floor"].values
+        return {int(k): force.values[floors == k] for k in np.unique(floors)}
+
+
 def _store(case: Case, folder: Path) -> Path:
     """The store of the impact on the wall, in the folder of its building."""
     building = next((one for one in case.whole.views if one.wall_impact is not None), case.whole)

@@ -13,8 +13,9 @@ import xarray as xr
 from impactfem.case import Case
 from impactfem.coupling.force_history import read_forces
 from impactfem.coupling.from_case import calibration_of, system_of
+from impactfem.reduction.edge_force import Shares
 from impactfem.reduction.forces import checked_forces
-from impactfem.reduction.loads import EdgeForce, Loads
+from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced_building import ReducedBuilding
 from impactfem.reduction.response import modal_histories, record_spectra
 from impactfem.stages.design.ensemble import (
@@ -105,7 +106,7 @@ def run_design(
     found = on_root(stored)
     waiting = [member for member in members if member.name not in found]
     names: tuple[str, ...] = ()
-    edges: list[EdgeForce] = []
+    edges: list[Shares] = []
     mesh, own = prepared.parts.mesh, prepared.loads
     loads: dict[str, tuple[Loads, Array]] = {}
     failed: dict[str, str] = {}
@@ -113,7 +114,9 @@ def run_design(
         duration = own.time_step * (len(own.ground) - 1)
         path = of_run(folder, "forces.nc")
         history, edges = on_root(
-            lambda: checked_forces(read_forces(path), path, case, mesh, duration)
+            lambda: checked_forces(
+                read_forces(path), path, case, mesh, duration, impulses=prepared.impulses
+            )
         )
         names = history.pairs
 
@@ -170,7 +173,7 @@ def run_design(
             with_result = [member.name for member in members if member.name in found]
             results = stacked(with_result, found, failed) | {
                 "motion": with_result,
-                "edge": np.unique([edge.floor for edge in edges]).astype(np.int64),
+                "edge": np.unique([shares[0][0].floor for shares in edges]).astype(np.int64),
                 "failed": list(failed),
                 "failed_reason": list(failed.values()),
             }

@@ -25,8 +25,9 @@ from impactfem.coupling.from_case import loads_of
 from impactfem.coupling.pounding import System, interpolate_ground, simulate
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.motion.from_case import ground_motions
+from impactfem.reduction.edge_force import Shares
 from impactfem.reduction.forces import with_floor_forces
-from impactfem.reduction.loads import EdgeForce, Loads, make_loads
+from impactfem.reduction.loads import Loads, make_loads
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.reduction.response import modal_histories, record_spectra
 from impactfem.spectra import response_spectra
@@ -48,7 +49,7 @@ AT_ONCE = 768
 
 
 def motion_loads(
-    case: Case, system: System, names: Sequence[str], edges: Sequence[EdgeForce], mesh: BuildingMesh
+    case: Case, system: System, names: Sequence[str], edges: Sequence[Shares], mesh: BuildingMesh
 ) -> tuple[Loads, Array]:
     """Run the sticks under the motions of a case as the stage `pounding` does.
 
@@ -59,7 +60,7 @@ def motion_loads(
         case: The case with the motions.
         system: The sticks.
         names: Of the contact pairs that touch the building.
-        edges: What a positive force of each does to it.
+        edges: The patterns of each.
         mesh: The mesh of the building.
 
     Raises:
@@ -86,7 +87,7 @@ def motion_loads(
     loads = make_loads(
         along, on_building, acting, transient.time_step, n_steps, len(acting) - len(edges)
     )
-    floor = np.array([edge.floor for edge in edges])
+    floor = np.array([shares[0][0].floor for shares in edges])
     peaks = [history.force[:, floor == k].max(initial=0.0) for k in np.unique(floor)]
     return loads, np.array(peaks, dtype=np.float64)
 

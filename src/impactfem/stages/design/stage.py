@@ -8,7 +8,7 @@ from pathlib import Path
 from impactfem.case import Case
 from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_targets
-from impactfem.stages.calibrate.selection import with_contact_of_run
+from impactfem.stages.calibrate.selection import impulses_of_run, with_contact_of_run
 from impactfem.stages.design.checks import design_checks
 from impactfem.stages.design.figures import design_figures
 from impactfem.stages.design.products import design_products_of, write_design_products
@@ -54,9 +54,16 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
             case = on_root(
                 lambda: with_contact_of_run(with_structure_targets(case, folder), folder)
             )
-        prepared = on_root(lambda: prepare(case, mesh, forces, storey_factor(folder), inputs))
+        impulses = on_root(lambda: impulses_of_run(case, folder))
+        prepared = on_root(
+            lambda: prepare(case, mesh, forces, storey_factor(folder), inputs, impulses)
+        )
         if members and case.devices:
-            equipment = on_root(lambda: prepare_devices(case, mesh, forces, storey_factor(folder)))
+            equipment = on_root(
+                lambda: prepare_devices(
+                    case, mesh, forces, storey_factor(folder), impulses=impulses
+                )
+            )
     return run_design(
         case, prepared, equipment, reduced, folder, steps, key=key, members_key=members_key
     )

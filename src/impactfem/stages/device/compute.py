@@ -26,6 +26,7 @@ from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.probes import CoveredPoints, covered_points
 from impactfem.reduction.reduced_building import CompleteModel
+from impactfem.reduction.sides import Impulses
 from impactfem.stages.device.analysis import Analyst, DeviceResult, Support, supports_of
 from impactfem.stages.device.full_order import FullHistories, full_histories, full_system
 from impactfem.stages.device.spectrum_plan import SpectrumPlan
@@ -52,6 +53,8 @@ class Prepared:
     calibrated_laws: frozenset[str] = frozenset()
     #: what that gave by damping case; empty where there is none
     restitution: Mapping[str, float] = field(default_factory=dict)
+    #: of the impact on the wall, for spread `calibrated`; None for another one
+    impulses: Impulses | None = None
 
 
 def prepare(
@@ -61,6 +64,7 @@ def prepare(
     storey_factor: float,
     calibrated_laws: frozenset[str] = frozenset(),
     restitution: Mapping[str, float] | None = None,
+    impulses: Impulses | None = None,
 ) -> Prepared:
     """Read mesh, motions and forces, and build the devices. Not collective.
 
@@ -71,6 +75,7 @@ def prepare(
         storey_factor: Factor on walls and columns.
         calibrated_laws: Contact laws that left their restitution to the impact on the wall.
         restitution: What that gave by damping case.
+        impulses: What that gave along the edges, for spread `calibrated`.
 
     Raises:
         InputError: The mesh, the forces or a device are not usable.
@@ -101,10 +106,17 @@ def prepare(
         ),
         own=case.building(structure.building).damping.law,
         loads=case_loads(
-            case, parts.mesh, motions, forces, path, transient.duration or float(forces.time[-1])
+            case,
+            parts.mesh,
+            motions,
+            forces,
+            path,
+            transient.duration or float(forces.time[-1]),
+            impulses=impulses,
         ),
         motions=motions,
         calibrated_laws=calibrated_laws,
+        impulses=impulses,
         restitution=restitution or {},
     )
 
@@ -198,7 +210,6 @@ def run_devices(
                 prepared.base_plates,
                 [MountedDevice(plan.device.name, plan.device) for plan in prepared.plans],
                 loads,
-                eccentricity=transient.eccentricity,
                 damping=prepared.own.rayleigh,
             ) as system,
         ):
@@ -294,7 +305,15 @@ def _damping_case(
     duration = prepared.loads.time_step * (len(prepared.loads.ground) - 1)
     response = pounded(damped, calibration, prepared.motions, duration)
     forces, mesh = ForceHistory.of_response(response), prepared.parts.mesh
-    loads = case_loads(damped, mesh, prepared.motions, forces, case.path, duration)
+    loads = case_loads(
+        damped,
+        mesh,
+        prepared.motions,
+        forces,
+        case.path,
+        duration,
+        impulses=prepared.impulses,
+    )
     LOGGER.debug("device: damping case %s with the restitution %s", one.name, epsilon)
     return _damped(analyst, one.name, one.law, loads, epsilon, calibrated=calibrated)
 

@@ -72,7 +72,6 @@ def full_system(
     devices: Sequence[MountedDevice],
     loads: Loads,
     *,
-    eccentricity: float,
     damping: Rayleigh,
 ) -> FullSystem:
     """Put devices into a building, whose matrices are gone afterwards. Collective.
@@ -84,7 +83,6 @@ def full_system(
         base_plates: Of all anchors, device by device.
         devices: The devices; their shapes do not count.
         loads: The loads, for their patterns.
-        eccentricity: Of the loads on edges, along them [m].
         damping: α [1/s] and β [s] of the building.
 
     Raises:
@@ -93,7 +91,7 @@ def full_system(
     """
     attached = Attached.alone([one.mount for one in devices])
     model, T = linked(building, [one.link for one in base_plates], mesh.nodes)
-    own = carried(T, loads.patterns(building, mesh, eccentricity))
+    own = carried(T, loads.patterns(building, mesh))
     T.destroy()
     for matrix in (building.fixed, building.storeys, building.mass):
         matrix.destroy()

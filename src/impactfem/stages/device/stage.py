@@ -11,6 +11,7 @@ from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.selection import (
     calibrated_laws,
     calibrated_restitutions,
+    impulses_of_run,
     with_contact_of_run,
 )
 from impactfem.stages.calibrate.stage import CALIBRATE
@@ -47,6 +48,7 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
                 storey_factor(folder),
                 laws,
                 calibrated_restitutions(case, folder),
+                impulses_of_run(case, folder),
             )
         )
         reduced = reduced_on_root(folder, on_root(lambda: model_key(case)))

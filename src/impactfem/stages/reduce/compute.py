@@ -17,9 +17,7 @@ from impactfem.building.model import assemble_building
 from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
 from impactfem.case.calibration import WallImpactSetup
-from impactfem.case.motions import read_force_table
-from impactfem.case.transient import LARGEST_BASIS, MAXIMUM_FREQUENCY, TOLERANCE, Transient
-from impactfem.coupling.force_history import read_forces
+from impactfem.case.transient import LARGEST_BASIS, MAXIMUM_FREQUENCY, TOLERANCE
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.forces import check_contacts
 from impactfem.reduction.probes import checked_probes, covered_points, motion_grid, recorded_nodes
@@ -75,7 +73,6 @@ def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
     if wall is not None:
         probes += wall_probes(mesh, wall.floors)
     if transient is not None:
-        check_contacts(case, mesh)
         probes += [probe.node for probe in checked_probes(case, mesh)]
     certified = np.unique(np.array(probes, dtype=np.int64))
     plan = ReductionPlan(
@@ -94,8 +91,7 @@ def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
             plan,
             nodes=nodes,
             directions=tuple(sorted({"xyz".index(motion.direction) for motion in case.motions})),
-            floors=_floors(case, transient, mesh),
-            eccentricity=transient.eccentricity,
+            edges=check_contacts(case, mesh),
             shift=transient.shift,
             largest=transient.largest_basis,
             larger=transient.band == LARGER,
@@ -136,26 +132,6 @@ def wall_probes(mesh: BuildingMesh, floors: tuple[int, ...]) -> list[int]:
         along = mesh.nodes[edge] @ np.ptp(mesh.nodes[edge], axis=0)
         nodes += [int(edge[k]) for k in np.argsort(along)[[0, len(edge) // 2, -1]]]
     return nodes
-
-
-def _floors(case: Case, transient: Transient, mesh: BuildingMesh) -> tuple[int, ...]:
-    """Floors whose edges may be hit or loaded: those with an edge among the ones that are named."""
-    structure = case.structure
-    if transient.floors is not None or structure is None:
-        return transient.floors or ()
-    name = structure.building
-    ends = [end for contact in case.contacts for end in (contact.a, contact.b)]
-    named = {end.floor for end in ends if end.building == name}
-    for loads in case.loads:
-        table = read_force_table(loads.file, [])
-        if table is not None:
-            named |= {floor for building, floor in table.floors if building == name}
-    if transient.forces is not None and not case.contacts:
-        said = read_forces(transient.forces).ends
-        for buildings, floors in ((said.building_a, said.floor_a), (said.building_b, said.floor_b)):
-            pairs = zip(buildings or (), () if floors is None else floors, strict=False)
-            named |= {int(floor) for building, floor in pairs if building == name}
-    return tuple(floor for floor in sorted(mesh.edges) if floor in named)
 
 
 def _check_pull(case: Case, mesh: BuildingMesh, asked: WallImpactSetup) -> None:

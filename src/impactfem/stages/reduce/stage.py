@@ -22,6 +22,7 @@ def _wanted(case: Case) -> str:
     keys = {
         *("tolerance", "maximum_frequency", "largest_basis", "band", "floors", "probes"),
         *("export", "export_nodes", "serve_damping_cases"),
+        *("spread", "patch_width", "eccentricity"),
     }
     content = {
         "transient": None if transient is None else transient.model_dump_json(include=keys),
@@ -31,9 +32,7 @@ def _wanted(case: Case) -> str:
         else [],
         "directions": sorted(motion.direction for motion in case.motions),
         "contacts": [
-            end.model_dump_json(include={"building", "floor"})
-            for contact in case.contacts
-            for end in (contact.a, contact.b)
+            contact.model_dump_json(include={"a", "b", "normal"}) for contact in case.contacts
         ],
     }
     return json.dumps(content)
@@ -51,7 +50,7 @@ def model_key(case: Case) -> str:
     Its loads, its nodes, and how accurate it is for a damping are looked at when it is used again.
     """
     transient, wall = case.transient, case.wall_impact
-    own = "" if transient is None else transient.model_dump_json(include={"shift", "eccentricity"})
+    own = "" if transient is None else transient.model_dump_json(include={"shift"})
     if wall is not None:
         own += wall.model_dump_json(
             include={"floors", "displaced_floor", "pull", "contact_spacing"}

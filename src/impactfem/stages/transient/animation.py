@@ -22,6 +22,7 @@ from impactfem.stages.transient.floor_figures import mark_edge
 from impactfem.stages.transient.selection import (
     line_ends,
     main_impact,
+    main_side,
     of_kind,
     shown,
     wave_floor,
@@ -166,9 +167,10 @@ def _title(response: xr.Dataset, time: float) -> str:
     if impact is not None:
         since = 1e3 * (time - impact[0])
         text += f", {abs(since):.1f} ms {'after' if since >= 0.0 else 'before'} the impact began"
-    here = (response["edge_floor"] == floor).values
+    main = main_side(response) if response.sizes["edge"] else response
+    here = (main["edge_floor"] == floor).values
     if here.any():
-        force = response["edge_force"].isel(edge=here).sel(time=time, method="nearest")
+        force = main["edge_force"].isel(edge=here).sel(time=time, method="nearest")
         force = 1e-6 * force.item()
         text += f"; force {force:.1f} MN".replace("-", "−")
     return text

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
+
+import xarray as xr
 
 from impactfem.stages.check import Check, end_check, limited
 from impactfem.stages.stores import names_of, open_store, open_stores, time_step
@@ -94,7 +97,24 @@ def transient_checks(folder: Path) -> list[Check]:
             for name, limit, unit, text in NUMBERS
             if (value := values.get(f"transient.{name}")) is not None
         ]
-        return [*samples, ended, *numbers]
+        return [*samples, ended, *numbers, *_pulling(store)]
+
+
+def _pulling(store: xr.Dataset) -> Iterator[Check]:
+    """Whether the uniform line loads press on the whole of their sides, at their largest forces."""
+    if store.attrs["spread"] != "uniform" or not store.sizes["edge"]:
+        return
+    floors = store.isel(edge=[not side.startswith("storey") for side in store["edge_side"].values])
+    largest = floors.isel(time=abs(floors["edge_force"]).argmax("time"))
+    beside = abs(largest["edge_moment"] / largest["edge_force"])
+    if not (beside > 0.0).any():
+        return
+    worst = (beside / largest["edge_length"]).argmax("edge")
+    sixth = float(largest["edge_length"].isel(edge=worst)) / 6.0
+    # Beyond a sixth of the length from the middle the line load pulls at the far end.
+    edge = largest["edge"].isel(edge=worst).item()
+    text = f"transient: largest force on {edge}, spread uniform, beside the middle of the side by"
+    yield limited(text, float(beside.isel(edge=worst)), sixth, "m")
 
 
 def samples_check(step: float, highest: float) -> Check:

@@ -66,10 +66,11 @@ def by_probe(values: Array, probes: int) -> Array:
 
 
 def main_impact(loads: Loads) -> tuple[float, float] | None:
-    """Start and end of the impact with the largest force on an edge [s]; None without one."""
+    """Start and end of the impact with the largest force on a side [s]; None without one."""
     if not loads.edges:
         return None
-    force = loads.force[:, int(np.argmax(np.abs(loads.force).max(axis=0)))]
+    forces, _ = loads.resultants
+    force = forces[:, int(np.argmax(np.abs(forces).max(axis=0)))]
     peak = int(np.argmax(np.abs(force)))
     apart = np.flatnonzero(force / force[peak] <= QUIET)
     start = int(apart[apart < peak].max(initial=-1)) + 1
@@ -179,7 +180,7 @@ def _full(
     with step("matrices"):
         building = assemble_building(comm, prepared.parts)
         model, T = linked(building, links, mesh.nodes)
-        patterns = carried(T, loads.patterns(building, mesh, transient.eccentricity))
+        patterns = carried(T, loads.patterns(building, mesh))
         for matrix in (building.fixed, building.storeys, building.mass):
             matrix.destroy()
         K, C, dampings = model.take_stiffness(prepared.storey_factor), None, prepared.parts.dampings

@@ -34,10 +34,12 @@ from impactfem.stages.stores import time_step
 from impactfem.stages.transient.physics import force_spectra, power_spectrum
 from impactfem.stages.transient.selection import (
     at_floor,
+    beside_note,
     floors_of,
     forces_note,
     known,
     main_impact,
+    main_side,
     of_kind,
     of_sticks,
     plates_note,
@@ -106,18 +108,18 @@ def _forces(response: xr.Dataset) -> CurveFigure:
     order = largest.argsort()[::-1]
     for k in order:
         one = force.isel(edge=k)
-        whole.append(_history(one, f"floor {one['edge_floor'].item()}", colours[k]))
+        whole.append(_history(one, str(one["edge"].item()), colours[k]))
         part = one.sel(time=focus(response))
         if abs(part).max() > SILENT * largest[k]:
             main.append(_history(part, "", colours[k], marker="."))
     caption = (
-        "Figure 11: Impact forces on the edges of the floors of building "
-        f"{response.attrs['building']} over time (a), and the main impact, of floor "
-        f"{force['edge_floor'].values[order[0]]}, at the times of the 3D model (b). Positive in "
-        f"compression; samples every {1e3 * time_step(response):g} ms, the straight lines between "
-        "which are nearest in the mean square to the force of the sticks and keep its impulses: "
+        f"Figure 11: Impact forces on the sides of building {response.attrs['building']} over time "
+        f"(a), and the main impact, of {force['edge'].values[order[0]]}, at the times of the 3D "
+        f"model (b). Positive in compression; samples every {1e3 * time_step(response):g} ms, the "
+        "straight lines between which are nearest in the mean square to the force of the sticks "
+        "and keep its impulses: "
         "outside an impact the samples alternate about zero, and away from it fall to 27 % from "
-        "one to the next."
+        "one to the next." + beside_note(response)
     )
     panels = [Panel("time [s]", "impact force [MN]", curves) for curves in (whole, main)]
     return CurveFigure("figure_11_impact_forces", caption, panels, size=(9.0, 3.4))
@@ -204,7 +206,7 @@ def _edge(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
 
 def _force_spectra(response: xr.Dataset) -> CurveFigure:
     """Figure 21: power spectral densities of the main impacts of the two upper loaded floors."""
-    force = response["edge_force"].isel(edge=slice(-2, None)).transpose("time", "edge")
+    force = main_side(response)["edge_force"].isel(edge=slice(-2, None)).transpose("time", "edge")
     floors = force["edge_floor"].values.tolist()
     spectra = force_spectra(force.values, time_step(response))
     peaks = abs(force).idxmax("time").values
@@ -244,7 +246,7 @@ def _density_panel(
 def _transfer(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
     """Figure 22: acceleration over the impact force of a floor."""
     edges = of_kind(response, "edge").isel(probe=slice(-SHOWN_EDGES, None))
-    loads = response["transfer_load_floor"].values.tolist()[-2:]
+    loads = list(dict.fromkeys(response["transfer_load_floor"].values.tolist()))[-2:]
     wanted = []
     if edges.sizes["probe"]:
         labels = [f"edge of floor {floor}" for floor in edges["probe_floor"].values]

@@ -22,6 +22,7 @@ from impactfem.stages.transient.selection import (
     inward,
     known,
     main_impact,
+    main_side,
     of_kind,
     of_sticks,
     shown,
@@ -320,7 +321,7 @@ def _of_forces(response: xr.Dataset) -> list[Row]:
         "largest acceleration over force at the edge that the force acts on",
         IMPACT_CONTENT,
     )
-    for floor in floors:
+    for floor in dict.fromkeys(floors):
         if floor not in floors_of(response, "edge"):
             continue
         size, _ = transfer(at_floor(response, "edge", floor), floor)
@@ -332,8 +333,8 @@ def _of_forces(response: xr.Dataset) -> list[Row]:
             (f"{name}_frequency", float(size.idxmax()), "Hz", note),
             (f"{name}_to_{upto:g}hz", largest, "1/kg", f"{note}, up to {upto:g} Hz"),
         ]
-    if response.sizes["edge"] > 1:
-        force = response["edge_force"].isel(edge=[-2, -1]).transpose("time", "edge")
+    if response.sizes["edge"] and main_side(response).sizes["edge"] > 1:
+        force = main_side(response)["edge_force"].isel(edge=[-2, -1]).transpose("time", "edge")
         spectra = force_spectra(force.values, time_step(response))
         below, above = spectra.density[:, spectra.frequency <= upto].mean(axis=1)
         lower, upper = force["edge_floor"].values

@@ -19,6 +19,7 @@ from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.reduction.forces import checked_forces, with_floor_forces
 from impactfem.reduction.loads import Loads, make_loads
 from impactfem.reduction.probes import Probe, checked_probes
+from impactfem.reduction.sides import Impulses
 from impactfem.system.errors import Fault, InputError
 
 
@@ -33,10 +34,17 @@ class Prepared:
     base_plates: tuple[BasePlate, ...]  #: of the devices
     damping: DampingLaw
     wave_floor: int  #: number of the floor whose waves are looked at
+    #: Of the impact on the wall, for spread `calibrated`; None for another one.
+    impulses: Impulses | None = None
 
 
 def prepare(
-    case: Case, mesh_file: Path, forces_file: Path, storey_factor: float, inputs: str
+    case: Case,
+    mesh_file: Path,
+    forces_file: Path,
+    storey_factor: float,
+    inputs: str,
+    impulses: Impulses | None = None,
 ) -> Prepared:
     """Read mesh, motions and forces. Not collective.
 
@@ -46,6 +54,7 @@ def prepare(
         forces_file: The impact forces of the sticks, where the case names none of its own.
         storey_factor: Factor on walls and columns.
         inputs: Hash of what the sticks of this run depend on.
+        impulses: Of the impact on the wall, for spread `calibrated`.
 
     Raises:
         InputError: The mesh or the forces are not usable, or a probe is outside the building.
@@ -58,7 +67,7 @@ def prepare(
     history = read_forces(path)
     duration = transient.duration or float(history.time[-1])
     motions = ground_motions(case.motions)
-    loads = case_loads(case, parts.mesh, motions, history, path, duration, inputs)
+    loads = case_loads(case, parts.mesh, motions, history, path, duration, inputs, impulses)
     probes = tuple(checked_probes(case, parts.mesh))
     return Prepared(
         parts=parts,
@@ -68,6 +77,7 @@ def prepare(
         base_plates=find_base_plates(case, parts.mesh),
         damping=case.building(structure.building).damping.law,
         wave_floor=case.wave_floor,
+        impulses=impulses,
     )
 
 
@@ -79,6 +89,7 @@ def case_loads(
     path: Path,
     duration: float,
     inputs: str = "",
+    impulses: Impulses | None = None,
 ) -> Loads:
     """Ground motions and impact forces as loads at the time step of the 3D model.
 
@@ -90,12 +101,13 @@ def case_loads(
         path: Their file, for messages.
         duration: Time that is to be computed [s].
         inputs: Hash of what the sticks of this run depend on; empty when it is not known.
+        impulses: Of the impact on the wall, for spread `calibrated`.
 
     Raises:
         InputError: The forces do not go with the case.
     """
     time_step = transient_of(case).time_step
-    forces, edges = checked_forces(history, path, case, mesh, duration, inputs)
+    forces, edges = checked_forces(history, path, case, mesh, duration, inputs, impulses)
     contacts = len(edges)
     forces, edges = with_floor_forces(case, mesh, forces, edges)
     n_steps = math.floor(duration / time_step * (1.0 + 1e-9))

@@ -52,6 +52,13 @@ def floors_of(store: xr.Dataset, kind: str) -> list[int]:
     return [int(floor) for floor in of_kind(store, kind)["probe_floor"].values]
 
 
+def main_side(response: xr.Dataset) -> xr.Dataset:
+    """The loads of floors on the side with the largest force, from the lowest."""
+    largest = abs(response["edge_force"]).max("time").argmax("edge")
+    side = response["edge_side"].isel(edge=largest)
+    return response.isel(edge=(response["edge_side"] == side).values)
+
+
 def wave_floor(store: xr.Dataset) -> int:
     """Number of the floor with the line: the highest that may be struck."""
     return int(store.attrs["wave_floor"])
@@ -123,6 +130,25 @@ def transfer(response: xr.Dataset, floor: int) -> tuple[xr.DataArray, xr.DataArr
     load = response.isel(transfer_load=here).isel(transfer_load=0)
     size: xr.DataArray = xr.apply_ufunc(np.hypot, load["transfer_re"], load["transfer_im"])
     return size, load["transfer_bound"]
+
+
+def beside_note(store: xr.Dataset) -> str:
+    """How forces beside the middles of their sides are spread, as the end of a caption, or ""."""
+    moment = abs(store["edge_moment"]).max("time")
+    if not (moment > 0.0).any():
+        return ""
+    turned = moment.isel(edge=int(moment.argmax("edge")))
+    how = {
+        "uniform": "a uniform line load with a linear part, which pulls at the far end where the "
+        "resultant is more than a sixth of the length beside the middle",
+        "patch": f"a line load on {store.attrs['patch_width']:g} m about each pair",
+        "calibrated": "the distribution of the impact on the wall with a linear part",
+    }[store.attrs["spread"]]
+    return (
+        f" Each force acts where its pair is, by {how}; the largest moment about the vertical "
+        f"through the middle of a side is {1e-6 * turned.item():.3g} MN m, on "
+        f"{turned['edge'].item()}."
+    )
 
 
 def forces_note(store: xr.Dataset) -> str:

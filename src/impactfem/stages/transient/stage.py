@@ -7,6 +7,8 @@ from pathlib import Path
 from impactfem.case import Case
 from impactfem.case.transient import transient_files
 from impactfem.stages.building.stage import BUILDING, storey_factor
+from impactfem.stages.calibrate.selection import impulses_of_run
+from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.check import Check
 from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING
@@ -44,7 +46,12 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     with steps.step("inputs"):
         prepared = on_root(
             lambda: prepare(
-                case, mesh, of_run(folder, "forces.nc"), storey_factor(folder), POUNDING.key(case)
+                case,
+                mesh,
+                of_run(folder, "forces.nc"),
+                storey_factor(folder),
+                POUNDING.key(case),
+                impulses_of_run(case, folder),
             )
         )
         reduced = None
@@ -145,7 +152,11 @@ TRANSIENT = Stage(
     checks=_checks,
     announces=_announce,
     lacks=lambda case: "transient" if case.transient is None else None,
-    needs=lambda case: (REDUCE if _reduces(case) else BUILDING, POUNDING),
+    needs=lambda case: (
+        REDUCE if _reduces(case) else BUILDING,
+        *((CALIBRATE,) if case.transient and case.transient.spread == "calibrated" else ()),
+        POUNDING,
+    ),
     derived=_physics,
     collective=True,
     each=True,

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from impactfem.building.facade import facades
 from impactfem.building.floor import floor_bar
 from impactfem.reduction.response import SAFETY, Transfer
 from impactfem.stages.stores import Output, dataset
@@ -52,9 +53,12 @@ OUTPUTS = {
     "base_plate_floor": Output("base_plate", label=True),
     "base_plate_position": Output("base_plate xyz", "m"),
     "base_plate_radius": Output("base_plate", "m", "within which nodes move as one rigid body"),
-    "edge": Output("edge", "", "load on an edge"),
-    "edge_floor": Output("edge", label=True),
-    "edge_force": Output("time edge", "N", "positive in compression"),
+    "edge": Output("edge", "", "side of a floor, or storey, that is struck or loaded"),
+    "edge_floor": Output("edge", "", "its floor, or that above the storey", label=True),
+    "edge_side": Output("edge", "", "its side: x-, y+; empty for the impact edge", label=True),
+    "edge_length": Output("edge", "m", "of the side"),
+    "edge_force": Output("time edge", "N", "resultant, positive in compression"),
+    "edge_moment": Output("time edge", "N m", "of the force times its distance from the middle"),
     "transfer_frequency": Output("transfer_frequency", "Hz"),
     "transfer_load": Output("transfer_load", "", "load on an edge"),
     "transfer_load_floor": Output("transfer_load", label=True),
@@ -81,6 +85,8 @@ def _response(study: TransientStudy, key: str) -> xr.Dataset:
     transient, nodes = transient_of(case), prepared.parts.mesh.nodes
     probes, plates, loads = prepared.probes, prepared.base_plates, prepared.loads
     response, impact = study.response, main_impact(loads)
+    force, moment = loads.resultants
+    struck = {edge.place: edge for edge in loads.edges}.values()
     pfa = np.abs(response.acceleration).max(axis=0)
     values: dict[str, Any] = {
         "time": response.time_step * np.arange(len(response.acceleration)),
@@ -103,9 +109,16 @@ def _response(study: TransientStudy, key: str) -> xr.Dataset:
         "pfa_band": study.pfa_band,
         "pfa_interpolated": spectra.zpa_interpolated.reshape(pfa.shape),
         "ground_acceleration": loads.ground,
-        "edge": [edge.name for edge in loads.edges],
-        "edge_floor": np.array([edge.floor for edge in loads.edges], dtype=int),
-        "edge_force": loads.force,
+        "edge": loads.places,
+        "edge_floor": np.array([one.floor for one in struck], dtype=int),
+        "edge_side": [
+            one.side if one.height is None else f"storey {one.side}".rstrip() for one in struck
+        ],
+        "edge_length": [
+            facades(prepared.parts.mesh, one.floor)[one.side][0].length for one in struck
+        ],
+        "edge_force": force,
+        "edge_moment": moment,
     }
     if plates:
         away = [np.linalg.norm(nodes[plate.nodes] - plate.point, axis=1) for plate in plates]
@@ -120,12 +133,18 @@ def _response(study: TransientStudy, key: str) -> xr.Dataset:
         note = f"by {transient.band} bases, safety factor {SAFETY[transient.band]:g}"
         notes = {"psa_band": note, "pfa_band": note}
         highest, at_probes = float(spectra.frequency[-1]), np.array([p.node for p in probes])
-        found = Transfer.of(study.basis, at_probes, prepared.damping, highest, loads.names)
+        # Of forces, not of moments; of uniform ones on sides whose patterns the basis has.
+        uniform = study.basis.loads
+        acting = {
+            edge.place if edge.place in uniform else edge.name: edge.floor
+            for edge in sorted(loads.edges, key=lambda one: one.side != "")
+            if edge.resultant != 0.0
+        }
+        found = Transfer.of(study.basis, at_probes, prepared.damping, highest, acting)
         values |= {
             "transfer_frequency": found.frequency,
             "transfer_load": found.loads,
-            # A basis keeps the names of its loads alone, "floor 8".
-            "transfer_load_floor": np.array([name.split()[-1] for name in found.loads], dtype=int),
+            "transfer_load_floor": np.array([acting[name] for name in found.loads], dtype=int),
             "transfer_re": found.value.real,
             "transfer_im": found.value.imag,
             "transfer_bound": found.bound,
@@ -141,6 +160,8 @@ def _response(study: TransientStudy, key: str) -> xr.Dataset:
         "maximum_frequency": transient.maximum_frequency,
         "basis_vectors": len(study.basis.model.eigenvalue) if study.basis else 0,
         "main_impact": list(impact) if impact else [],
+        "spread": transient.spread,
+        "patch_width": transient.patch_width,
     }
     return dataset(OUTPUTS, values, attributes=attributes, notes=notes)
 
@@ -153,7 +174,8 @@ def transient_scalars(study: TransientStudy, store: xr.Dataset) -> list[Scalar]:
         f"of the highest frequency after up-sampling: {spectra.method}, histories made "
         f"{spectra.upsampling_factor} times finer for the spectra"
     )
-    impulse = study.prepared.loads.impulse_error
+    loads = study.prepared.loads
+    impulse = loads.impulse_error
     rows: list[tuple[str, float, str, str]] = [
         ("impulse_error", impulse, "-", "of the resampling"),
         ("points_per_cycle", spectra.points_per_cycle, "-", finer),
@@ -195,6 +217,11 @@ def transient_scalars(study: TransientStudy, store: xr.Dataset) -> list[Scalar]:
                 (f"{name}.mean", float(along.mean()), "m/s2", note),
                 (f"{name}.max", float(along.max()), "m/s2", note),
             ]
+    about = "of the forces about the vertical through the middle of their side, largest"
+    for place, moment in zip(loads.places, np.abs(loads.resultants[1]).max(axis=0), strict=True):
+        if moment > 0.0:
+            name = place.replace(" ", "_").replace("+", "_high").replace("-", "_low")
+            rows.append((f"moment.{name}", float(moment), "N m", about))
     # Waves by hand: the slab's bare material, and the floor as a bar.
     slab = parts.slab_material(floor)
     shear = math.sqrt(slab.E / (2.0 * slab.rho * (1.0 + slab.nu)))

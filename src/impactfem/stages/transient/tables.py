@@ -29,7 +29,8 @@ def transient_tables(folder: Path, published: Mapping[str, float]) -> list[Path]
         open_store(folder / "transient.nc") as store,
         open_store(of_run(folder, "pounding.nc")) as sticks,
     ):
-        files = write_tables(folder, [_probes(store), _physics(store, sticks, published)])
+        tables = [_probes(store), _physics(store, sticks, published)]
+        files = write_tables(folder, tables + ([_sides(store)] if store.sizes["edge"] else []))
         return files + [t.write_csv(folder / "tables") for t in density_tables(shown(store))]
 
 
@@ -48,24 +49,29 @@ def density_tables(response: xr.Dataset) -> list[Table]:
             f"{response['component'].item()} at the middle of the impact edges (Welch's method, "
             "Hann windows)"
         )
-        of = ("transient_edge_density", title, "(m/s2)2/Hz", floors_of(response, "edge"))
+        of = (
+            "transient_edge_density",
+            title,
+            "(m/s2)2/Hz",
+            [f"floor {k}" for k in floors_of(response, "edge")],
+        )
         tables.append((*of, frequency, density))
     if len(force):
         spectra = force_spectra(force.values.T, step)
         title = (
-            "One-sided power spectral density of the main impact force on each floor, as the mean "
+            "One-sided power spectral density of the main impact force on each side, as the mean "
             f"power over {spectra.duration:.4g} s"
         )
-        of = ("transient_force_density", title, "N2/Hz", force["edge_floor"].values.tolist())
+        of = ("transient_force_density", title, "N2/Hz", force["edge"].values.tolist())
         tables.append((*of, spectra.frequency, spectra.density))
     return [
         Table(
             name,
             title,
-            (("frequency", "Hz"), *((f"floor {floor}", unit) for floor in floors)),
+            (("frequency", "Hz"), *((column, unit) for column in columns)),
             tuple(map(tuple, np.column_stack([frequency, *density]).tolist())),
         )
-        for name, title, unit, floors, frequency, density in tables
+        for name, title, unit, columns, frequency, density in tables
     ]
 
 
@@ -100,6 +106,37 @@ def _probes(store: xr.Dataset) -> Table:
             ("pfa", "peak acceleration", "m/s2"),
             ("pfa_band", "band of it", "m/s2"),
             ("displacement", "largest displacement", "cm"),
+        ],
+    )
+
+
+def _sides(store: xr.Dataset) -> Table:
+    """What each side that is struck or loaded takes, at its largest force."""
+    force = store["edge_force"]
+    largest = store.isel(time=abs(force).argmax("time"))
+    return columns_of(
+        xr.Dataset(
+            {
+                "length": store["edge_length"],
+                "force": largest["edge_force"],
+                "at": largest["time"].variable,
+                "impulse": force.sum("time") * time_step(store),
+                "moment": abs(store["edge_moment"]).max("time"),
+                "beside": largest["edge_moment"] / largest["edge_force"],
+            }
+        ),
+        "transient_sides",
+        f"Forces on the sides of the 3D building {store.attrs['building']}, spread "
+        f"'{store.attrs['spread']}': the largest, its distance from the middle of the side, and "
+        "the largest moment about the vertical there",
+        [
+            ("edge", "side", ""),
+            ("length", "length", "m"),
+            ("force", "largest force", "MN"),
+            ("at", "at", "s"),
+            ("beside", "beside the middle", "m"),
+            ("impulse", "whole impulse", "kN s"),
+            ("moment", "largest moment", "MN m"),
         ],
     )
 

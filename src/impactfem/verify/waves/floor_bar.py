@@ -153,7 +153,8 @@ def _solver_rows(rows: Rows) -> None:
 
 def _pulse_rows(rows: Rows, parts: BuildingParts, bar: FloorBar) -> None:
     """Accelerations at both edges and the centre, spectra, and the crossing by the peak."""
-    from impactfem.reduction.loads import EdgeForce, Loads
+    from impactfem.reduction.edge_force import EdgeForce
+    from impactfem.reduction.loads import Loads
 
     time = STEP * np.arange(round((QUIET + WINDOW) / STEP) + 1)
     since = time - QUIET
@@ -205,7 +206,7 @@ def _line_in_3d(
     basis = build_basis(
         model,
         K,
-        loads.patterns(model, mesh, 0.0),
+        loads.patterns(model, mesh),
         loads.names,
         probes=nodes,
         nodes=np.unique(nodes),

@@ -100,7 +100,7 @@ def paper_reduced_against_full(
             quantity = f"{quantity}, at least {fewest} (yes = 1)"
             rows.add(quantity, 1.0, found >= fewest, "-", 0.0, f"{found}")
         K = model.take_stiffness(prepared.storey_factor)
-        patterns = loads.patterns(model, prepared.parts.mesh, transient.eccentricity)
+        patterns = loads.patterns(model, prepared.parts.mesh)
         start = time.perf_counter()
         basis = build_basis(
             model,

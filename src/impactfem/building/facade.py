@@ -1,0 +1,139 @@
+"""The sides of the floors of a mesh, and loads on what stands behind them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from impactfem.building.mesh import BuildingMesh, area_shares, outward_normal, sides
+from impactfem.case.contacts import Vector
+from impactfem.case.facade import Facade, side_of
+
+Array = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+STRAIGHT = 1e-6
+"""Difference of normals up to which pieces make one side."""
+SURFACE = 0.05
+"""How far nodes may be behind the outermost ones and still be struck with them [m]."""
+
+
+def facades(
+    mesh: BuildingMesh, floor: int, side: str | None = None
+) -> dict[str, tuple[Facade, Ints]]:
+    """The sides of a floor by their names, with their lines (ends, middle), shape (k, 3).
+
+    First that of the group edge_K, "", then the others of its slab: boundaries of its flat
+    triangles, in straight and connected pieces. With the side "" alone when it is asked for.
+    """
+    found: dict[str, tuple[Facade, Ints]] = {}
+    known = mesh.edges.get(floor, np.zeros((0, 3), dtype=np.int64))
+    if len(known):
+        found[""] = _facade(mesh, "", known, outward_normal(mesh, floor)), known
+    if side == "":
+        return found
+    triangles = mesh.triangles[mesh.slab(floor)]
+    if not len(triangles):
+        return found
+    lines = sides(triangles)
+    inner = np.tile(mesh.nodes[triangles[:, :3], :2].mean(axis=1), (3, 1))
+    # A side of one triangle alone is a boundary. The middle says which side it is.
+    _, first, count = np.unique(lines[:, 2], return_index=True, return_counts=True)
+    outer = first[(count == 1) & ~np.isin(lines[first, 2], known[:, 2])]
+    lines = lines[outer]
+    x = mesh.nodes[lines[:, :2], :2]
+    t = x[:, 1] - x[:, 0]
+    normal = np.column_stack([t[:, 1], -t[:, 0]]) / np.linalg.norm(t, axis=1)[:, None]
+    normal *= np.sign(((x[:, 0] - inner[outer]) * normal).sum(axis=1))[:, None]
+    # Neighbours with the same normal are one piece.
+    ends = lines[:, :2].ravel()
+    order = np.argsort(ends, kind="stable")
+    a, b = order[:-1] // 2, order[1:] // 2
+    joined = (np.diff(ends[order]) == 0) & (np.abs(normal[a] - normal[b]).max(axis=1) < STRAIGHT)
+    graph = scipy.sparse.coo_matrix((joined[joined], (a[joined], b[joined])), (len(lines),) * 2)
+    pieces, piece_of = connected_components(graph, directed=False)
+    for k in range(pieces):
+        mine = lines[piece_of == k]
+        facade = _facade(mesh, "", mine, np.append(np.round(normal[piece_of == k][0], 12), 0.0))
+        name = side_of(facade.outward)
+        number = 1 + sum(other.split("#")[0] == name for other in found)
+        name += f"#{number}" if number > 1 else ""
+        found[name] = replace(facade, side=name), mine
+    return found
+
+
+def _facade(mesh: BuildingMesh, name: str, lines: Ints, outward: Array) -> Facade:
+    where = mesh.nodes[np.unique(lines), :2]
+    t = np.array([-outward[1], outward[0]])
+    t *= np.sign(t[np.argmax(np.abs(t))])
+    s, middle = where @ t, where @ outward[:2]
+    # Both ends on one line, also where nodes are a little off.
+    across = 0.5 * (middle.min() + middle.max()) * outward[:2]
+    (x0, y0), (x1, y1) = (across + end * t + 0.0 for end in (s.min(), s.max()))
+    n: Vector = (float(outward[0]) + 0.0, float(outward[1]) + 0.0, 0.0)
+    return Facade(name, (float(x0), float(y0)), (float(x1), float(y1)), n)
+
+
+def patch_load(
+    mesh: BuildingMesh,
+    storey: int,
+    facade: Facade,
+    place: tuple[float, float],
+    width: float,
+    force: Vector,
+) -> tuple[Ints, Array] | str:
+    """Forces on the walls or columns of a storey over a square patch, with the resultant 1 N.
+
+    They are f_i = w_i (a + b (s_i − s) + c (z_i − z)), w_i the area of wall that a node stands for,
+    with the resultant 1 N, and no moment about the point s, z of the patch.
+
+    Args:
+        mesh: The mesh.
+        storey: Number of the floor above it.
+        facade: The side of this floor that the force comes from.
+        place: Position s along it, where the line of the force meets it, and elevation z [m].
+        width: Of the patch along the side and in height [m].
+        force: Horizontal unit vector along which the force acts.
+
+    Returns:
+        The nodes and their forces [N], or what is there instead in words.
+    """
+    triangles = mesh.triangles[mesh.triangles_of("storey", storey)]
+    lines = mesh.lines[mesh.lines_of("column", storey)]
+    nodes = np.setdiff1d(np.union1d(triangles, lines), mesh.base)
+    s0, z = place
+    n, t, f = (np.array(v[:2]) for v in (facade.outward, facade.along, force))
+    relative = mesh.nodes[nodes, :2] - np.array(facade.start)
+    depth, s, height = relative @ n, relative @ t, mesh.nodes[nodes, 2]
+    # An oblique force goes on behind the side: s where it meets what stands there.
+    at = s0 + depth * (f @ t) / (f @ n)
+    inside = (np.abs(s - at) <= 0.5 * width + 1e-9) & (np.abs(height - z) <= 0.5 * width + 1e-9)
+    if not inside.any():
+        return f"no node of its walls and columns is within {0.5 * width:g} m of the point"
+    outermost = depth[inside].max()
+    chosen = inside & (depth >= outermost - SURFACE)
+    surface = nodes[depth >= outermost - SURFACE]
+    on = triangles[np.isin(triangles, surface).all(axis=1)]
+    area = area_shares(mesh.nodes, on)[nodes[chosen]]
+    # Walls that stand on edge, and columns, have lines of nodes there.
+    weight = area if (area > 0.0).sum() > 2 else np.ones(chosen.sum())
+    arms = np.array([np.ones(len(weight)), s[chosen] - at[chosen], height[chosen] - z]) / [
+        [1.0],
+        [width],
+        [width],
+    ]
+    forces = weight * (
+        np.linalg.pinv((arms * weight) @ arms.T, rcond=1e-10) @ [1.0, 0.0, 0.0] @ arms
+    )
+    if np.abs(arms @ forces - [1.0, 0.0, 0.0]).max() > 1e-9:
+        along, up = (s - at)[chosen], height[chosen] - z
+        return (
+            f"its walls and columns within {0.5 * width:g} m of the point, {along.min():.3g} to "
+            f"{along.max():.3g} m along the side and {up.min():.3g} to {up.max():.3g} m in height "
+            "from it, do not take its moment"
+        )
+    return nodes[chosen], forces

@@ -1,0 +1,207 @@
+"""Forces on the sides of a 3D building: the patterns that the force of a pair is made of.
+
+Every spread keeps the resultant F of each pair and its moment F e about the vertical through the
+middle of the side, e the distance of the pair from it along the side of the length L.
+
+- `uniform`: F/L on the whole side and the linear part 12 F e (s − s0) / L³. All pairs of a side
+  share these two; a central pair has the first alone.
+- `patch`: on the given width about the pair; where the side ends before, the patch is cut and the
+  load on it linear, with its resultant at the pair.
+- `calibrated`: F p(s), p the impulse along the edge of the first impact on the wall over its
+  resultant, and the linear part of what its middle is off the pair.
+
+A force inside a storey acts on its walls or columns over a patch (`patch_load`).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from impactfem.building.facade import facades, patch_load
+from impactfem.building.floor import Line, NodalLoad, contact_edge, edge_load, linear
+from impactfem.building.mesh import BuildingMesh
+from impactfem.building.model import BuildingModel
+from impactfem.case.contacts import Vector
+from impactfem.case.facade import Facade
+from impactfem.case.transient import Transient
+
+Array = NDArray[np.float64]
+
+CENTRAL = 1e-9
+"""Part of the length of a side up to which a distance along it is rounding."""
+
+
+@dataclass(frozen=True)
+class EdgeForce:
+    """A pattern of forces on a side of a floor, or on the storey below it."""
+
+    name: str  #: Its name, "floor 8"; the name of a pattern says all about it.
+    floor: int  #: Number of the floor, or of the one above the storey.
+    #: Horizontal unit vector along which a positive amplitude acts on the building.
+    direction: Vector
+    side: str = ""  #: Which side, as of `facades`; "" for that of the group edge_K.
+    resultant: float = 1.0  #: Its resultant [N].
+    #: Moment of the resultant about the middle of the side, positive forces times s [N m].
+    moment: float = 0.0
+    line: Line | None = None  #: The line load along the side; None for a uniform one.
+    #: Elevation of a point inside the storey [m]; None for one of the floor.
+    height: float | None = None
+
+    @property
+    def place(self) -> str:
+        """What is struck: "floor 8", or "floor 8 y-" for another side than that of the group."""
+        what = "floor" if self.height is None else "storey"
+        return f"{what} {self.floor} {self.side}".rstrip()
+
+    def load(self, mesh: BuildingMesh) -> NodalLoad:
+        """Its nodal forces.
+
+        Raises:
+            KeyError: The mesh has no such side, or nothing there that takes the force.
+        """
+        if self.height is None:
+            return edge_load(mesh, self.floor, self.side, self.line)
+        found = _on_storey(mesh, self)
+        if isinstance(found, str):
+            raise KeyError(f"{self.name}: {found}")
+        return found
+
+    def vector(self, model: BuildingModel, mesh: BuildingMesh) -> Array:
+        """The load at this rank's rows, shape (n_local,); KeyError as `load`."""
+        return self.load(mesh).vector(model, self.direction)
+
+
+Shares = tuple[tuple[EdgeForce, float], ...]
+"""The patterns of a force, and the amplitude of each for 1 N."""
+
+
+def _on_storey(mesh: BuildingMesh, force: EdgeForce) -> NodalLoad | str:
+    facade, _ = facades(mesh, force.floor, force.side or None)[force.side]
+    (start, _), (end, _) = force.line or ((0.0, 0.0), (facade.length, 0.0))
+    place = 0.5 * facade.length + force.moment, force.height or 0.0
+    found = patch_load(mesh, force.floor, facade, place, end - start, force.direction)
+    return found if isinstance(found, str) else NodalLoad(*found)
+
+
+def missing(mesh: BuildingMesh, shares: Shares) -> str | None:
+    """Why a storey cannot take a force, in words; None where it can, or a floor takes it."""
+    for pattern, _ in shares:
+        if pattern.height is not None and isinstance(found := _on_storey(mesh, pattern), str):
+            return found
+    return None
+
+
+def even(floor: int, facade: Facade, direction: Vector) -> EdgeForce:
+    """The uniform load of 1 N on a side of a floor."""
+    name = f"floor {floor} {facade.side}".rstrip()
+    return EdgeForce(_named(name, facade, direction), floor, direction, facade.side)
+
+
+def _named(name: str, facade: Facade, direction: Vector) -> str:
+    """The name with the direction of a force that is not at right angles to its side."""
+    if direction == inward(facade):
+        return name
+    return f"{name} along ({direction[0]:.6g}, {direction[1]:.6g})"
+
+
+def inward(facade: Facade) -> Vector:
+    """Unit vector at right angles to a side, into the building."""
+    x, y, z = (-component + 0.0 for component in facade.outward)
+    return x, y, z
+
+
+def floor_shares(
+    floor: int,
+    facade: Facade,
+    direction: Vector,
+    position: float,
+    transient: Transient,
+    contacts: tuple[Array, Array, Array] | None = None,
+) -> Shares:
+    """What a force on a side of a floor is made of.
+
+    Args:
+        floor: Number of the floor.
+        facade: The side.
+        direction: Horizontal unit vector along which it acts.
+        position: Where its line meets the side [m].
+        transient: How it is spread.
+        contacts: Positions, lengths w_i and impulses of the points of contact along the edge, of
+            the impact on the wall; needed by the spread `calibrated` alone.
+    """
+    one, L = even(floor, facade, direction), facade.length
+    e = position - 0.5 * L
+    if transient.spread == "patch":
+        half = 0.5 * transient.patch_width
+        line = linear(max(position - half, 0.0), min(position + half, L), position)
+        name = f"{one.name} at {position:.9g} m over {transient.patch_width:.6g} m"
+        return ((_with(one, name, 1.0, e, line), 1.0),)
+    if transient.spread == "uniform" or contacts is None:
+        if abs(e) <= CENTRAL * L:
+            return ((one, 1.0),)
+        # The difference of two lines with resultants 1 m apart: 1 N m.
+        turning = tuple((s, 6.0 * sign / L**2) for s, sign in ((0.0, -1.0), (L, 1.0)))
+        return (one, 1.0), (_with(one, f"{one.name} turning", 0.0, 1.0, turning), e)
+    s, w, impulse = contacts
+    hats = [
+        tuple(
+            (float(s[j]), float(j == k) / float(w[k])) for j in (k - 1, k, k + 1) if 0 <= j < len(s)
+        )
+        for k in range(len(s))
+    ]
+    middle, share = np.array([_middle(hat) for hat in hats]), impulse / impulse.sum()
+    # Of q = 12 m (s − L/2) / L³ the hat of s_i is q(s_i) w_i.
+    share = share + 12.0 * (position - share @ middle) * (s - 0.5 * L) / L**3 * w
+    return tuple(
+        (_with(one, f"{one.name} contact {at:.9g} m", 1.0, float(c) - 0.5 * L, hat), float(factor))
+        for at, c, hat, factor in zip(s, middle, hats, share, strict=True)
+    )
+
+
+def _with(one: EdgeForce, name: str, resultant: float, moment: float, line: Line) -> EdgeForce:
+    return EdgeForce(name, one.floor, one.direction, one.side, resultant, moment, line)
+
+
+def _middle(line: Line) -> float:
+    """Where the resultant of a line load of 1 N is [m]."""
+    return sum(
+        (b - a) * (2.0 * a * p + a * q + b * p + 2.0 * b * q) / 6.0
+        for (a, p), (b, q) in itertools.pairwise(line)
+    )
+
+
+def storey_share(
+    storey: int,
+    facade: Facade,
+    direction: Vector,
+    position: float,
+    height: float,
+    transient: Transient,
+) -> Shares:
+    """What a force inside a storey is made of, with its elevation [m]; others as `floor_shares`."""
+    half = 0.5 * transient.patch_width
+    name = (
+        f"{f'storey {storey} {facade.side}'.rstrip()} at {position:.9g} m, z = {height:.9g} m over "
+        f"{transient.patch_width:.6g} m"
+    )
+    line = ((position - half, 0.0), (position + half, 0.0))
+    moment = position - 0.5 * facade.length
+    name = _named(name, facade, direction)
+    return ((EdgeForce(name, storey, direction, facade.side, 1.0, moment, line, height), 1.0),)
+
+
+def wall_contacts(
+    mesh: BuildingMesh, floor: int, spacing: float | None, impulses: Mapping[int, Array] | None
+) -> tuple[Array, Array, Array]:
+    """Positions [m], lengths [m] and impulses of the contacts of an edge with the wall.
+
+    The impulses by floor are those that `calibrate` found; even ones before it has run.
+    """
+    edge = contact_edge(mesh, floor, spacing)
+    found = edge.weight if impulses is None else impulses[floor]
+    return edge.position, edge.weight, found
