@@ -140,7 +140,8 @@ def draw(new_case, tmp_path, monkeypatch):
 def test_a_case(draw, tmp_path, name):
     change, expected = CASES[name]
     drawn = draw(change)
-    assert sorted(path.name for path in drawn) == [f"figure_{kind}.svg" for kind in expected]
+    names = ["damping.svg", *(f"figure_{kind}.svg" for kind in expected)]
+    assert sorted(path.name for path in drawn) == names
     assert sorted((tmp_path / "figures").iterdir()) == sorted(drawn)
     for path in drawn:
         assert_drawn(path, 0, 0)

@@ -5,6 +5,7 @@ What is modelled is drawn in figures 2 (the case), 3 (stick and first mode) and 
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -29,7 +30,7 @@ from impactfem.plot.style import (
     floor_looks,
     letter,
 )
-from impactfem.stages.stores import open_store
+from impactfem.stages.stores import damping_of, names_of, open_store
 
 Array = NDArray[np.float64]
 GREY = "0.35"
@@ -41,7 +42,7 @@ MOST_ROOM = 4.0
 
 
 def stick_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[Path]:
-    """Draw figures 2, 3, 5, 8, 9 and 10 into `figures/`; the files.
+    """Draw figures 2, 3, 5, 8, 9, 10 and that of the damping into `figures/`; the files.
 
     Those about impacts are left out when nothing can touch. Published values, in SI by the name of
     the result, are drawn with ours.
@@ -56,7 +57,7 @@ def stick_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[P
     ):
         case_figure(drawn[0], motion, sticks, forces)
         stick_figure(drawn[1], sticks)
-        curves = [_response(sticks), _floor_spectra(sticks, published)]
+        curves = [_response(sticks), _floor_spectra(sticks, published), _damping(sticks)]
         if sticks.sizes["pair"]:
             drawn.append(target / "figure_05_contact.svg")
             contact_figure(drawn[-1], sticks, forces)
@@ -172,6 +173,33 @@ def _floor_spectra(sticks: xr.Dataset, published: Mapping[str, float]) -> CurveF
         options["legend"] = "upper left" if name == "psa" else ""
         panels.append(Panel("frequency [Hz]", "pseudo-acceleration [m/s²]", curves, **options))
     return CurveFigure("figure_10_floor_spectra", caption, panels, alike=True)
+
+
+def _damping(sticks: xr.Dataset) -> CurveFigure:
+    """The damping ratio by the law of each building, and those of the modes of its stick."""
+    highest, lowest = float(sticks["frequency"][-1]), 0.5 * float(sticks["mode_frequency"].min())
+    frequency = np.geomspace(lowest, highest, 400)
+    laws = {name: damping_of(sticks.sel(building=name)) for name in names_of(sticks, "building")}
+    curves, words = [], []
+    for name, law in laws.items():
+        alike = [other for other, same in laws.items() if same == law]
+        if name == alike[0]:
+            colour, which = BUILDINGS[list(laws).index(name) % len(BUILDINGS)], ", ".join(alike)
+            curves.append(Curve(frequency, 100.0 * law.ratio(frequency), which, colour))
+            low, high = (100.0 * float(law.ratio(f)) for f in (2.0 * lowest, highest))
+            words.append(f"{which} {low:.3g} % at {2.0 * lowest:.3g} Hz, {high:.3g} % at the end")
+    for (name, _), colour in zip(laws.items(), itertools.cycle(BUILDINGS)):
+        modes = sticks.sel(building=name)
+        shown = modes.isel(mode=(modes["mode_frequency"] <= highest).values)
+        ratio = 100.0 * shown["mode_ratio"].values
+        f, label = shown["mode_frequency"].values, f"modes of {name}"
+        curves.append(Curve(f, ratio, label, colour, dash="", marker="o"))
+    caption = (
+        "Damping ratio of the buildings over the frequency, up to the highest of the spectra, and "
+        f"of the modes of their sticks: {'; '.join(words)}."
+    )
+    panel = Panel("frequency [Hz]", "damping ratio [%]", curves, log="x", bottom=0.0, legend="best")
+    return CurveFigure("damping", caption, [panel], columns=1, size=(6.5, 3.8), lettered=False)
 
 
 @dataclass(frozen=True)
