@@ -232,6 +232,7 @@ TAKEN = "Restitution and contact stiffness come from one impact of the 3D model"
 )
 def test_whether_a_law_takes_values_from_the_wall(laws, wall, taken):
     case = {
+        "buildings": [{"damping": {}}, {"damping": {"type": "table" if wall else "rayleigh"}}],
         "structure": {"building": "B1"},
         "wall_impact": {"floors": [8]} if wall else None,
         "transient": None,
@@ -242,6 +243,7 @@ def test_whether_a_law_takes_values_from_the_wall(laws, wall, taken):
     found = "\n".join(one["text"] for _, group in assumptions(case) for one in group)
     unused = "those of the impact on a rigid wall are not used"
     assert (TAKEN in found, unused in found) == (taken is True, taken is False)
+    assert ("C = αM + βK" in found, "ratio of each mode" in found) == (not wall, wall)
 
 
 def beside_a_paper(run):

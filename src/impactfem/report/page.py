@@ -195,7 +195,9 @@ def assumptions(case: Mapping[str, Any]) -> list[tuple[str, Sequence[Mapping[str
     """What was assumed by a case (`text`) and why (`reason`), in groups with a title."""
     method = tomllib.loads((TEMPLATES / "assumptions.toml").read_text("utf-8"))
     wall = "wall_used" if wall_is_used(case) else "wall_unused"
-    used = {"structure": "structure", "wall_impact": wall}
+    laws = {one["damping"].get("type", "rayleigh") for one in case["buildings"]}
+    damping = "rayleigh" if laws == {"rayleigh"} else "other_damping"
+    used = {"buildings": damping, "structure": "structure", "wall_impact": wall}
     used |= {name: name for name in ("transient", "devices")}
     own, reference = case["report"]["assumptions"], case["report"]["reference"] or {}
     groups = (
