@@ -244,6 +244,10 @@ def test_whether_a_law_takes_values_from_the_wall(laws, wall, taken):
     unused = "those of the impact on a rigid wall are not used"
     assert (TAKEN in found, unused in found) == (taken is True, taken is False)
     assert ("C = αM + βK" in found, "ratio of each mode" in found) == (not wall, wall)
+    assert "One factor on the stiffness" not in found
+    case["further_structures"] = [{"building": "B2", "calibration": {"frequency": 1.8}}]
+    (_, method), *_ = assumptions(case)
+    assert sum("One factor on the stiffness" in one["text"] for one in method) == 1
 
 
 def beside_a_paper(run):

@@ -199,12 +199,13 @@ def assumptions(case: Mapping[str, Any]) -> list[tuple[str, Sequence[Mapping[str
     damping = "rayleigh" if laws == {"rayleigh"} else "other_damping"
     used = {"buildings": damping, "structure": "structure", "wall_impact": wall}
     used |= {name: name for name in ("transient", "devices")}
+    keys = [key for name, key in used.items() if case[name]]
+    models = (case["structure"], *case.get("further_structures", ()))
+    if any(model and model.get("calibration") for model in models):
+        keys.insert(keys.index("structure") + 1, "fitted")
     own, reference = case["report"]["assumptions"], case["report"]["reference"] or {}
     groups = (
-        (
-            "The method",
-            sum((method[key] for name, key in used.items() if case[name]), method["always"]),
-        ),
+        ("The method", sum((method[key] for key in keys), method["always"])),
         ("This case", own),
         (
             "What the publication leaves out, and what is taken in its place",
