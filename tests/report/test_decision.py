@@ -187,6 +187,37 @@ def test_a_restitution_that_the_own_model_does_not_have(tmp_path: Path, laws: An
     assert words.endswith("at a rigid wall") == used
 
 
+def test_the_wall_of_a_further_building(tmp_path: Path) -> None:
+    """Its restitution is by its name in the run, and by its own in the files of the building."""
+    run = run_of(tmp_path, pounding=sticks())
+    run.models["B2"] = SimpleNamespace(
+        values={"calibration.epsilon": 0.467}, ran=lambda _: False, store=run.store
+    )
+    (text,) = flags(run, [])
+    assert "gives 0.467, which is not used" in text
+    assert "0.467" in [value for value, _ in key_results(run)]
+
+
+def test_a_wall_without_contacts(tmp_path: Path) -> None:
+    """No law has a restitution beside that of the wall."""
+    store = sticks()
+    run = run_of(tmp_path, pounding=store.isel(pair=slice(0, 0)))
+    run.values["calibration.epsilon"] = 0.467
+    assert flags(run, []) == []
+
+
+def test_what_impacts_alone_move_has_no_factor(tmp_path: Path) -> None:
+    """B moves along y by its impacts; what it does without them is rounding."""
+    store = sticks()
+    store["psa_free"][0, 2] = 1e-13 * store["psa"][0, 2]
+    run = run_of(tmp_path, pounding=store)
+    first, second = governing(run)
+    assert first.building == "B" and np.isnan(first.factors).all()
+    assert second.factors == pytest.approx((2.0, 2.0))
+    assert "Over the case without impact" not in by_question(run)
+    assert spectra_table([first, second]).rows[0][-2:] == ["", ""]
+
+
 def test_ten_numbers_of_any_run(tmp_path: Path) -> None:
     run = run_of(tmp_path, pounding=sticks())
     run.values |= {f"pounding.peak_displacement.{name}": 0.02 for name in "AB"}

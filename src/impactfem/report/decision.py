@@ -14,6 +14,7 @@ import xarray as xr
 from impactfem.plot.curves import Curve, CurveFigure, Panel
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED
 from impactfem.report.overview import (
+    RESIDUAL,
     Facts,
     anchor_forces,
     digits,
@@ -78,8 +79,11 @@ class Spectrum:
 
     @property
     def factors(self) -> tuple[float, float]:
-        """Its peak over that without impact, and the ratio at the frequency of the former."""
-        if self.free is None:
+        """Its peak over that without impact, and the ratio at the frequency of the former.
+
+        nan where impacts alone move the point: what is left without them is rounding.
+        """
+        if self.free is None or float(self.free.max()) <= RESIDUAL * self.peak:
             return math.nan, math.nan
         there = self.free.sel(frequency=self.at, method="nearest")
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -299,14 +303,16 @@ def _impacts(run: RunFiles) -> list[Answer]:
 def flags(run: RunFiles, spectra: list[Spectrum]) -> list[str]:
     """What the results rest on and is not what the case's own 3D models and motions say."""
     found = []
-    if "calibration.epsilon" in run.values and not wall_is_used(run.case):
+    epsilon = _at_wall(run)
+    if epsilon is not None and run.ran("pounding") and not wall_is_used(run.case):
         with run.store("pounding.nc") as store:
             laws = np.unique(store["pair_restitution"].values.round(3))
         given = " to ".join(f"{value:.3g}" for value in laws[[0, -1][: len(laws)]])
-        found.append(
-            f"The contact laws have a restitution of {given}; the impact of the 3D model on a "
-            f"rigid wall gives {run.values['calibration.epsilon']:.3g}, which is not used."
-        )
+        if given:
+            found.append(
+                f"The contact laws have a restitution of {given}; the impact of the 3D model on a "
+                f"rigid wall gives {epsilon:.3g}, which is not used."
+            )
     for one in spectra:
         if one.model == STICK:
             with run.store("pounding.nc") as store:
@@ -326,6 +332,12 @@ def flags(run: RunFiles, spectra: list[Spectrum]) -> list[str]:
             )
             break
     return found
+
+
+def _at_wall(run: RunFiles) -> float | None:
+    """The restitution of the building that hits the rigid wall; None without one."""
+    found = (one.values.get("calibration.epsilon") for one in run.models.values())
+    return next((value for value in found if value is not None), None)
 
 
 def spectra_figure(run: RunFiles, spectra: list[Spectrum]) -> Path | None:
@@ -401,7 +413,7 @@ def key_results(run: RunFiles) -> list[tuple[str, str]]:
     spectra = governing(run)
     every = answers(run, spectra)[:-1]  # the console has counted the checks already
     found = [(one.value, f"{one.question.lower()}: {one.text}") for one in every]
-    if (epsilon := run.values.get("calibration.epsilon")) is not None:
+    if (epsilon := _at_wall(run)) is not None:
         used = "" if wall_is_used(run.case) else "; not used here, the case gives the law"
         found.append((f"{epsilon:.3g}", f"restitution ε of the 3D model at a rigid wall{used}"))
     for impact, words in of_device.LOADS.items():

@@ -33,6 +33,8 @@ BENDING = r"building\.frequency\.(\d+)"
 """Names of the frequencies of the modes of a 3D model that bend."""
 FLOORS = 3
 """Number of floors that are shown where not all that are hit are."""
+RESIDUAL = 1e-9
+"""Part of a spectrum with impacts up to which that without them is rounding."""
 NOISE = 1e-3
 """Part of the largest force without impact up to which a component is none."""
 
@@ -127,7 +129,9 @@ def stick_spectra(run: RunFiles, building: str) -> Facts:
                 psa, free = at["psa"], at["psa_free"]
                 shown = (psa.max(), psa.idxmax("frequency"), at["pfa"], free.max(), at["pfa_free"])
                 values = [value.item() for value in shown]
-                factor = digits(values[0] / values[3], 3) if values[3] > 0.0 else ""
+                factor = (
+                    digits(values[0] / values[3], 3) if values[3] > RESIDUAL * values[0] else ""
+                )
                 rows.append((at["station_floor"].item(), direction, *values, factor))
     columns = (
         "floor {}; along {}; peak [m/s²] {:.1f}; at [Hz] {:.1f}; PFA [m/s²] {:.1f}; "
@@ -142,7 +146,8 @@ def structure_spectra(run: RunFiles) -> Facts:
     with run.store("transient.nc") as store:
         response = known(shown(store))
         force = response["edge_force"]
-        hit = force["edge_floor"].values[(abs(force) > 0.0).any("time").values]
+        on_floor = [str(place).startswith("floor") for place in force["edge"].values]
+        hit = force["edge_floor"].values[(abs(force) > 0.0).any("time").values & on_floor]
         floors = floors_of(response, "centre")[::-1]
         rows = []
         for floor in floors:
