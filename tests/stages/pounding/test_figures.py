@@ -157,6 +157,17 @@ def test_the_law_of_figure_5(draw, tmp_path, hertz):
     assert ("The laws are hunt-crossley" in words.caption) == hertz
 
 
+@pytest.mark.parametrize("gap", ["2 cm", "2 mm"])
+def test_what_figure_9_shows(draw, gap):
+    """At a gap of 2 cm the top floors alone touch, at 2 mm others as well."""
+    path = next(
+        path for path in draw(changed(('"2 cm"', f'"{gap}"'))) if path.stem == "figure_09_forces"
+    )
+    words = read_words(path)
+    several = ", 1 curve;" not in words.seen.partition("(b)")[0]
+    assert several == (gap == "2 mm") == ("forces of the pairs that touch (a)" in words.caption)
+
+
 def test_buildings_are_as_wide_as_their_points_say(draw, monkeypatch):
     """A tower of 10 m beside a wing of 12 m, 2 cm apart."""
     drawn = []

@@ -11,6 +11,7 @@ from impactfem.plot import style
 from impactfem.plot.floor_field import SIGNED, TopFloor, round_factor, signed_limits
 from impactfem.stages.transient import figures as transient_figures
 from impactfem.stages.transient import floor_figures
+from impactfem.stages.transient.animation import _title
 from impactfem.stages.transient.curve_figures import centre_spectrum, probe_figures
 from impactfem.stages.transient.floor_figures import psa_at
 from impactfem.stages.transient.selection import at_floor, forces_note, shown
@@ -114,6 +115,23 @@ def test_the_band_is_drawn(transient_folder, monkeypatch):
     widths.clear()
     draw_one(solver="full")
     assert not widths
+
+
+def test_forces_inside_storeys_are_called_so(transient_folder):
+    """The legend and caption of figure 21, and the title of the film, name what is struck."""
+    folder = transient_folder(maps=False)
+    with (
+        xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
+        xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as sticks,
+    ):
+        time = float(abs(store["edge_force"]).max("edge").idxmax("time"))
+        assert "; force " in _title(shown(store), time)
+        names = [name.replace("floor", "storey") for name in store["edge"].values]
+        response = shown(store.assign_coords(edge=names))
+        assert f"; force on storey {response.attrs['wave_floor']} " in _title(response, time)
+        figure = next(one for one in probe_figures(response, sticks) if "_21_" in one.name)
+    assert all(curve.label in names for curve in figure.panels[0].curves)
+    assert "floor" not in figure.caption and names[-1] in figure.caption
 
 
 NOTE = (

@@ -131,10 +131,14 @@ def _forces(sticks: xr.Dataset, forces: xr.Dataset, published: Mapping[str, floa
         shown = (time >= start - margin) & (time <= end + margin)
         label = f"{impact['impact_steps']:.0f} computed times, {1e3 * (end - start):.1f} ms"
         near = [Curve(time[shown], force.values[shown], label, marker=".")]
+    what = (
+        f"Impact forces of the pairs that touch (a), and the main impact, between {_pair(name)},"
+        if others
+        else f"Impact force between {_pair(name)} (a), and its main impact"
+    )
     caption = (
-        f"Figure 9: Impact force between {_pair(name)} (a), and its main impact with the computed "
-        "times (b). Positive in compression; the force pulls at the end of an impact when the law "
-        "allows tension."
+        f"Figure 9: {what} with the computed times (b). Positive in compression; the force pulls "
+        "at the end of an impact when the law allows tension."
     )
     axes = ("time [s]", "impact force [MN]")
     note = "" if near else "no impact"

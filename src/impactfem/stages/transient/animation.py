@@ -171,6 +171,6 @@ def _title(response: xr.Dataset, time: float) -> str:
     here = (main["edge_floor"] == floor).values
     if here.any():
         force = main["edge_force"].isel(edge=here).sel(time=time, method="nearest")
-        force = 1e-6 * force.item()
-        text += f"; force {force:.1f} MN".replace("-", "−")
+        where = "" if force["edge"].item() == f"floor {floor}" else f" on {force['edge'].item()}"
+        text += f"; force{where} {1e-6 * force.item():.1f} MN".replace("-", "−")
     return text

@@ -205,19 +205,18 @@ def _edge(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
 
 
 def _force_spectra(response: xr.Dataset) -> CurveFigure:
-    """Figure 21: power spectral densities of the main impacts of the two upper loaded floors."""
+    """Figure 21: power spectral densities of the main impacts of the two upper loads of a side."""
     force = main_side(response)["edge_force"].isel(edge=slice(-2, None)).transpose("time", "edge")
-    floors = force["edge_floor"].values.tolist()
+    places = force["edge"].values.tolist()
     spectra = force_spectra(force.values, time_step(response))
     peaks = abs(force).idxmax("time").values
-    forces = " and ".join(f"{f} (at {t:.3f} s)" for f, t in zip(floors, peaks, strict=True))
+    forces = " and ".join(f"{p} (at {t:.3f} s)" for p, t in zip(places, peaks, strict=True))
     caption = (
-        f"Figure 21: Power spectral densities of the main impact force on floor"
-        f"{'s' if len(floors) > 1 else ''} {forces}, as the mean power over "
-        f"{1e3 * spectra.duration:.0f} ms."
+        f"Figure 21: Power spectral densities of the main impact force on {forces}, as the mean "
+        f"power over {1e3 * spectra.duration:.0f} ms."
     )
-    looks = ((RED, "--"), (BLUE, "-"))[-len(floors) :]
-    labels = [(f"floor {floor}", *look) for floor, look in zip(floors, looks, strict=True)]
+    looks = ((RED, "--"), (BLUE, "-"))[-len(places) :]
+    labels = [(place, *look) for place, look in zip(places, looks, strict=True)]
     label = "PSD of the impact force [MN²/Hz]"
     panel = _density_panel(response, spectra.frequency, 1e-12 * spectra.density, labels, label)
     return CurveFigure("figure_21_force_spectra", caption, [panel], 1, (6.5, 3.8))

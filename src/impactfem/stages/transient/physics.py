@@ -337,8 +337,8 @@ def _of_forces(response: xr.Dataset) -> list[Row]:
         force = main_side(response)["edge_force"].isel(edge=[-2, -1]).transpose("time", "edge")
         spectra = force_spectra(force.values, time_step(response))
         below, above = spectra.density[:, spectra.frequency <= upto].mean(axis=1)
-        lower, upper = force["edge_floor"].values
-        note = f"main impacts, floor {upper} over floor {lower}, mean up to {upto:g} Hz"
+        lower, upper = force["edge"].values
+        note = f"main impacts, {upper} over {lower}, mean up to {upto:g} Hz"
         rows.append(("psd_ratio", float(above / below) if below > 0.0 else None, "-", note))
     return rows
 
