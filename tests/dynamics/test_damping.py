@@ -135,6 +135,17 @@ def test_what_has_no_mass(count, chain):
     assert np.abs(other.matrix(K, M) - C).max() > 5e-3 * np.abs(C).max()
 
 
+def test_what_has_no_mass_is_damped_where_the_ratio_falls():
+    """The slope of a law whose ratio falls by more than half within an octave is negative."""
+    top = np.array([1.0, (2.0 * np.pi * 50.0) ** 2])
+    falling = RatioTable((1.0, 50.0, 100.0), (0.1, 0.1, 0.02))
+    ends = falling.modal(top[1] * np.array([1.0, 4.0]))
+    assert ends[1] < ends[0]
+    constant = RatioTable.constant(0.02).stiffness_part(top)
+    assert falling.stiffness_part(top) == pytest.approx(constant, rel=1e-12)
+    assert constant > 0.0
+
+
 def test_only_rayleigh_has_coefficients():
     assert Rayleigh(0.5, 2e-3).coefficients == (0.5, 2e-3)
     assert np.all(np.isnan(LAWS["table"].coefficients))

@@ -78,11 +78,12 @@ class DampingLaw(ABC):
     def stiffness_part(self, eigenvalue: Array) -> float:
         """β of what moves without mass, and so has no frequency: its damping is β K [s].
 
-        β = Δd/Δλ, the slope from the highest frequency of the modes with mass to its double.
+        β = Δd/Δλ, the slope from the highest frequency of the modes with mass to its double; where
+        the ratio falls there, that of a constant ratio, as a slope may be negative then.
         """
         top = float(np.max(eigenvalue))
         low, high = (float(self.modal(np.array([λ]))[0]) for λ in (top, 4.0 * top))
-        return (high - low) / (3.0 * top)
+        return (high - min(low, 0.5 * high)) / (3.0 * top)
 
     def matrix(self, K: Any, M: Any) -> Any:
         """C of dense matrices, of which K is positive definite and M may have rows of zeros.
