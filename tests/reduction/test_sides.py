@@ -162,6 +162,17 @@ def test_a_patch_is_as_wide_as_it_is_asked_to_be(frame):
     assert load.forces.sum() == pytest.approx(1.0, rel=1e-13)
 
 
+@pytest.mark.parametrize("storey", [None, 2])
+def test_pairs_at_one_place_but_for_rounding_share_their_pattern(frame, storey):
+    """A pattern is found by its name: two of one name are refused."""
+    pairs = [((-1, 0, 0), (-3, y, 0)) for y in (0.3, 0.3 + 1e-12, 0.4)]
+    case = case_of(frame, pairs, storey=storey, spread="patch", patch_width=1.5)
+    loads, found = in_3d(frame, case, pairs)
+    assert len(loads.edges) == len(check_contacts(case, frame.parts.mesh)) == 2
+    hand = by_hand(pairs, forces_of(pairs).force)[:, [0, 1, 5]]
+    assert np.abs(found[:, [0, 1, 5]] - hand).max() < 1e-9 * np.abs(hand).max()
+
+
 @pytest.mark.parametrize(
     ("normal", "offset", "width", "at"),
     [

@@ -34,6 +34,8 @@ Array = NDArray[np.float64]
 
 CENTRAL = 1e-9
 """Part of the length of a side up to which a distance along it is rounding."""
+DECIMALS = 9
+"""Of places, in metres, that patterns are made of: those of one place are one pattern."""
 
 
 @dataclass(frozen=True)
@@ -137,10 +139,10 @@ def floor_shares(
     one, L = even(floor, facade, direction), facade.length
     e = position - 0.5 * L
     if transient.spread == "patch":
-        half = 0.5 * transient.patch_width
-        line = linear(max(position - half, 0.0), min(position + half, L), position)
-        name = f"{one.name} at {position:.9g} m over {transient.patch_width:.6g} m"
-        return ((_with(one, name, 1.0, e, line), 1.0),)
+        at, half = round(position, DECIMALS), 0.5 * transient.patch_width
+        line = linear(max(at - half, 0.0), min(at + half, L), at)
+        name = f"{one.name} at {at:.12g} m over {transient.patch_width:.6g} m"
+        return ((_with(one, name, 1.0, at - 0.5 * L, line), 1.0),)
     if transient.spread == "uniform" or contacts is None:
         if abs(e) <= CENTRAL * L:
             return ((one, 1.0),)
@@ -185,9 +187,10 @@ def storey_share(
 ) -> Shares:
     """What a force inside a storey is made of, with its elevation [m]; others as `floor_shares`."""
     half = 0.5 * transient.patch_width
+    position, height = round(position, DECIMALS), round(height, DECIMALS)
     name = (
-        f"{f'storey {storey} {facade.side}'.rstrip()} at {position:.9g} m, z = {height:.9g} m over "
-        f"{transient.patch_width:.6g} m"
+        f"{f'storey {storey} {facade.side}'.rstrip()} at {position:.12g} m, z = {height:.12g} m "
+        f"over {transient.patch_width:.6g} m"
     )
     line = ((position - half, 0.0), (position + half, 0.0))
     moment = position - 0.5 * facade.length
