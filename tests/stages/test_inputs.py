@@ -13,6 +13,7 @@ from impactfem.run.stages import STAGES
 from impactfem.stages import inputs
 from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.calibrate.stage import CALIBRATE
+from impactfem.stages.design.stage import members_key
 from impactfem.stages.ensemble import stage as ensemble
 from impactfem.stages.inputs import (
     imported_by,
@@ -66,6 +67,22 @@ def test_transient_depends_on_the_dampings_that_it_serves(case: Case, served: bo
     assert (lighter != known) == served
     assert TRANSIENT.key(_serving(_with(case, restitution=0.5), served)) == known
     assert TRANSIENT.key(_serving(case, not served)) != known
+
+
+@pytest.mark.parametrize("spread", ["uniform", "calibrated"])
+def test_members_depend_on_the_impact_that_spreads_their_forces(spread: str) -> None:
+    case = load_case(GEOMETRY / "npp_pair.toml")
+    laws = {
+        name: law.model_copy(update={"stiffness": 1e10, "restitution": 0.6, "tension": True})
+        for name, law in case.contact_laws.items()
+    }
+    if case.transient is None or case.wall_impact is None:
+        raise ValueError("the case has no 3D model before a wall")
+    transient = case.transient.model_copy(update={"spread": spread})
+    case = case.model_copy(update={"transient": transient, "contact_laws": laws})
+    wall = case.wall_impact.model_copy(update={"displacement": 2.0 * case.wall_impact.displacement})
+    other = case.model_copy(update={"wall_impact": wall})
+    assert (members_key(other) != members_key(case)) == (spread == "calibrated")
 
 
 def test_sticks_of_the_case_itself_depend_on_none(case: Case) -> None:

@@ -9,6 +9,7 @@ from impactfem.case import Case
 from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.selection import impulses_of_run, with_contact_of_run
+from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.design.checks import design_checks
 from impactfem.stages.design.figures import design_figures
 from impactfem.stages.design.products import design_products_of, write_design_products
@@ -29,6 +30,16 @@ def _carried(case: Case) -> int:
     return 0 if case.ensemble is None else case.ensemble.structure_motions
 
 
+def members_key(case: Case) -> str:
+    """Hash of what members depend on in addition to their motions."""
+    sections = ("transient", "devices", "device_analysis", "structure")
+    keys = [program_key(DESIGN.modules), motions_key(case, sections), REDUCE.key(case)]
+    # The impact on the wall spreads forces along the edges, whatever the contact laws take of it.
+    if CALIBRATE in TRANSIENT.needs(case):
+        keys.append(CALIBRATE.key(case))
+    return hashlib.sha256("".join(keys).encode()).hexdigest()
+
+
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.stages.building.compute import mesh_of_run
@@ -38,19 +49,12 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     from impactfem.stages.transient.prepared import prepare
 
     mesh, forces, members = mesh_of_run(case, folder), of_run(folder, "forces.nc"), _carried(case)
-    equipment, members_key = None, ""
-
-    def shared() -> str:
-        """What members depend on in addition to their motions."""
-        sections = ("transient", "devices", "device_analysis", "structure")
-        keys = [program_key(DESIGN.modules), motions_key(case, sections), REDUCE.key(case)]
-        return hashlib.sha256("".join(keys).encode()).hexdigest()
-
+    equipment, shared = None, ""
     with steps.step("inputs"):
         inputs = on_root(lambda: POUNDING.key(case))
         reduced = reduced_on_root(folder, on_root(lambda: model_key(case)))
         if members:
-            members_key = on_root(shared)
+            shared = on_root(lambda: members_key(case))
             case = on_root(
                 lambda: with_contact_of_run(with_structure_targets(case, folder), folder)
             )
@@ -65,7 +69,7 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
                 )
             )
     return run_design(
-        case, prepared, equipment, reduced, folder, steps, key=key, members_key=members_key
+        case, prepared, equipment, reduced, folder, steps, key=key, members_key=shared
     )
 
 
