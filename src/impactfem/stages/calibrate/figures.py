@@ -231,7 +231,7 @@ def _damping(path: Path, store: xr.Dataset) -> Path:
     caption = (
         f"Restitution by equation 5 (a), contact stiffness by equation 6 (b) and duration of the "
         f"first impact (c) of floor {store['floor'].values[-1]} of building "
-        f"{store.attrs['building']} over the Rayleigh damping ratio of the building at "
+        f"{store.attrs['building']} over the damping ratio of the building at "
         f"{frequency:.3g} Hz, the frequency whose half wave lasts as long as the impact with the "
         "damping of the case."
     )

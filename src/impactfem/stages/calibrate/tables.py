@@ -98,7 +98,7 @@ def _dampings(store: xr.Dataset, published: Mapping[str, float]) -> Table:
         ),
         "wall_damping",
         f"First impact of floor {top} of building {store.attrs['building']} on the rigid wall by "
-        "the Rayleigh damping of the building",
+        "the damping of the building",
         [
             ("case", "damping", ""),
             ("mass_coefficient", "alpha", "1/s"),
