@@ -195,11 +195,10 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
                 pictures = stage.draw(case, own)
             mark_drawn(folder, label, drawing, pictures, round(steps.times[DRAWING], 3))
         # Checks begin with the name of the stage, and results with a word of theirs.
-        checks = stage.checks(case, own)
-        if case.part:
-            checks = [(good, f"{case.part}/{text}") for good, text in checks]
-        log_checks(check for check in checks if check not in result.announced)
-        result.checks[label] = checks
+        checks, start = stage.checks(case, own), f"{case.part}/" if case.part else ""
+        new = [check for check in checks if check not in result.announced]
+        log_checks((good, start + text) for good, text in new)
+        result.checks[label] = [(good, start + text) for good, text in checks]
         manifest = read_manifest(folder, label)
         result.memory[label] = manifest.peak_memory
         with open_store(own / stage.store) as store:
