@@ -13,7 +13,7 @@ from impactfem.building.mesh import parse_group
 from impactfem.case import Probe, Transient, load_case, transient_files
 from impactfem.system.errors import InputError
 
-from .faults import own_faults
+from .faults import own_faults, refused
 from .sections import EVERY_KEY, GROUP, LINE, OTHERS, POINT, RECORDED, TRANSIENT
 from .texts import replaced
 
@@ -232,6 +232,18 @@ def test_forces_that_are_moved(
     else:
         (found,) = own_faults(path).items()
         assert found[0] == "transient.eccentricity" and "of -3.1 to 43.1 m" in found[1]
+
+
+def test_pairs_moved_off_their_sides_are_one_fault(tmp_path: Path) -> None:
+    """The worst of them says how far all may be moved: those on y+ are 1 m beside the middle."""
+    for file in GEOMETRY.glob("row_of_three*"):
+        (tmp_path / file.name).symlink_to(file)
+    path = tmp_path / "moved.toml"
+    case = 'extends = "row_of_three_3d.toml"\n[transient]\neccentricity = "{} m"\n'
+    path.write_text(case.format("6.0"), encoding="utf-8")
+    load_case(path)
+    path.write_text(case.format("6.5"), encoding="utf-8")
+    refused(path, "transient.eccentricity", "a distance of -8 to 6 m")
 
 
 def test_without_the_3d_building_in_time_any_pair_will_do(structured: Structured) -> None:

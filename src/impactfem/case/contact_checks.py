@@ -151,6 +151,7 @@ def of_struck_sides(case: Case, reading: Reading) -> Iterator[Finding]:
         with reading.model_of(building):
             mesh = reading.valid(GeneratedMesh, reading.value(*model, "mesh"))
         unknown: list[str] = []  # to spread `calibrated`
+        places: list[tuple[Facade, float]] = []
         axes = [one.axis for one in case.buildings if one.name == building]
         for index, one in reading.tables("contacts"):
             contact = reading.valid(ContactEntry, one)
@@ -172,11 +173,19 @@ def of_struck_sides(case: Case, reading: Reading) -> Iterator[Finding]:
                 if wrong is not None:
                     key, expected = wrong
                     yield (*place, "normal") if key == "normal" else (*place, side, key), expected
-                elif met is not None and (expected := moved_beside(met, eccentricity)):
-                    yield ("transient", "eccentricity"), expected
+                elif met is not None:
+                    places.append(met)
                 if calibrated and end.floor is not None:
                     unknown += [f"floor {k}" for k in end.floor if k not in floors]
                     unknown += [side_of((x, y, z))] if met is not None and met[0].side else []
+        if places:
+            # One fault for all pairs: that of the one which is moved the farthest off its side.
+            worst = max(
+                places,
+                key=lambda met: max(-met[1] - eccentricity, met[1] + eccentricity - met[0].length),
+            )
+            if expected := moved_beside(worst, eccentricity):
+                yield ("transient", "eccentricity"), expected
         if unknown:
             what = ", ".join(dict.fromkeys(unknown))
             yield ("transient", "spread"), calibrated_only(what, building)
