@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from impactfem.coupling.body import Port, modal_coordinates
+from impactfem.coupling.body import Port, modal_coordinates, reduced_body
 from impactfem.coupling.contact import kelvin_voigt
 from impactfem.coupling.implicit import respond
 from impactfem.coupling.links import Assembly, Inverse, Link, Mount, Spring
@@ -312,3 +312,52 @@ def test_what_is_refused(stick):
     closed = Assembly([body], [Link("wall", ("a", "top"), None, np.eye(6)[1], -1.0, law)])
     with pytest.raises(SolutionError, match="pair wall penetrates at the start"):
         by_assembly(closed, np.zeros((3, 3)))
+
+
+@pytest.mark.parametrize("smooth", [False, True])
+@pytest.mark.parametrize("wrong", [False, True])
+def test_a_body_and_its_mirror_image(smooth, wrong):
+    """With twice the gap, and a law half as stiff: every history of the body before a wall.
+
+    Both move towards the middle by the loads of the one; four of the ten rows touch.
+    """
+    rng = np.random.default_rng(5)
+    r, m, gap, steps = 10, 4, 2e-3, 600
+    eigenvalue = np.sort(rng.uniform(20.0, 4e4, r))
+    shapes, damping = rng.standard_normal((m, r)), Rayleigh(0.5, 1e-5)
+    load = np.cumsum(rng.standard_normal((steps + 1, r)), axis=0)
+    start = np.linalg.lstsq(shapes, np.ones(m), rcond=None)[0]
+
+    def assembly(pair):
+        law = kelvin_voigt((0.5 if pair else 1.0) * 1e6, 0.1, (0.5 if pair else 1.0) * 10.0)
+        names = ("a", "b") if pair else ("a",)
+        bodies = [reduced_body(name, eigenvalue, damping, {"edge": shapes}) for name in names]
+        other = ("b", "edge") if pair else None
+        g = (2.1 if wrong else 2.0) * gap if pair else gap
+        # The rows of the image move the other way: n · (u_b - u_a) with u_b = -u of the image.
+        links = [
+            Link(str(k), ("a", "edge"), other, n, g, law if smooth else None)
+            for k, n in enumerate(np.eye(m))
+        ]
+        return Assembly(bodies, links)
+
+    found = []
+    for pair in (False, True):
+        one = assembly(pair)
+        loads, v0 = (np.concatenate([x, -x], axis=-1) if pair else x for x in (load, start))
+        if smooth:
+            motion = respond(one, loads, np.zeros((steps + 1, 3)), DT, v0=v0)
+            found.append((coordinates(motion, one), motion.force))
+        else:
+            motion = ModalMotion(one, DT, load=np.eye(len(one)), probes=np.eye(len(one)))
+            history = unilateral_response(motion, one.gaps, steps, velocity=v0, amplitudes=loads)
+            assert history.residual.max() < 1e-10 and history.energy.residual < 1e-10
+            found.append((history.displacement, history.force))
+    (u, force), (both, pushes) = found
+    assert np.count_nonzero(force.max(axis=0)) == m
+    apart = max(
+        np.abs(both[:, :r] - u).max() / np.abs(u).max(),
+        np.abs(both[:, r:] + u).max() / np.abs(u).max(),
+        np.abs(pushes - force).max() / np.abs(force).max(),
+    )
+    assert (apart > 1e-3) if wrong else (apart < 1e-8)

@@ -27,8 +27,8 @@ def test_a_wrong_bar_is_seen(wrong, failed, monkeypatch, part):
     monkeypatch.setattr(unilateral, "ELEMENTS", 40)
 
     def make(right):
-        def changed(elements):
-            K, M = right(elements)
+        def changed(*bar):
+            K, M = right(*bar)
             return (1.03 * K, M) if part == "stiffness" else (K, 1.03 * M)
 
         return changed
@@ -39,6 +39,37 @@ def test_a_wrong_bar_is_seen(wrong, failed, monkeypatch, part):
         for solver in unilateral.SOLVERS:
             assert f"force, mean of the contact, {solver}" in found
             assert f"duration, {solver}" in found
+
+
+@pytest.mark.parametrize("part", ["stiffness", "mass"])
+def test_a_wrong_second_bar_is_seen(wrong, failed, part):
+    def make(right):
+        def changed(elements, length):
+            K, M = right(elements, length)
+            heavier, stiffer = (
+                1.0 + 0.03 * (length > 1.0) * (part == p) for p in ("mass", "stiffness")
+            )
+            return stiffer * K, heavier * M
+
+        return changed
+
+    wrong(unilateral, "bar_matrices", make)
+    assert "impulse" in failed(unilateral.bars_head_on())
+
+
+@pytest.mark.parametrize(("name", "by"), [("APART", 0.1), ("RESTITUTION", 0.02), ("SHAKEN", 0.02)])
+def test_a_wrong_collision_is_seen(wrong, failed, monkeypatch, name, by):
+    def make(right):
+        def changed(steps):
+            with monkeypatch.context() as other:
+                other.setattr(unilateral, name, (1.0 + by) * getattr(unilateral, name))
+                return right(steps)
+
+        return changed
+
+    wrong(unilateral, "_colliding", make)
+    found = failed(unilateral.colliding_oscillators())
+    assert any("after 5 impacts" in quantity for quantity in found)
 
 
 def test_a_wrong_damping_is_seen(monkeypatch, failed):

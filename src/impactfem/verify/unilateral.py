@@ -1,4 +1,4 @@
-"""Unilateral contact: bars that fly against a rigid wall, and a rigid block on its corners."""
+"""Unilateral contact: bars against a wall and each other, oscillators, a block on its corners."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ import scipy.optimize
 import scipy.sparse
 from numpy.typing import NDArray
 
+from impactfem.coupling.body import reduced_body
+from impactfem.coupling.links import Assembly, Link
 from impactfem.coupling.unilateral import (
     ContactHistory,
     ModalMotion,
@@ -20,7 +22,7 @@ from impactfem.coupling.unilateral import (
     unilateral_response,
 )
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.verify.row import Rows, benchmark
+from impactfem.verify.row import Rows, benchmark, fitted_order
 
 Array = NDArray[np.float64]
 
@@ -42,6 +44,16 @@ DAMPINGS = (0.02, 0.05)
 """β over the time of contact of the undamped bar: ε = 0.78 and 0.65."""
 TERMS = 3000
 ACARY = "Acary, ZAMM 96 (2016) 585: Moreau's stepping dissipates"
+
+HEAD_ON = (12, 25, 50, 100)
+"""Elements of the shorter one of two bars."""
+
+OSCILLATORS = np.array([[3.0e6, 1.5e6], [3.0e6 * 11.0**2, 1.5e6 * 8.0**2]])
+"""Masses [kg] and stiffnesses [N/m] of two oscillators that hit each other."""
+AMPLITUDE, SHAKEN, APART, RESTITUTION = 3.0, 9.0, 0.02, 0.6
+"""Ground acceleration [m/s2] and its angular frequency [rad/s]; gap [m]; e."""
+OSCILLATORS_END = 3.0
+OSCILLATORS_STEPS = (2000, 16000)
 
 MASS, INERTIA = 2.0, 0.3
 """Of the block [kg, kg m2]."""
@@ -147,9 +159,11 @@ def held_bar(beta: float) -> Impact:
     return Impact(float(end), BAR * V0 - sums(float(end))[1])
 
 
-def bar_matrices(elements: int) -> tuple[scipy.sparse.csr_matrix, scipy.sparse.csr_matrix]:
+def bar_matrices(
+    elements: int, length: float = L
+) -> tuple[scipy.sparse.csr_matrix, scipy.sparse.csr_matrix]:
     """K and M of the bar in quadratic elements; the first node is that at the wall."""
-    h = L / elements
+    h = length / elements
     k = E * S / (3.0 * h) * np.array([[7.0, -8.0, 1.0], [-8.0, 16.0, -8.0], [1.0, -8.0, 7.0]])
     m = RHO * S * h / 30.0 * np.array([[4.0, 2.0, -1.0], [2.0, 16.0, 2.0], [-1.0, 2.0, 4.0]])
     nodes = 2 * np.arange(elements)[:, None] + np.arange(3)
@@ -209,6 +223,143 @@ def _flown(motion: Motion, elements: int, velocity: Array) -> ContactHistory:
     step = _step(elements)
     gap, steps = 3.3 * V0 * step, round(1.5 * CONTACT / step)
     return unilateral_response(motion, gap, steps, velocity=velocity)
+
+
+@benchmark("bars head-on", "St Venant, J. Math. Pures Appl. 12 (1867) 237: d'Alembert's waves")
+def bars_head_on(rows: Rows) -> None:
+    """A bar hits one at rest, as long as it or twice as long: F = ρ c S v₀/2 for 2L/c.
+
+    The waves stop the first bar, and the second one has all of its momentum: the restitution of
+    the mass centres is the ratio of the lengths, though nothing is lost.
+    """
+    for ratio in (1, 2):
+        rows.name = f"bars head-on, lengths 1 : {ratio}"
+        errors = []
+        for elements in HEAD_ON:
+            impact, after, history = head_on(elements, ratio)
+            errors.append(abs(impact.impulse / (BAR * V0) - 1.0))
+        # The front reaches over two nodes.
+        counted = 2.0 / COURANT * _step(elements) / CONTACT
+        rows.add("force, mean of the contact", 0.5 * BAR * V0 / L * SPEED, impact.force, "N", 0.01)
+        rows.add("duration", CONTACT, impact.duration, "s", counted)
+        rows.add("impulse", BAR * V0, impact.impulse, "N s", ELASTIC)
+        speeds = ["speed afterwards of the first bar, over v₀", "of the second bar"]
+        rows.add(speeds, [0.0, 1.0 / ratio], after / V0, "-", ELASTIC, absolute=True)
+        restitution = (after[1] - after[0]) / V0
+        rows.add("restitution of the mass centres", 1.0 / ratio, restitution, "-", 2.0 * ELASTIC)
+        order = fitted_order(1.0 / np.array(HEAD_ON), errors)
+        source = "the front of a jump spreads over the power 2/3 of the mesh"
+        rows.add("fitted order of the impulse", 2.0 / 3.0, order, "-", 0.4, source, absolute=True)
+        lost = after[0] + ratio * after[1] - V0
+        rows.add("momentum lost, over m v₀", 0.0, lost / V0, "-", 1e-10, "action and reaction")
+        energy = history.energy
+        rows.add("energy gained in contact, over all", 0.0, energy.gained, "-", 1e-12, ACARY)
+        rows.add("residual of the energy identity", 0.0, energy.residual, "-", 1e-9, "exact")
+        _, swapped, _ = head_on(elements, ratio, swapped=True)
+        apart = np.abs(swapped + after).max() / V0
+        rows.add("the same with both bars swapped", 0.0, apart, "-", 1e-10, "symmetry")
+
+
+def head_on(
+    elements: int, ratio: int, *, swapped: bool = False
+) -> tuple[Impact, Array, ContactHistory]:
+    """A bar flies against one of `ratio` times its length at rest, or the same the other way.
+
+    Gives the impact, whose force is at least half of the exact one, and the speeds of the mass
+    centres afterwards: of the first bar, then of the second.
+    """
+    bodies, start, centre = [], [], []
+    order = (("second", ratio), ("first", 1)) if swapped else (("first", 1), ("second", ratio))
+    for name, factor in order:
+        K, M = (A.toarray() for A in bar_matrices(factor * elements, factor * L))
+        values, shapes = scipy.linalg.eigh(K, M)
+        # The first node is the end that meets the other bar.
+        ports = {"end": shapes[:1]}
+        bodies.append(reduced_body(name, np.maximum(values, 0.0), Rayleigh(), ports))
+        centre.append(shapes.T @ M.sum(axis=1) / (factor * BAR))
+        start.append((-V0 if swapped else V0) * (name == "first") * factor * BAR * centre[-1])
+    ends = [(name, "end") for name, _ in order]
+    link = Link("bars", ends[0], ends[1], np.ones(1), 3.3 * V0 * _step(elements))
+    step, probes = _step(elements), scipy.linalg.block_diag(*(c[:, None] for c in centre))
+    history = unilateral_response(
+        ModalMotion(Assembly(bodies, [link]), step, probes=probes),
+        link.gap,
+        round((1.5 + ratio) * CONTACT / step),
+        velocity=np.concatenate(start),
+    )
+    pushed = np.flatnonzero(history.force[:, 0] > 0.25 * BAR * V0 / L * SPEED)
+    impact = Impact(float(pushed[-1] - pushed[0] + 1) * step, float(history.impulse.sum()))
+    return impact, history.velocity[-1, ::-1] if swapped else history.velocity[-1], history
+
+
+@benchmark("oscillators against each other", "free flights in closed form, Newton's impacts")
+def colliding_oscillators(rows: Rows) -> None:
+    """Two oscillators on shaking ground, 2 cm apart, that bounce off each other with e = 0.6."""
+    u, v, count = collided(OSCILLATORS_END, RESTITUTION)
+    found = [_colliding(steps) for steps in OSCILLATORS_STEPS]
+    errors = np.zeros(len(found))
+    for k, (what, exact) in enumerate((("displacement", u), ("velocity", v))):
+        size = np.abs(exact).max()
+        quantities = [f"{what} of mass {i} after {count} impacts, over the larger" for i in (1, 2)]
+        rows.add(quantities, exact / size, found[-1][k] / size, "-", 5e-3, absolute=True)
+        errors += [np.abs(one[k] - exact).max() / size for one in found]
+    better = "errors over those with steps eight times as long"
+    rows.add(better, 0.0, errors[1] / errors[0], "-", 0.5, "the instant is known to a step")
+
+
+def collided(end: float, e: float) -> tuple[Array, Array, int]:
+    """Displacements and velocities at the end, and the number of impacts, from flight to flight.
+
+    Between impacts u = a cos ωt + b sin ωt − A/(ω² − Ω²) sin Ωt, from rest.
+    """
+    omega, forced = np.sqrt(OSCILLATORS[1] / OSCILLATORS[0]), AMPLITUDE
+    particular = -forced / (omega**2 - SHAKEN**2)
+    m, u, v, now, count = OSCILLATORS[0], np.zeros(2), np.zeros(2), 0.0, 0
+
+    def state(t: float) -> tuple[Array, Array]:
+        a = u - particular * np.sin(SHAKEN * now)
+        b = (v - particular * SHAKEN * np.cos(SHAKEN * now)) / omega
+        c, s = np.cos(omega * (t - now)), np.sin(omega * (t - now))
+        return (
+            a * c + b * s + particular * np.sin(SHAKEN * t),
+            omega * (b * c - a * s) + particular * SHAKEN * np.cos(SHAKEN * t),
+        )
+
+    def opening(t: float) -> float:
+        x, _ = state(t)
+        return float(APART + x[1] - x[0])
+
+    while True:
+        times = np.linspace(now, end, 20001)[1:]
+        closed = [k for k, t in enumerate(times) if opening(t) < 0.0]
+        if not closed:
+            return *state(end), count
+        before = times[closed[0] - 1] if closed[0] else now + 1e-9
+        hit = float(scipy.optimize.brentq(opening, before, times[closed[0]], xtol=1e-14))
+        u, v = state(hit)
+        impulse = (1.0 + e) * (v[0] - v[1]) / np.sum(1.0 / m)
+        u, v, now, count = u, v + np.array([-impulse, impulse]) / m, hit, count + 1
+
+
+def _colliding(steps: int) -> tuple[Array, Array]:
+    """The same by Moreau's stepping."""
+    m, k = OSCILLATORS
+    names, root = ("left", "right"), np.sqrt(m)
+    bodies = [
+        reduced_body(name, k[i : i + 1] / m[i], Rayleigh(), {"mass": np.array([[1.0 / root[i]]])})
+        for i, name in enumerate(names)
+    ]
+    link = Link("both", ("left", "mass"), ("right", "mass"), np.ones(1), APART)
+    motion = ModalMotion(
+        Assembly(bodies, [link]),
+        OSCILLATORS_END / steps,
+        load=-root[:, None],
+        probes=np.diag(1.0 / root),
+    )
+    time = np.linspace(0.0, OSCILLATORS_END, steps + 1)
+    ground = AMPLITUDE * np.sin(SHAKEN * time)[:, None]
+    history = unilateral_response(motion, APART, steps, amplitudes=ground, restitution=RESTITUTION)
+    return history.displacement[-1], history.velocity[-1]
 
 
 @benchmark("landing block", "momentum of a rigid body, all sets of corners tried")
