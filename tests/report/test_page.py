@@ -42,6 +42,11 @@ def test_no_figure_has_the_number_of_a_publication(text):
     assert "<b>Figure 2.</b>" in text and not re.search(r"Figure \d+: ", text)
 
 
+def test_figures_are_numbered_in_their_order(text):
+    found = [int(number) for number in re.findall(r"<b>Figure (\d+)\.</b>", text)]
+    assert found == [*range(1, len(found) + 1)] and len(found) > 5
+
+
 def test_everything_that_the_run_drew_is_in_it(finished, page):
     figures, tables = finished.folder / "figures", finished.folder / "tables"
     drawn = [path for path in figures.iterdir() if path.suffix in (".png", ".svg")]

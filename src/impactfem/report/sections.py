@@ -121,19 +121,23 @@ def _section(
     }
     topics = [Group(t["title"], f"{place}_{k}") for k, t in enumerate(order.get(own, ()), 1)]
     topics.append(Group("Further figures" if topics else "", f"{place}_{len(topics) + 1}"))
+    shown = [*groups, *topics] if own != "pounding" else [*groups[:1], *topics, *groups[1:]]
     patterns = [t["figures"] for t in order.get(own, ())]
+    chosen: list[tuple[Group, Path]] = []
     for path in sorted(own_drawn, key=lambda one: _rank(one.name, patterns)):
         found = [subject for subject in named if path.stem.endswith(f"_{subject}")]
         topic = topics[min(_rank(path.name, patterns)[0], len(topics) - 1)]
         into = named[max(found, key=len)] if found else topic
         if own == "device" and not found and named and path.stem != "figure_28_damping":
             into = next(iter(named.values()))  # files of the first one have short names
+        chosen.append((into, path))
+    places = {id(group): k for k, group in enumerate(shown)}
+    for into, path in sorted(chosen, key=lambda one: places[id(one[0])]):
         if path.suffix == ".html":
             # A page as the text of an attribute, for a frame within this one.
             into.scenes.append(html.escape(read(path).decode(), quote=True))
         else:
             into.pictures.append(picture(path, anchor(run, path), next(numbers)))
-    shown = [*groups, *topics] if own != "pounding" else [*groups[:1], *topics, *groups[1:]]
     return Section(
         name,
         place,
