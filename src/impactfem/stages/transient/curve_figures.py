@@ -159,8 +159,8 @@ def _across(response: xr.Dataset) -> CurveFigure:
     d, main, probes = response["component"].item(), focus(response), shown_line(response)
     caption = (
         f"Figure 16: Acceleration along $e_{d}$ of floor {wave_floor(response)} at distances d "
-        f"from its impact edge, over time (a){', and the main impact (b)' if main else ''}. Points "
-        f"of figure 14.{forces_note(response)}"
+        "from its impact edge, on the line across it, over time (a)"
+        f"{', and the main impact (b)' if main else ''}.{forces_note(response)}"
     )
     panels = []
     for times in (slice(None), *([main] if main else [])):
@@ -259,7 +259,7 @@ def _transfer(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigu
     names = "; ".join(f"{what} ({chr(97 + k)})" for k, (_, _, what, *_) in enumerate(wanted))
     caption = (
         f"Figure 22: Transfer functions, acceleration along $e_{response['component'].item()}$ "
-        "over impact force, at the middle of the impact edges and along the line of figure 14: "
+        "over impact force, at the middle of the impact edges and along the line across the floor: "
         f"{names}. Shaded: rigorous bound on the error of the reduced model, where it is below the "
         f"value.{plates_note(response)}"
     )

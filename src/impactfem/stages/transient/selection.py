@@ -156,8 +156,7 @@ def forces_note(store: xr.Dataset) -> str:
     if main_impact(store) is None:
         return ""
     return (
-        " Before the main impact the samples of its force alternate about zero (figure 11), and "
-        "move the floor."
+        " Before the main impact the samples of its force alternate about zero, and move the floor."
     )
 
 
