@@ -31,6 +31,9 @@ def test_only_what_is_missed_is_a_warning(caplog, good, logged):
         (("q", 0.12, 0.5, "% of the gap"), False, (True, "q 12 % of the gap (limit 50 %)")),
         (("q", 7.0, 16.0), True, (False, "q 7 (at least 16)")),
         (("q", 1234.5, 2e3, "mm"), False, (True, "q 1234 mm (limit 2000 mm)")),
+        # Just beyond its limit, it reads otherwise than the limit.
+        (("q", 0.05004, 0.05, "%"), False, (False, "q 5.004 % (limit 5 %)")),
+        (("q", 9.9999, 10.0), True, (False, "q 9.9999 (at least 10)")),
         # A value that is not known meets no limit.
         (("q", float("nan"), 1.0), False, (False, "q nan (limit 1)")),
         (("q", float("nan"), 1.0), True, (False, "q nan (at least 1)")),

@@ -29,11 +29,12 @@ def limited(
     percent = unit.startswith("%")
     scale, short = (100.0, " %") if percent else (1.0, f" {unit}" if unit else "")
     behind = f" {unit}" if unit else ""
-    text = (
-        f"{quantity} {digits(scale * value)}{behind} "
-        f"({'at least' if least else 'limit'} {digits(scale * limit)}{short})"
-    )
-    return bool(value >= limit if least else value <= limit), text
+    met = bool(value >= limit if least else value <= limit)
+    number, bound = digits(scale * value), digits(scale * limit)
+    if not met and number == bound:
+        number = f"{scale * value:.6g}"  # just beyond it, and not "5 % (limit 5 %)"
+    word = "at least" if least else "limit"
+    return met, f"{quantity} {number}{behind} ({word} {bound}{short})"
 
 
 def digits(value: float) -> str:
