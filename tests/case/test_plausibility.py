@@ -11,7 +11,7 @@ import pytest
 from impactfem.case import load_case
 from impactfem.case.plausibility import USUAL, implausible
 
-from .sections import LIGHT, WALL
+from .sections import BLAST, LIGHT, LOADS, WALL
 from .texts import replaced
 
 Broken = Callable[..., Path]
@@ -120,6 +120,15 @@ def test_the_mesh(structured: Broken, file: str | None, old: str, new: str, key:
 def test_all_at_once(broken: Broken) -> None:
     path = broken((None, '"33 GPa"', '"33 Pa"'), (None, "0.3358 ms", "5 ms"))
     assert len(warnings(path)) == 2
+
+
+def test_forces_on_floors_drive_buildings_as_well(broken: Broken) -> None:
+    """The ground moves along x and contacts have normals along y; a blast acts along y."""
+    change = (None, 'direction = "y"', 'direction = "x"')
+    (alone,) = (one for one in warnings(broken(change)) if "not driven" in one)
+    assert "motions[0].direction" in alone
+    path = broken(change, more=LOADS, files=BLAST)
+    assert not any("not driven" in one for one in warnings(path))
 
 
 def test_damping_cases_that_are_the_same(broken: Broken) -> None:
