@@ -96,7 +96,8 @@ class Loads:
     def resultants(self) -> tuple[Array, Array]:
         """Force F [N] and moment F e [N m] on each of `places`, shape (n_steps + 1, n_places) each.
 
-        The moment is about the vertical through the middle of the side, e along it.
+        e is along the side from its middle: of forces at right angles to the side, F e is their
+        moment about the vertical through it.
         """
         share = np.zeros((2, len(self.edges), len(self.places)))
         for j, edge in enumerate(self.edges):

@@ -145,8 +145,8 @@ def beside_note(store: xr.Dataset) -> str:
         "calibrated": "the distribution of the impact on the wall with a linear part",
     }[store.attrs["spread"]]
     return (
-        f" Each force acts where its pair is, by {how}; the largest moment about the vertical "
-        f"through the middle of a side is {1e-6 * turned.item():.3g} MN m, on "
+        f" Each force acts where its pair is, by {how}; the largest moment F e, e along a side "
+        f"from its middle, is {1e-6 * turned.item():.3g} MN m, on "
         f"{turned['edge'].item()}."
     )
 

@@ -217,7 +217,7 @@ def transient_scalars(study: TransientStudy, store: xr.Dataset) -> list[Scalar]:
                 (f"{name}.mean", float(along.mean()), "m/s2", note),
                 (f"{name}.max", float(along.max()), "m/s2", note),
             ]
-    about = "of the forces about the vertical through the middle of their side, largest"
+    about = "F e of the forces, e along their side from its middle, largest"
     for place, moment in zip(loads.places, np.abs(loads.resultants[1]).max(axis=0), strict=True):
         if moment > 0.0:
             name = place.replace(" ", "_").replace("+", "_high").replace("-", "_low")

@@ -128,7 +128,7 @@ def _sides(store: xr.Dataset) -> Table:
         "transient_sides",
         f"Forces on the sides of the 3D building {store.attrs['building']}, spread "
         f"'{store.attrs['spread']}': the largest, its distance from the middle of the side, and "
-        "the largest moment about the vertical there",
+        "the largest moment F e, e along the side from its middle",
         [
             ("edge", "side", ""),
             ("length", "length", "m"),
