@@ -187,6 +187,10 @@ def _dampings(source: Source, case: Case) -> Iterator[Fault]:
     for place, damping in places:
         if damping.law == UNDAMPED and value_at(place, source.raw) is not None:
             yield source.fault(place, None, "both coefficients are 0: no damping at all")
+        for k, (_, ratio) in enumerate(damping.points or ()):
+            point: Place = (*place, "points", k)
+            if not 1e-3 <= ratio <= 1.0 and value_at(point, source.raw) is not None:
+                yield _written(source, point, "usual is 1 % to 10 %")
     for (i, a), (j, b) in itertools.combinations(enumerate(case.damping_cases), 2):
         pairs = zip(a.law.modal(RATES), b.law.modal(RATES), strict=True)
         same = all(math.isclose(p, q, rel_tol=SAME) for p, q in pairs)
