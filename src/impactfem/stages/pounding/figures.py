@@ -181,7 +181,8 @@ def _floor_spectra(sticks: xr.Dataset, published: Mapping[str, float]) -> CurveF
 
 def _damping(sticks: xr.Dataset) -> CurveFigure:
     """The damping ratio by the law of each building, and those of the modes of its stick."""
-    highest, lowest = float(sticks["frequency"][-1]), 0.5 * float(sticks["mode_frequency"].min())
+    highest = float(sticks["frequency"][-1])
+    lowest = 0.5 * min(float(sticks["mode_frequency"].min()), highest)
     frequency = np.geomspace(lowest, highest, 400)
     laws = {name: damping_of(sticks.sel(building=name)) for name in names_of(sticks, "building")}
     curves, words = [], []
