@@ -60,7 +60,7 @@ class Damping(Section):
     )
     """Frequencies, ascending, each with its ratio ξ: `[["1 Hz", "4 %"], ["20 Hz", "7 %"]]`."""
     ratios: tuple[ModalRatio, ...] | None = Field(default=None, validate_default=True, min_length=1)
-    """Ratios ξ of the first modes, by ascending frequency."""
+    """Ratios ξ of the first modes, by ascending frequency, in each of stick and 3D model."""
 
     _in_order = ascending("frequencies", "expected two different frequencies, the lower one first")
 
