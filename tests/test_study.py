@@ -278,7 +278,7 @@ class TestReuse:
         """A full disk or an interrupt after the stores are written."""
         case = new_case(tmp_path)
 
-        def fail(folder):
+        def fail(*_):
             raise ImpactfemError("no space")
 
         with monkeypatch.context() as patch:
