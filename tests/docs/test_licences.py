@@ -25,7 +25,8 @@ def declared(name):
     """The families that the metadata name: the expression, else classifiers, else the text."""
     given = metadata(name)
     classifiers = [c for c in given.get_all("Classifier") or [] if c.startswith("License")]
-    return families(given["License-Expression"] or " ".join(classifiers) or given["License"] or "")
+    expression, text = given.get("License-Expression"), given.get("License")
+    return families(expression or " ".join(classifiers) or text or "")
 
 
 def documented(name, page):
