@@ -192,7 +192,7 @@ def test_laws_of_parts_and_in_full_order(structured: Write) -> None:
     refused(
         structured(constant, more=PART_DAMPING + FULL_ORDER),
         "damping.type",
-        "expected 'rayleigh' beside [[buildings.structure.damping]]",
+        "expected 'rayleigh' with [[buildings.structure.damping]]",
     )
     part = PART_DAMPING.replace(
         "[[buildings.structure.damping]]", "[[buildings.structure.damping]]\ntype = 'constant'", 1

@@ -116,7 +116,7 @@ def _of_damping(case: Case, reading: Reading) -> Iterator[Finding]:
             (full, "solver = 'full' of [device_analysis]"),
         ):
             if alone and place[0] != "damping_cases":
-                yield (*place, "type"), f"expected 'rayleigh' beside {beside}"
+                yield (*place, "type"), f"expected 'rayleigh' with {beside}"
 
 
 def _of_buildings(case: Case, reading: Reading) -> Iterator[Finding]:

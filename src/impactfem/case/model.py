@@ -188,7 +188,7 @@ class Case(CaseFile):
 
     @property
     def wave_floor(self) -> int:
-        """The floor of the 3D model that waves are looked at in: the highest that may be struck.
+        """The floor of the 3D model in which waves are evaluated: the highest that may be struck.
 
         Without contacts it is the top floor.
 

@@ -169,7 +169,7 @@ class Transient(Section):
     spread: Literal["uniform", "patch", "calibrated"] = "uniform"
     """How the force of a pair is spread along the side of the floor that it strikes. Resultant and
     moment about the vertical are always those of the pair. 'uniform': on the whole side, with a
-    linear part for a pair beside its middle; 'patch': on patch_width about the pair; 'calibrated':
+    linear part for an eccentric pair; 'patch': on patch_width about the pair; 'calibrated':
     as the impulse of the impact of [wall_impact], whose contact_spacing then is that of the load
     patterns: many of them make the reduced basis larger."""
     patch_width: PositiveLength = 2.0
@@ -202,7 +202,7 @@ class Transient(Section):
     checkpoint_every: PositiveTime = 1.0
     """Computed time between two states from which the full solver can go on."""
     probes: tuple[Probe, ...] = ()
-    """Points that are looked at, beside those that are always there."""
+    """Further points at which the response is recorded."""
 
     _step_in_duration = step_within("duration", 0.5)
 

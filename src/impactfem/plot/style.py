@@ -51,7 +51,7 @@ _LINE = re.compile(r"[ML][-\d. ]*(?:L[-\d. ]*)+")
 BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
 BUILDINGS = (BLUE, RED, GREEN, ORANGE)
 DASHES = ("-", "--", "-.", ":")
-"""Of the buildings, beside their colours: blue and red are equally dark in print."""
+"""Of the buildings, with their colours: blue and red are equally dark in print."""
 ORDERED: tuple[Any, ...] = (
     *DASHES,
     *((0, (8, 2)), (0, (8, 2, 2, 2)), (0, (4, 1, 1, 1, 1, 1)), (0, (1, 4))),

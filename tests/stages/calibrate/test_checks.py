@@ -8,7 +8,7 @@ LINES = [
     "calibrate: floor 8 starts at -20 mm; largest departure of its slab 2e-11 (limit 1e-6)",
     "calibrate: ε = 0.667, ξ_c = 0.128, K_Ceq = 1.2e+11 N/m from the impact of floor 8 at 0.2003 s:"
     " 16 ms, 800.3 kN s, 0.16 m/s before it",
-    "calibrate: stick: 5.1 ms later, impulse -2.5 %, duration +3 %, beside the 3D model",
+    "calibrate: stick: 5.1 ms later, impulse -2.5 %, duration +3 %, relative to the 3D model",
     "calibrate: floor 6 of the 3D model does not hit the wall, it stays 1 mm away",
     "calibrate: floor 6 of the stick does not hit the wall, it stays 1 mm away",
     "calibrate: complementarity 1e-14 (limit 1e-9)",

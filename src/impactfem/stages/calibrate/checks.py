@@ -82,7 +82,7 @@ def _course(store: xr.Dataset, value: dict[str, float]) -> list[Check]:
             None,
             f"stick: {1e3 * abs(later):.3g} ms {'later' if later >= 0.0 else 'earlier'}, impulse "
             f"{100.0 * (value['stick_impulse_ratio'] - 1.0):+.3g} %, duration "
-            f"{100.0 * (value['stick_duration_ratio'] - 1.0):+.3g} %, beside the 3D model",
+            f"{100.0 * (value['stick_duration_ratio'] - 1.0):+.3g} %, relative to the 3D model",
         ),
     ]
     for kind, of_kind in floors.items():

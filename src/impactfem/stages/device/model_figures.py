@@ -106,7 +106,7 @@ def modes_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> 
     # So wide that the width of the panel, not its height, gives the scale.
     reach = max(float(np.abs(outline[:, 0]).max()) + 1.35 * AMPLITUDE * top, 0.95 * top)
     listed = ", ".join(f"{f:.2f} Hz" for f in modes["mode_frequency"].values)
-    seen = f"Outlines of {device}, displaced and rotated, beside those at rest: modes of {listed}."
+    seen = f"Outlines of {device}, displaced and rotated, over those at rest: modes of {listed}."
     with figure(path, (1, count), (max(2.9 * count, 4.0), 3.5), caption, seen) as (_, axes):
         for panel, k in zip(axes, modes["mode"], strict=True):
             shift, slope = drawn.shift[int(k) - 1], drawn.slope[int(k) - 1]

@@ -203,7 +203,9 @@ def _damping(sticks: xr.Dataset) -> CurveFigure:
         "Damping ratio of the buildings over the frequency, up to the highest of the spectra, and "
         f"of the modes of their sticks: {'; '.join(words)}."
     )
-    panel = Panel("frequency [Hz]", "damping ratio [%]", curves, log="x", bottom=0.0, legend="best")
+    # A law may have modes without damping, which a logarithmic axis does not show.
+    log = "xy" if min(float(np.nanmin(curve.y)) for curve in curves) > 0.0 else "x"
+    panel = Panel("frequency [Hz]", "damping ratio [%]", curves, log=log, legend="best")
     return CurveFigure("damping", caption, [panel], columns=1, size=(6.5, 3.8), lettered=False)
 
 

@@ -113,7 +113,7 @@ def _pulling(store: xr.Dataset) -> Iterator[Check]:
     sixth = float(largest["edge_length"].isel(edge=worst)) / 6.0
     # Beyond a sixth of the length from the middle the line load pulls at the far end.
     edge = largest["edge"].isel(edge=worst).item()
-    text = f"transient: largest force on {edge}, spread uniform, beside the middle of the side by"
+    text = f"transient: largest force on {edge}, spread uniform, distance from the middle"
     yield limited(text, float(beside.isel(edge=worst)), sixth, "m")
 
 

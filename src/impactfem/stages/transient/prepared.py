@@ -33,7 +33,7 @@ class Prepared:
     storey_factor: float  #: factor on walls and columns
     base_plates: tuple[BasePlate, ...]  #: of the devices
     damping: DampingLaw
-    wave_floor: int  #: number of the floor whose waves are looked at
+    wave_floor: int  #: number of the floor whose waves are evaluated
     #: Of the impact on the wall, for spread `calibrated`; None for another one.
     impulses: Impulses | None = None
 

@@ -133,14 +133,14 @@ def transfer(response: xr.Dataset, floor: int) -> tuple[xr.DataArray, xr.DataArr
 
 
 def beside_note(store: xr.Dataset) -> str:
-    """How forces beside the middles of their sides are spread, as the end of a caption, or ""."""
+    """How forces off the middles of their sides are spread, as the end of a caption, or ""."""
     moment = abs(store["edge_moment"]).max("time")
     if not (moment > 0.0).any():
         return ""
     turned = moment.isel(edge=int(moment.argmax("edge")))
     how = {
         "uniform": "a uniform line load with a linear part, which pulls at the far end where the "
-        "resultant is more than a sixth of the length beside the middle",
+        "resultant is more than a sixth of the length from the middle",
         "patch": f"a line load on {store.attrs['patch_width']:g} m about each pair",
         "calibrated": "the distribution of the impact on the wall with a linear part",
     }[store.attrs["spread"]]

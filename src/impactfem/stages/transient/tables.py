@@ -122,7 +122,7 @@ def _sides(store: xr.Dataset) -> Table:
                 "at": largest["time"].variable,
                 "impulse": force.sum("time") * time_step(store),
                 "moment": abs(store["edge_moment"]).max("time"),
-                "beside": largest["edge_moment"] / largest["edge_force"],
+                "from_middle": largest["edge_moment"] / largest["edge_force"],
             }
         ),
         "transient_sides",
@@ -134,7 +134,7 @@ def _sides(store: xr.Dataset) -> Table:
             ("length", "length", "m"),
             ("force", "largest force", "MN"),
             ("at", "at", "s"),
-            ("beside", "beside the middle", "m"),
+            ("from_middle", "from the middle", "m"),
             ("impulse", "whole impulse", "kN s"),
             ("moment", "largest moment", "MN m"),
         ],
