@@ -107,6 +107,10 @@ def test_two_terms_of_caughey_are_rayleigh():
     law, same = Caughey((1.0, 20.0), (0.07, 0.07)), Rayleigh.through(0.07, 1.0, 20.0)
     frequency = np.geomspace(0.1, 1e3, 30)
     assert law.ratio(frequency) == pytest.approx(same.ratio(frequency), rel=1e-12)
+    # Six points on the curve are no more than two.
+    six = np.geomspace(0.5, 300.0, 6)
+    on_it = Caughey(tuple(six), tuple(same.ratio(six)))
+    assert on_it.ratio(frequency) == pytest.approx(same.ratio(frequency), rel=1e-10)
     many = Caughey((1.0, 4.0, 20.0), (0.07, 0.02, 0.07))
     assert many.ratio([1.0, 4.0, 20.0]) == pytest.approx([0.07, 0.02, 0.07], rel=1e-12)
     # Chopra, Dynamics of Structures, equation 11.4.16: d = 2 ξ ω = Σ a_l ω^2l.

@@ -238,7 +238,14 @@ class Caughey(DampingLaw):
         """Coefficients of d over (ω/ω_n)², the constant one first [1/s], and ω_n² [1/s2]."""
         omega = 2.0 * np.pi * np.array(self.frequency)
         powers = np.vander((omega / omega[-1]) ** 2, increasing=True)
-        return np.linalg.solve(powers, 2.0 * np.array(self.ratios) * omega), float(omega[-1] ** 2)
+        d = 2.0 * np.array(self.ratios) * omega
+        terms = np.linalg.solve(powers, d)
+        # Points on the curve of fewer terms: rounding would give the others, of any sign.
+        for n in range(1, len(d)):
+            fewer = np.linalg.lstsq(powers[:, :n], d, rcond=None)[0]
+            if np.allclose(powers[:, :n] @ fewer, d, rtol=1e-12, atol=0.0):
+                return fewer, float(omega[-1] ** 2)
+        return terms, float(omega[-1] ** 2)
 
     @property
     def negative_at(self) -> float | None:
