@@ -1,0 +1,203 @@
+"""Dynamic stiffness of soil by springs, dashpots and masses: what a time loop can take.
+
+Of one component of the motion u of a raft, relative to the ground around it, the force is S u with
+
+    S(ω) = K + iω C − ω² m + Σ_j −ω² m_j / (1 + iω/r_j) + Σ_j k_j iω / (r_j + iω):              (1)
+
+a spring, a dashpot, a mass that moves with the raft, masses m_j that a dashpot m_j r_j ties to it
+(the monkey-tail of Wolf and Meek), and springs k_j in series with a dashpot k_j/r_j (Maxwell's).
+Each m_j, and each node between spring and dashpot, is a degree of freedom of its own. With no
+number below zero the model is stable and gives off no energy, whatever stands on it.
+
+A table of S is fitted by (1): non-negative least squares over many rates r_j, in which few of the
+numbers are not zero, then all of these at once. Sources: Wolf, Foundation Vibration Analysis Using
+Simple Physical Models (1994), chapters 2 and 5; Lawson and Hanson, Solving Least Squares Problems
+(1974), chapter 23.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg
+import scipy.optimize
+
+from impactfem.system.arrays import Array, Complex
+
+Pairs = tuple[tuple[float, float], ...]
+
+RATES = 25
+"""Number of rates that a fit chooses among."""
+OUTSIDE = 4.0
+"""How far they reach beyond the frequencies of the table, as a factor."""
+NEGLIGIBLE = 1e-4
+"""Elements that are below this part of S at all frequencies are left out."""
+LOSS, SMALL = 1.3, 0.02
+"""Elements go as long as the error is below this times that with all of them, or below this."""
+FAR = 5.0
+"""How far a number may move from where it began, as a logarithm."""
+
+
+@dataclass(frozen=True)
+class Impedance:
+    """Equation (1) of one component, translation or rotation."""
+
+    stiffness: float  #: K [N/m, N m]
+    dashpot: float = 0.0  #: C [N s/m, N m s]
+    mass: float = 0.0  #: m [kg, kg m2]
+    tails: Pairs = ()  #: of each its mass m_j [kg, kg m2] and rate r_j [1/s]
+    branches: Pairs = ()  #: of each its stiffness k_j [N/m, N m] and rate r_j [1/s]
+
+    def at(self, omega: npt.ArrayLike) -> Complex:
+        """S(ω), of any shape [rad/s]."""
+        s = 1j * np.asarray(omega, dtype=np.float64)
+        S = self.stiffness + s * self.dashpot + s**2 * self.mass
+        S = S + sum(s**2 * m / (1.0 + s / r) for m, r in self.tails)
+        return np.asarray(S + sum(k * s / (r + s) for k, r in self.branches))
+
+    def scaled(self, force: float, rate: float) -> "Impedance":
+        """S times a factor at ω times another: from numbers without a unit to those of a site."""
+        return Impedance(
+            self.stiffness * force,
+            self.dashpot * force / rate,
+            self.mass * force / rate**2,
+            tuple((m * force / rate**2, r * rate) for m, r in self.tails),
+            tuple((k * force, r * rate) for k, r in self.branches),
+        )
+
+    def matrices(self) -> tuple[Array, Array, Array]:
+        """M, C and K of the component and, after it, of the own degrees of freedom of (1)."""
+        n = 1 + len(self.tails) + len(self.branches)
+        M, C, K = np.zeros((3, n, n))
+        M[0, 0], C[0, 0], K[0, 0] = self.mass, self.dashpot, self.stiffness
+        between = np.array([[1.0, -1.0], [-1.0, 1.0]])
+        for j, (m, r) in enumerate(self.tails, start=1):
+            M[j, j] = m
+            C[np.ix_([0, j], [0, j])] += m * r * between
+        for j, (k, r) in enumerate(self.branches, start=1 + len(self.tails)):
+            K[np.ix_([0, j], [0, j])] += k * between
+            C[j, j] = k / r
+        return M, C, K
+
+
+def fitted(
+    omega: Array, S: Complex, *, stiffness: float | None = None, mass: bool = True
+) -> tuple[Impedance, float]:
+    """The impedance (1) nearest to a table, and its largest error |S − S_table| / |S_table|.
+
+    Args:
+        omega: Ascending, above zero, shape (n,) [rad/s].
+        S: Same shape; its imaginary part not negative.
+        stiffness: K, where it is known.
+        mass: Whether there may be a mass m that moves with the raft.
+    """
+    rates = np.geomspace(omega[0] / OUTSIDE, omega[-1] * OUTSIDE, RATES)
+    s, size = 1j * omega, np.abs(S)
+    known = 0.0 if stiffness is None else stiffness
+    columns = [
+        np.full_like(s, float(stiffness is None)),
+        s,
+        s**2 * float(mass),
+        *(s**2 / (1.0 + s / r) for r in rates),
+        *(s / (r + s) for r in rates),
+    ]
+    A = np.column_stack(columns) / size[:, None]
+    # Each column of length one: their numbers differ by orders of magnitude.
+    length = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
+    right = (S - known) / size
+    x, _ = scipy.optimize.nnls(
+        np.vstack([A.real, A.imag]) / length, np.concatenate([right.real, right.imag])
+    )
+    x = x / length
+    x[np.abs(A * x).max(axis=0) < NEGLIGIBLE] = 0.0
+    first, tails, branches = x[:3], x[3 : 3 + RATES], x[3 + RATES :]
+    found = Impedance(
+        known + first[0], first[1], first[2], _merged(tails, rates), _merged(branches, rates)
+    )
+    return _thinned(found, omega, S, stiffness is None)
+
+
+def _merged(values: Array, rates: Array) -> Pairs:
+    """Neighbours on the grid are one element at a rate between them."""
+    there = np.flatnonzero(values > 0.0)
+    groups = np.split(there, np.flatnonzero(np.diff(there) > 1) + 1) if there.size else []
+    return tuple(
+        (
+            float(values[g].sum()),
+            float(np.exp(values[g] @ np.log(rates[g]) / values[g].sum())),
+        )
+        for g in groups
+    )
+
+
+def _thinned(start: Impedance, omega: Array, S: Complex, free: bool) -> tuple[Impedance, float]:
+    """Elements taken out, one after the other, as long as the error hardly grows by it."""
+    best, error = _polished(start, omega, S, free)
+    limit = max(LOSS * error, SMALL)
+    while True:
+        # The element that matters least goes first.
+        m, k = best.tails, best.branches
+        fewer = [replace(best, tails=m[:j] + m[j + 1 :]) for j in range(len(m))]
+        fewer += [replace(best, branches=k[:j] + k[j + 1 :]) for j in range(len(k))]
+        loss = [float(np.abs((one.at(omega) - best.at(omega)) / S).max()) for one in fewer]
+        for j in np.argsort(loss):
+            found, off = _polished(fewer[j], omega, S, free)
+            if off <= limit:
+                best, error = found, off
+                break
+        else:
+            return best, error
+
+
+def _polished(start: Impedance, omega: Array, S: Complex, free: bool) -> tuple[Impedance, float]:
+    """All numbers that are not zero at once, by their logarithms; and the largest error."""
+    heads = np.array([start.stiffness, start.dashpot, start.mass])
+    used = np.flatnonzero(heads > 0.0)[0 if free else 1 :]
+    tails = len(start.tails)
+
+    def make(x: Array) -> Impedance:
+        values, head = np.exp(x), heads.copy()
+        head[used] = values[: used.size]
+        pairs = tuple((float(a), float(b)) for a, b in values[used.size :].reshape(-1, 2))
+        K, C, m = map(float, head)
+        return Impedance(K, C, m, pairs[:tails], pairs[tails:])
+
+    def wrong(x: Array) -> Array:
+        off = make(x).at(omega) / S - 1.0
+        return np.concatenate([off.real, off.imag])
+
+    numbers = np.array([*start.tails, *start.branches]).reshape(-1)
+    x = np.log(np.concatenate([heads[used], numbers]))
+    if x.size:
+        x = scipy.optimize.least_squares(wrong, x, bounds=(x - FAR, x + FAR), max_nfev=50).x
+    best = make(x)
+    return best, float(np.abs(best.at(omega) / S - 1.0).max())
+
+
+def hysteresis(ratio: float, low: float, high: float, count: int = 4) -> tuple[Impedance, float]:
+    """Material damping 1 + 2iζ of a spring of stiffness one, less that spring; and its error.
+
+    Maxwell elements between two angular frequencies [rad/s] have the imaginary part. What is causal
+    then grows stiffer with the frequency; a spring below zero keeps the elastic stiffness in the
+    middle of the two. The error is the largest one of the imaginary part between them, over 1.
+    """
+    omega, rates = np.geomspace(low, high, 60), np.geomspace(low, high, count)
+    s = 1j * omega[:, None]
+    k, _ = scipy.optimize.nnls((s / (rates + s)).imag, np.full(60, 2.0 * ratio))
+    branches = tuple((float(a), float(r)) for a, r in zip(k, rates, strict=True) if a > 0.0)
+    model = Impedance(0.0, branches=branches)
+    model = Impedance(-float(model.at(np.sqrt(low * high)).real), branches=branches)
+    return model, float(np.abs(model.at(omega).imag - 2.0 * ratio).max())
+
+
+def assembled(components: list[Impedance]) -> tuple[Array, Array, Array]:
+    """M, C and K of several components and, after all of them, of their own degrees of freedom."""
+    parts = [one.matrices() for one in components]
+    firsts = np.cumsum([0, *(len(M) for M, _, _ in parts)])
+    heads = firsts[:-1]
+    order = [*heads, *(k for k in range(int(firsts[-1])) if k not in heads)]
+    M, C, K = (
+        np.asarray(scipy.linalg.block_diag(*(part[k] for part in parts)))[np.ix_(order, order)]
+        for k in range(3)
+    )
+    return M, C, K

@@ -1,0 +1,138 @@
+"""The table [buildings.soil] of a case file."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from impactfem.case import load_case
+from impactfem.case.plausibility import implausible
+from impactfem.stages.inputs import inputs_key
+
+from .faults import faults_of
+from .texts import replaced
+
+Write = Callable[..., Path]
+
+RAFT = """
+[buildings.soil.raft]
+length = "46.2 m"
+width = "15.6 m"
+thickness = "1 m"
+density = "2500 kg/m3"
+"""
+DISK = replaced(RAFT, ('length = "46.2 m"\nwidth = "15.6 m"', 'radius = "15 m"'))
+HALF_SPACE = f"""
+[buildings.soil]
+type = "half-space"
+shear_velocity = "400 m/s"
+density = "2000 kg/m3"
+poisson_ratio = 0.35
+{RAFT}"""
+ROWS = [[1e10, 0, 0, 0, -1e9, 0], [0, 1e10, 0, 1e9, 0, 0], [0, 0, 2e10, 0, 0, 0]]
+ROWS += [[0, 1e9, 0, 1e12, 0, 0], [-1e9, 0, 0, 0, 5e12, 0], [0, 0, 0, 0, 0, 6e12]]
+MATRICES = f"""
+[buildings.soil]
+type = "matrices"
+stiffness = {ROWS}
+damping = {[[value / 100 for value in row] for row in ROWS]}
+{RAFT}"""
+TABLE = f"""
+[buildings.soil]
+type = "table"
+file = "soil.csv"
+{RAFT}"""
+
+
+def impedances(lowest=0.5, highest=60.0):
+    lines = ["component,frequency [Hz],real,imaginary"]
+    for name in ("x", "y", "z", "rx", "ry", "rz"):
+        for f in np.linspace(lowest, highest, 12):
+            lines.append(f"{name},{f:.6g},{1e10 - 1e5 * f**2:.8g},{2e8 * f:.8g}")
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "words"),
+    [
+        ("400 m/s", "4 m/s", "soil.shear_velocity = '4 m/s'", "usual is 150 to 3000 m/s"),
+        ("2000 kg", "20 kg", "soil.density = '20 kg/m3'", "usual is 1600 to 2700 kg/m3"),
+        ('"1 m"', '"1 km"', "raft.thickness = '1 km'", "usual is 0.5 to 6 m"),
+        ("15.6 m", "20 m", "buildings[1].soil.raft", "2.19 m into the plan of B1"),
+        ("15.6 m", "15.7 m", None, None),
+    ],
+)
+def test_what_is_hardly_meant_of_a_soil(broken, old, new, key, words):
+    more = HALF_SPACE.replace(old, new)
+    path = broken(
+        (None, 'name = "B1"', 'name = "B1"\nlength = "46.2 m"\nwidth = "15.6 m"'), more=more
+    )
+    found = [str(fault) for fault in implausible(load_case(path), 10.0) if "soil" in str(fault)]
+    assert len(found) == (key is not None)
+    assert all(key in line and words in line for line in found)
+
+
+def test_half_space(broken):
+    """The middle of the raft's underside sways by the rotation of the base times its thickness."""
+    clamped, soft = load_case(broken()), load_case(broken(more=HALF_SPACE))
+    soil = soft.buildings[1].soil
+    assert soil is not None and clamped.buildings[1].soil is None
+    law = soil.law
+    assert law.raft[0, 0] == pytest.approx(46.2 * 15.6 * 2500.0)
+    assert law.static[1, 3] == pytest.approx(law.static[1, 1])
+    for sections, same in ((("buildings", "soil"), False), (("buildings",), True)):
+        keys = [inputs_key(case, sections, ()) for case in (clamped, soft)]
+        assert (keys[0] == keys[1]) is same
+
+
+def test_matrices_and_table(broken):
+    soil = load_case(broken(more=MATRICES)).buildings[1].soil
+    assert soil is not None
+    T = np.eye(6)
+    T[0, 4], T[1, 3] = 1.0, -1.0
+    assert soil.law.moved(T).static == pytest.approx(np.array(ROWS))
+    soil = load_case(broken(more=TABLE, files={"soil.csv": impedances()})).buildings[1].soil
+    assert soil is not None
+    assert soil.law.error.max() < 0.03
+
+
+BAD = [
+    (HALF_SPACE, "poisson_ratio = 0.35", "poisson_ratio = 0.5", "model", "expected 'cone' at a"),
+    (HALF_SPACE, "poisson_ratio = 0.35", "poisson_ratio = 0.6", "poisson_ratio", "at most 0.5"),
+    (HALF_SPACE, '"46.2 m"', '"40 m"', "raft.length", "as large as the building, 46.2 m"),
+    (HALF_SPACE, RAFT, f'embedment = "-1 m"\n{RAFT}', "embedment", "at least 0"),
+    (HALF_SPACE, 'density = "2500 kg/m3"\n', "", "raft.density", "the mass of the raft or its"),
+    (HALF_SPACE, 'width = "15.6 m"\n', "", "raft.width", "expected length and width together"),
+    (HALF_SPACE, "width =", 'radius = "9 m"\nwidth =', "raft.radius", "either length and width"),
+    (HALF_SPACE, '"400 m/s"', '"400"', "shear_velocity", "the unit is missing"),
+    (HALF_SPACE, RAFT, f'model = "pais-kausel"\n{DISK}', "model", "of rectangles"),
+    (HALF_SPACE, RAFT, f'embedment = "2 m"\n{DISK}', "embedment", "on the surface"),
+    (MATRICES, "20000000000.0", "-20000000000.0", "stiffness", "positive definite"),
+    (MATRICES, "[0, 10000000000.0", "[1e6, 10000000000.0", "stiffness", "symmetric"),
+    (MATRICES, "200000000.0", "-200000000.0", "damping", "positive semidefinite"),
+]
+
+
+@pytest.mark.parametrize(("text", "old", "new", "key", "words"), BAD)
+def test_refused(broken, text, old, new, key, words):
+    plan = "stiffness_factor = 0.131\nsecond", 'length = "46.2 m"\nstiffness_factor = 0.131\nsecond'
+    faults = faults_of(broken((None, *plan), more=replaced(text, (old, new))))
+    assert list(faults) == [f"buildings[1].soil.{key}"]
+    assert words in faults[f"buildings[1].soil.{key}"]
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        (impedances(highest=30.0), "0.5 Hz or below up to 50 Hz; all have 0.5 to 30 Hz"),
+        (impedances(lowest=5.0), "0.5 Hz or below up to 50 Hz; all have 5 to 60 Hz"),
+        (re.sub("(\nry,.*),.*", r"\1,-1", impedances(), count=1), "would give energy"),
+        (impedances().replace("ry,0.5,9", "ry,0.5,-9"), "more than 0 up to 0.5 Hz"),
+        (re.sub("rz,.*\n", "", impedances()), "missing rz"),
+    ],
+)
+def test_refused_tables(broken, table, words):
+    (fault,) = faults_of(broken(more=TABLE, files={"soil.csv": table})).values()
+    assert words in fault

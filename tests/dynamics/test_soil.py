@@ -1,0 +1,71 @@
+"""Soil under rafts: fits, material damping, matrices; published values are benchmarks."""
+
+import numpy as np
+import pytest
+
+from impactfem.dynamics.impedance import Impedance, fitted, hysteresis
+from impactfem.dynamics.soil import HalfSpace, Soil, raft_mass
+
+NO_RAFT = np.zeros((6, 6))
+SPACE = HalfSpace(300.0, 2000.0, 0.3)
+HERTZ = 2.0 * np.pi * np.linspace(0.1, 50.0, 60)
+
+
+def test_rectangles_turn_and_are_near_disks():
+    """Turned, x and y swap; a square rocks as the disk with its moment of inertia."""
+    B = 5.0
+    components, _ = SPACE.rectangle(6.0 * B, 2.0 * B)
+    turned, _ = SPACE.rectangle(2.0 * B, 6.0 * B)
+    assert [turned[k] for k in (1, 0, 2, 4, 3, 5)] == components
+    square, _ = SPACE.rectangle(2.0 * B, 2.0 * B)
+    disk = SPACE.cones(4.0 * B**2, (4.0 / 3.0 * B**4,) * 2)
+    assert square[3].stiffness == pytest.approx(disk[3].stiffness, rel=0.01)
+
+
+@pytest.mark.parametrize("embedment", [0.0, 4.0])
+@pytest.mark.parametrize("poisson", [0.2, 0.45])
+def test_rectangles_are_passive_and_near_the_formulas(embedment, poisson):
+    components, error = HalfSpace(300.0, 2000.0, poisson).rectangle(46.2, 15.6, embedment)
+    assert error.max() < 0.06
+    a = np.geomspace(1e-3, 1e3, 200) * 300.0 / 7.8
+    assert all((one.at(a).imag > 0.0).all() for one in components)
+
+
+def test_a_fit_finds_what_a_table_was_made_of():
+    table = HERTZ[::3]
+    made = Impedance(3e9, 2e7, 4e4, ((2e5, 30.0),), ((5e8, 90.0),))
+    found, error = fitted(table, made.at(table))
+    assert error < 0.02
+    assert found.stiffness == pytest.approx(3e9, rel=0.02)
+    wrong = made.at(table) * (1.0 + 0.05 * np.sin(table))
+    assert 0.03 < fitted(table, wrong)[1] < 0.12
+
+
+def test_material_damping_over_its_band():
+    model, error = hysteresis(0.05, 2.0 * np.pi * 0.5, 2.0 * np.pi * 50.0)
+    ω = 2.0 * np.pi * np.array([0.5, 1.0, 3.0, 10.0, 50.0])
+    assert model.at(ω).imag == pytest.approx(0.1, rel=0.06) and error < 0.006
+    assert model.at(np.array(2.0 * np.pi * 5.0)).real == pytest.approx(0.0, abs=1e-12)
+
+
+def test_mass_of_a_raft():
+    """A box about the middle of its top, by points."""
+    x, y, z = (size * (np.arange(40) + 0.5) / 40 - size / 2 for size in (8.0, 6.0, 2.0))
+    points = np.stack(np.meshgrid(x, y, z - 1.0), axis=-1).reshape(-1, 3)
+    expected = np.zeros((6, 6))
+    for p in points:
+        cross = np.array([[0, -p[2], p[1]], [p[2], 0, -p[0]], [-p[1], p[0], 0]])
+        J = np.hstack([np.eye(3), -cross])
+        expected += J.T @ J * 1e6 / len(points)
+    found = raft_mass(1e6, 2.0, (36 / 12, 64 / 12))
+    assert np.abs(found - expected).max() < 1e-3 * expected.max()
+
+
+def test_moved_to_another_point():
+    """A horizontal spring 2 m below resists a rotation by k h²."""
+    K = np.diag([1e9, 1e9, 1e9, 1e10, 1e10, 1e10])
+    T = np.eye(6)
+    T[0, 4], T[1, 3] = -2.0, 2.0
+    moved = Soil(NO_RAFT, NO_RAFT, NO_RAFT, K, NO_RAFT).moved(T)
+    assert moved.static[4, 4] == pytest.approx(1e10 + 4e9)
+    assert moved.static[0, 4] == pytest.approx(-2e9)

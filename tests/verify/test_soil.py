@@ -1,0 +1,73 @@
+"""The benchmarks of the ground see a wrong mass, period, impedance or delay."""
+
+from dataclasses import replace
+
+import pytest
+
+from impactfem.coupling.ground import Ground
+from impactfem.dynamics.impedance import Impedance
+from impactfem.dynamics.soil import Soil
+from impactfem.verify import soil
+
+
+def failed(rows):
+    return [row.quantity for row in rows if not row.passed]
+
+
+def test_all_pass():
+    four = (soil.soil_static, soil.soil_cones, soil.soil_period, soil.soil_clamped)
+    for run in (*four, soil.wave_passage):
+        assert failed(run()) == []
+
+
+@pytest.mark.parametrize(
+    ("of", "name", "wrong", "run", "least"),
+    [
+        (Impedance, "matrices", lambda M, C, K: (1.0001 * M, C, K), soil.soil_cones, 4),
+        (
+            Impedance,
+            "scaled",
+            lambda one: replace(one, stiffness=1.2 * one.stiffness),
+            soil.soil_static,
+            8,
+        ),
+        (Soil, "moved", lambda one: replace(one, K=1.00001 * one.K), soil.soil_period, 1),
+    ],
+)
+def test_what_is_wrong_is_seen(monkeypatch, of, name, wrong, run, least):
+    right = getattr(of, name)
+
+    def altered(self, *arguments):
+        found = right(self, *arguments)
+        return wrong(*found) if isinstance(found, tuple) else wrong(found)
+
+    monkeypatch.setattr(of, name, altered)
+    assert len(failed(run())) >= least
+
+
+def test_wrong_dashpots_are_seen(monkeypatch):
+    """Soil whose dashpots take 10 % more than its impedance says."""
+    made = soil._half_space
+    right = soil._amplitudes
+    monkeypatch.setattr(soil, "_half_space", lambda *a: replace(made(*a), C=1.1 * made(*a).C))
+    monkeypatch.setattr(
+        soil, "_amplitudes", lambda stick, ω: right(replace(stick, soil=made(150.0, 0.03)), ω)
+    )
+    assert "amplitude of the raft" in failed(soil.soil_steady_state())
+
+
+@pytest.mark.parametrize(
+    ("row", "seen"),
+    [(0, "first contact"), (1, "speed of approach"), (2, "amplitude of the distance")],
+)
+def test_ground_that_is_not_where_it_moves_is_seen(monkeypatch, row, seen):
+    """A place, a speed or an acceleration of the later ground that is 2 % off."""
+    right = Ground.under
+
+    def altered(*arguments):
+        ground = right(*arguments)
+        ground.relative["b"][row] *= 1.02
+        return ground
+
+    monkeypatch.setattr(Ground, "under", altered)
+    assert seen in failed(soil.wave_passage())
