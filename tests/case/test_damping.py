@@ -1,25 +1,19 @@
 """The tables [[damping_cases]] and [[buildings.structure.damping]] of a case file."""
 
-from __future__ import annotations
-
 import json
 import pickle
 import tomllib
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
 from impactfem.case import DampingCase, load_case
 from impactfem.case.damping import Damping, PartDamping
 from impactfem.case.template import write_new_case
-from impactfem.dynamics.damping import Caughey, DampingLaw, ModeRatios, RatioTable, Rayleigh
+from impactfem.dynamics.damping import Caughey, ModeRatios, RatioTable, Rayleigh
 
 from .faults import faults_of, refused
 from .sections import FULL_ORDER, LIGHT, PART_DAMPING, TRANSIENT, WALL
 from .texts import added
-
-Write = Callable[..., Path]
 
 HEAVY = """
 [[damping_cases]]
@@ -32,11 +26,11 @@ CALIBRATED = f'{LIGHT}restitution = "calibrated"\n'
 BESIDE = "beside [[buildings.structure.damping]]"
 
 
-def test_left_out(pair: Path) -> None:
+def test_left_out(pair):
     assert load_case(pair).damping_cases == ()
 
 
-def test_without_a_structure(broken: Write) -> None:
+def test_without_a_structure(broken):
     case = load_case(broken(more=LIGHT + HEAVY))
     assert case.damping_cases == (
         DampingCase(name="light", mass_coefficient=0.838, stiffness_coefficient=2.12e-4),
@@ -52,7 +46,7 @@ def test_without_a_structure(broken: Write) -> None:
     assert [one["restitution"] for one in dumped] == ["calibrated", 0.6]
 
 
-def test_calibrated_with_the_impact(structured: Write, broken: Write) -> None:
+def test_calibrated_with_the_impact(structured, broken):
     case = load_case(structured(more=WALL + CALIBRATED + HEAVY))
     assert [one.restitution for one in case.damping_cases] == ["calibrated", 0.6]
     for write in (structured, broken):
@@ -62,18 +56,18 @@ def test_calibrated_with_the_impact(structured: Write, broken: Write) -> None:
         }
 
 
-def test_each_name_once(broken: Write) -> None:
+def test_each_name_once(broken):
     assert faults_of(broken(more=LIGHT + HEAVY + LIGHT)) == {
         "damping_cases[2].name": "light duplicate name, the first is damping_cases[0].name"
     }
 
 
-def test_one_table_in_place_of_several(broken: Write) -> None:
+def test_one_table_in_place_of_several(broken):
     one = LIGHT.replace("[[damping_cases]]", "[damping_cases]")
     assert set(faults_of(broken(more=one))) == {"damping_cases"}
 
 
-def test_served_by_the_reduced_basis(structured: Write) -> None:
+def test_served_by_the_reduced_basis(structured):
     path = structured(more=f"{TRANSIENT}serve_damping_cases = true\n")
     assert faults_of(path) == {
         "transient.serve_damping_cases": "True expected [[damping_cases]] beside it: the dampings "
@@ -83,9 +77,8 @@ def test_served_by_the_reduced_basis(structured: Write) -> None:
     assert transient is not None and transient.serve_damping_cases
 
 
-def test_dampings_of_parts(structured: Write) -> None:
+def test_dampings_of_parts(structured):
     structure = load_case(structured(more=PART_DAMPING + FULL_ORDER)).structure
-    assert structure is not None
     first, second = structure.damping
     assert first.parts == ("column_*", "floor_8")
     assert first.rayleigh.ratio(20.0) == pytest.approx(0.02)
@@ -95,25 +88,25 @@ def test_dampings_of_parts(structured: Write) -> None:
 
 
 @pytest.mark.parametrize("solver", ['solver = "reduced"', 'solver = "both"', ""])
-def test_parts_only_in_full_order(structured: Write, solver: str) -> None:
+def test_parts_only_in_full_order(structured, solver):
     path = structured(more=f"{PART_DAMPING}{TRANSIENT}{solver}\n")
     refused(path, "transient.solver", f"expected 'full' {BESIDE}")
 
 
 @pytest.mark.parametrize(("name", "text"), [("damping_cases", LIGHT), ("wall_impact", WALL)])
-def test_parts_with_nothing_that_needs_the_basis(structured: Write, name: str, text: str) -> None:
+def test_parts_with_nothing_that_needs_the_basis(structured, name, text):
     text += "restitution = 0.5\n" if name == "damping_cases" else ""
     refused(structured(more=PART_DAMPING + FULL_ORDER + text), name, f"expected none {BESIDE}")
     assert load_case(structured(more=FULL_ORDER + text)).structure is not None
 
 
-def test_parts_without_devices(structured: Write) -> None:
+def test_parts_without_devices(structured):
     device = '[[devices]]\nname = "pump"\n'
     faults = faults_of(structured(more=PART_DAMPING + FULL_ORDER + device))
     assert "the study of devices uses the reduced basis" in faults["devices"]
 
 
-def test_template(tmp_path: Path) -> None:
+def test_template(tmp_path):
     text = write_new_case(tmp_path / "new")[0].read_text(encoding="utf-8")
     block = text[text.index("# [[buildings.structure.damping]]") :].split("\n\n")[0]
     read = tomllib.loads(block.replace("# ", "", 1).replace("\n# ", "\n"))
@@ -143,7 +136,7 @@ RAYLEIGH_TEXT = 'ratio = "7 %"\nfrequencies = ["1 Hz", "20 Hz"]'
         ),
     ],
 )
-def test_laws(broken: Write, text: str, law: DampingLaw) -> None:
+def test_laws(broken, text, law):
     case = load_case(broken((None, RAYLEIGH_TEXT, text), more=LIGHT))
     assert case.damping.law == law and {one.damping.law for one in case.buildings} == {law}
     again = Damping.model_validate_json(case.damping.model_dump_json(), strict=True)
@@ -183,11 +176,11 @@ POINTS = 'points = [["1 Hz", "5 %"], ["500 Hz", "5 %"]]'
         (f"{RAYLEIGH_TEXT}\nratios = [0.1]", "ratios", "'rayleigh' takes ratio"),
     ],
 )
-def test_laws_that_are_refused(broken: Write, text: str, key: str, words: str) -> None:
+def test_laws_that_are_refused(broken, text, key, words):
     refused(broken((None, RAYLEIGH_TEXT, text)), f"damping.{key}", words)
 
 
-def test_laws_of_parts_and_in_full_order(structured: Write) -> None:
+def test_laws_of_parts_and_in_full_order(structured):
     constant = (None, RAYLEIGH_TEXT, 'type = "constant"\nratio = 0.05')
     refused(
         structured(constant, more=PART_DAMPING + FULL_ORDER),

@@ -19,10 +19,8 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg
 
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
-
-Array = npt.NDArray[np.float64]
-
 
 PROPORTIONAL = 1e-11
 """Damping couples modes i and j where φᵢᵀ C φⱼ is above this part of √(φᵢᵀ C φᵢ φⱼᵀ C φⱼ)."""
