@@ -1,0 +1,290 @@
+"""The fit: searches from several starts, a correction by the case itself, what the data tell."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import ExitStack
+from dataclasses import asdict
+from itertools import chain
+from pathlib import Path
+from threading import Lock
+
+import numpy as np
+import scipy.stats
+
+from impactfem.fit.evaluate import Evaluation, evaluate
+from impactfem.fit.posterior import sample
+from impactfem.fit.problem import Problem, read_problem
+from impactfem.fit.results import Fit, write_results
+from impactfem.run.folder import open_folder
+from impactfem.system.arrays import Array
+from impactfem.system.errors import SolutionError, file_errors
+from impactfem.system.least_squares import Identification, Minimum, minima, starts_within
+from impactfem.system.log import LOGGER, mirrored
+from impactfem.system.parallel import on_root, one_blas_thread, rank, start_solvers, workers, world
+
+LOG = "fit.log"  # distinguishes the folder of a fit from any other
+EVALUATIONS = "evaluations.jsonl"
+SAME = 0.05
+"""Change of the keys, in their standard deviations, below which a correction is the last one."""
+MOST_ROUNDS = 8
+
+
+class Evaluator:
+    """Evaluations of a problem, each computed once and kept on disk; on rank 0.
+
+    Args:
+        problem: The problem.
+        folder: The folder of the fit.
+        executor: Computes several at a time; None for one after the other.
+    """
+
+    def __init__(self, problem: Problem, folder: Path, executor: Executor | None) -> None:
+        self.problem, self.folder, self.executor = problem, folder, executor
+        self.file, self.lock = folder / EVALUATIONS, Lock()
+        self.known: dict[str, Evaluation] = {}
+        self.count = 0  #: how many were computed, not read
+        damaged = 0
+        for line in self.file.read_text("utf-8").splitlines() if self.file.is_file() else ():
+            try:
+                key, entry = json.loads(line)
+                self.known[key] = Evaluation(**entry)
+            except (ValueError, TypeError):  # the last one of a fit that was killed
+                damaged += 1
+        if damaged:
+            LOGGER.warning("warning: %s: damaged lines: %d; computed again", self.file, damaged)
+
+    def at(self, u: Array, slopes: bool = False) -> Evaluation:
+        """The evaluation at places on the scale of the fit, with slopes as far as there are."""
+        key = self.problem.key(u)
+        found = self.known.get(key)
+        if found is not None and (not slopes or found.slopes is not None):
+            return found
+        given = self.problem, u, self.folder, slopes
+        if self.executor is None:
+            found = evaluate(*given)
+        else:
+            found = self.executor.submit(evaluate, *given).result()
+        with self.lock:
+            self.known[key] = found
+            self.count += 1
+            with self.file.open("a", encoding="utf-8") as stream:
+                stream.write(f"{json.dumps([key, asdict(found)])}\n")
+        return found
+
+    def values(self, u: Array) -> Array:
+        """What the model gives for the data, shape (m,)."""
+        return np.array(self.at(u, slopes=True).values)  # which a search needs at the same place
+
+    def slopes(self, u: Array) -> Array:
+        """Their slopes, shape (m, n): closed forms, or differences computed at a time."""
+        here = self.at(u, slopes=True)
+        known = here.slopes or []
+        ends = {k: self.problem.ends(u, k) for k, one in enumerate(known) if one is None}
+        if self.problem.level == "run":  # each costs a run: to one side only
+            ends = {k: (u, high) if high[k] > u[k] else (low, u) for k, (low, high) in ends.items()}
+        places = [place for both in ends.values() for place in both]
+        if self.executor is None:
+            found = [np.array(self.at(place).values) for place in places]
+        else:
+            with ThreadPoolExecutor(max(len(places), 1)) as threads:
+                found = [np.array(one.values) for one in threads.map(self.at, places)]
+        J = np.empty((len(here.values), len(u)))
+        for k, one in enumerate(known):
+            if one is not None:
+                J[:, k] = one
+        for i, (k, (low, high)) in enumerate(ends.items()):
+            J[:, k] = (found[2 * i + 1] - found[2 * i]) / (high[k] - low[k])
+        return J
+
+
+def fit(path: Path, fit_path: Path, *, out: Path | None = None, processes: int = 1) -> Fit | None:
+    """Fit keys of a case to data.
+
+    Evaluations are kept in the folder: the same fit again goes on where it was stopped. Collective
+    under `mpirun`: rank 0 hands evaluations out, the other ranks compute one each at a time.
+
+    Args:
+        path: The case file.
+        fit_path: The file of the fit (TOML).
+        out: The folder; ``runs/<name of the file of the fit>`` when None.
+        processes: How many evaluations are computed at a time, each in a process of its own.
+            Without meaning under `mpirun`.
+
+    Returns:
+        The results on rank 0; None on the others.
+
+    Raises:
+        InputError: The case, the fit or the folder is not usable; nothing is computed then.
+        SolutionError: A computation failed, or no start led to a result.
+        ImpactfemError: A file cannot be written.
+    """
+    folder = out if out is not None else Path("runs") / fit_path.stem
+    with ExitStack() as opened:
+        opened.enter_context(file_errors())
+        opened.enter_context(one_blas_thread())
+        start_solvers()
+
+        def prepare() -> tuple[Problem, Problem | None]:
+            both = read_problem(path, fit_path)
+            opened.enter_context(open_folder(folder, resume=False, log=LOG))
+            return both
+
+        problem, rough = on_root(prepare)
+        opened.enter_context(mirrored(folder / LOG, rank()))
+        opened.enter_context(file_errors())
+        if world() is None and processes == 1:
+            return _fit(problem, rough, folder, None)
+        with workers(processes) as executor:
+            return None if executor is None else _fit(problem, rough, folder, executor)
+
+
+def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Executor | None) -> Fit:
+    """The fit on rank 0."""
+    LOGGER.info(
+        "fit of %d keys to %d data by %s -> %s",
+        len(problem.keys),
+        len(problem.data),
+        {
+            "sticks": "the modes of the sticks",
+            "floors": "the mesh",
+            "modes": "the modes of the 3D model",
+            "run": f"runs up to {', '.join(problem.stages)}",
+        }[problem.level],
+        folder,
+    )
+    fine = Evaluator(problem, folder, executor)
+    cheap = fine if rough is None else Evaluator(rough, folder, executor)
+    first = problem.start
+    low, high = np.zeros_like(first), np.ones_like(first)
+    drawn = starts_within(first, low, high, problem.fit.starts, problem.fit.seed)
+    # Without a cheaper case the search needs the slopes there as well.
+    before = np.array(fine.at(first, slopes=rough is None).values)
+    found, u, rounds = list[Minimum](), first, 0
+    ratio, shift = np.ones_like(before), np.zeros_like(before)
+    while rough is not None:
+        # The cheaper case gives the slopes, the case itself the level: what the two give at the
+        # last places corrects the cheaper one (Bandler et al. 1994).
+        here, there = np.array(fine.at(u).values), cheap.values(u)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = here / there
+        ratio = np.where((ratio > 0.5) & (ratio < 2.0), ratio, 1.0)
+        shift = here - ratio * there
+        spread = identified(problem, ratio[:, None] * cheap.slopes(u)).deviation
+        ended = search(cheap, drawn if rounds == 0 else [u], ratio, shift)
+        found = found or ended
+        moved = np.abs(ended[0].x - u)
+        if rounds and np.all(moved <= np.maximum(SAME * np.minimum(spread, 1.0), 1e-5)):
+            break
+        if rounds == MOST_ROUNDS:
+            raise SolutionError(
+                f"the fit does not settle between the case and the cheaper one in {rounds} "
+                "corrections; expected keys in [coarse] that change less"
+            )
+        u, rounds = ended[0].x, rounds + 1
+        LOGGER.info("fit: correction %d by the case itself", rounds)
+    if rough is None:
+        found = search(cheap, drawn, ratio, shift)
+        u = found[0].x
+    last = fine.at(u)
+    J = ratio[:, None] * cheap.slopes(u)
+    identification = identified(problem, J)
+    posterior = None
+    if problem.fit.posterior is not None:
+        posterior = sample(problem, u, identification, folder)
+    result = Fit(
+        folder,
+        problem,
+        u,
+        tuple(found),
+        before,
+        np.array(last.values),
+        last.shown,
+        J,
+        identification,
+        posterior,
+        fine.count + (cheap.count if cheap is not fine else 0),
+        rounds,
+    )
+    result.warnings.extend(_warnings(result))
+    for text in result.warnings:
+        LOGGER.warning("warning: %s", text)
+    return write_results(result)
+
+
+def search(
+    evaluator: Evaluator, starts: Sequence[Array], ratio: Array, shift: Array
+) -> list[Minimum]:
+    """The minima of ½ Σ ((model − datum)/deviation)² and of the priors, the best one first."""
+    problem, rows = evaluator.problem, _prior_rows(evaluator.problem)
+    value, deviation, priors = problem.value, problem.deviation, problem.priors
+
+    def residuals(u: Array) -> Array:
+        r = (ratio * evaluator.values(u) + shift - value) / deviation
+        return np.append(r, [(u[k] - mean) / width for k, mean, width in priors])
+
+    def jacobian(u: Array) -> Array:
+        J = (ratio / deviation)[:, None] * evaluator.slopes(u)
+        return np.vstack([J, rows])
+
+    def led_to(some: Sequence[Array]) -> list[Minimum]:
+        # What costs seconds or more ends far below a standard deviation.
+        end = 1e-8 if problem.level in ("sticks", "floors") else 1e-4
+        low = np.zeros(len(problem.keys))
+        return minima(residuals, some, low, low + 1.0, jacobian=jacobian, tolerance=end)
+
+    if evaluator.executor is None:
+        return led_to(starts)
+    with ThreadPoolExecutor(len(starts)) as threads:
+        each = threads.map(lambda start: led_to([start]), starts)
+        return sorted(chain.from_iterable(each), key=lambda minimum: minimum.cost)
+
+
+def _prior_rows(problem: Problem) -> Array:
+    """∂r/∂u of the priors, a row each."""
+    priors = problem.priors
+    rows = np.zeros((len(priors), len(problem.keys)))
+    for row, (k, _, width) in zip(rows, priors, strict=True):
+        row[k] = 1.0 / width
+    return rows
+
+
+def identified(problem: Problem, J: Array) -> Identification:
+    """What data and priors say about the keys, with the slopes of the results, shape (m, n)."""
+    return Identification.of(J / problem.deviation[:, None], _prior_rows(problem))
+
+
+def _warnings(result: Fit) -> list[str]:
+    """What to know of a fit, in words."""
+    problem, found = result.problem, result.identification
+    keys, texts = problem.keys, []
+    for k in found.unseen:
+        has_prior = problem.fit.free[keys[k]].prior is not None
+        rest = "its value is that of its prior" if has_prior else "its value is that of the start"
+        texts.append(
+            f"the data do not see {keys[k]}: across all of its bounds they change by "
+            f"{found.reach[k]:.2g} standard deviations; {rest}"
+        )
+    for value, parts in found.mixed:
+        named = ", ".join(keys[k] for k in parts)
+        texts.append(
+            f"the data see {named} only together: one combination of them changes the data by "
+            f"{value:.2g} standard deviations across the bounds"
+        )
+    for i, j, r in found.alike:
+        texts.append(f"the data hardly tell {keys[i]} from {keys[j]}: correlation {r:.3f}")
+    for k, side in enumerate(result.at_bound):
+        if k not in found.unseen and side != "no":
+            texts.append(f"{keys[k]} is at its {side} bound")
+    free = max(len(problem.data) - len(keys), 0)
+    χ2 = float(np.square(result.errors[1]).sum())
+    if free and χ2 > scipy.stats.chi2.ppf(0.95, free):
+        texts.append(
+            f"the data are not met within their deviations: χ² = {χ2:.3g} with {free} degrees of "
+            "freedom; the ± of the keys do not hold what the model cannot do"
+        )
+    if not result.minima[0].met:
+        texts.append("the best search ended by its number of steps, not by its tolerances")
+    return texts

@@ -1,0 +1,445 @@
+"""The file of a fit: the free keys of a case, and the targets."""
+
+# The methods of the leaves are described once, in their base.
+# ruff: noqa: D102
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from decimal import Decimal
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, ValidationError, ValidationInfo
+
+from impactfem.case.base import Leaf, Section, refuse, rule
+from impactfem.case.device_tables import Direction
+from impactfem.case.explain import explain
+from impactfem.case.leaf import FloorNumbers, Text, Whole
+from impactfem.case.quantity import (
+    QUANTITY,
+    Acceleration,
+    DampingRatio,
+    Frequency,
+    Length,
+    Number,
+    Ratio,
+)
+from impactfem.case.reading import Reading, TableFile
+from impactfem.case.source import Source, parse
+from impactfem.case.table import MOST_POINTS, Table, read_table
+from impactfem.case.unit import UnitError, to_si
+from impactfem.system.arrays import Array, Index
+from impactfem.system.errors import Fault, InputError
+from impactfem.system.files import LARGEST_TOML, read_text
+
+
+@dataclass(frozen=True)
+class Given:
+    """A number as it is written, in SI."""
+
+    value: float
+    unit: str  #: SI unit; "-" without one
+    rounding: float  #: standard deviation of what its last printed digit leaves open, in SI
+
+
+@dataclass(frozen=True)
+class Quantity(Leaf):
+    """A number, or a quantity with its unit; held as `Given`. With `part` also a percentage."""
+
+    part: bool = False  #: whether "5 %" is meant of another value; its unit is "%" then
+
+    @property
+    def phrase(self) -> str:
+        more = ", or a percentage of the value" if self.part else ""
+        return f"a number, or a quantity with its unit, for example '1.80 Hz'{more}"
+
+    def check(self, value: Any, info: ValidationInfo) -> Given:
+        if isinstance(value, Given):
+            return value
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        text = repr(value) if number else value if isinstance(value, str) else ""
+        match = QUANTITY.fullmatch(text)
+        if match is None:
+            raise refuse(f"expected {self.phrase}")
+        try:
+            found, unit = to_si(float(match[1]), match[2])
+            digit = 10.0 ** int(Decimal(match[1]).as_tuple().exponent)
+            # Evenly spread over the width of the last digit.
+            rounding = abs(to_si(digit, match[2])[0]) / math.sqrt(12.0)
+        except (UnitError, OverflowError) as error:
+            raise refuse(f"{error}; expected {self.phrase}") from error
+        if not math.isfinite(found):
+            raise refuse(f"expected a finite value: {self.phrase}")
+        return Given(found, "%" if self.part and match[2] == "%" else unit, rounding)
+
+    def schema(self) -> dict[str, Any]:
+        return {"anyOf": [{"type": "number"}, {"type": "string"}], "x-accepts": self.phrase}
+
+
+Value = Annotated[Given, Quantity()]
+Spread = Annotated[Given, Quantity(part=True)]
+Part = Annotated[float, Ratio(above=0)]
+
+
+def spread(deviation: Given, value: float) -> float:
+    """A standard deviation in SI, of a value where it is a percentage of it."""
+    return deviation.value * abs(value) if deviation.unit == "%" else deviation.value
+
+
+class Prior(Section):
+    """What is known of a key before: a normal distribution, log-normal on a logarithmic scale."""
+
+    mean: Value
+    """Its mean."""
+    deviation: Spread
+    """Its standard deviation, as a quantity or a percentage of the mean."""
+
+
+class FreeKey(Section):
+    """A key of the case that is fitted."""
+
+    bounds: tuple[Value, Value]
+    """Least and largest value."""
+    scale: Literal["linear", "log"] = "linear"
+    """Whether the key or its logarithm is fitted."""
+    start: Value | None = None
+    """First start; default the value of the case."""
+    prior: Prior | None = None
+    """What is known of it before; left out, nothing but its bounds."""
+    step: Annotated[float, Ratio(above=0, at_most=0.1)] = 1e-3
+    """Step of differences, as part of the range between the bounds."""
+
+    @rule("bounds")
+    @staticmethod
+    def _ordered(bounds: tuple[Given, Given]) -> Iterator[str]:
+        if bounds[0].unit != bounds[1].unit:
+            yield "expected one unit for both bounds"
+        elif bounds[0].value >= bounds[1].value:
+            yield "expected bounds in order, the lower one first"
+
+    @rule("scale", "bounds")
+    @staticmethod
+    def _positive(scale: str, bounds: tuple[Given, Given]) -> Iterator[str]:
+        if scale == "log" and bounds[0].value <= 0.0:
+            yield "expected bounds above zero for a logarithmic scale"
+
+    @rule("start", "bounds")
+    @staticmethod
+    def _inside(start: Given | None, bounds: tuple[Given, Given]) -> Iterator[str]:
+        low, high = bounds
+        if start is not None and start.unit != low.unit:
+            yield f"expected the unit of the bounds, {low.unit}"
+        elif start is not None and not low.value <= start.value <= high.value:
+            yield f"expected a start within the bounds, {low.value:g} to {high.value:g} {low.unit}"
+
+    @rule("prior", "bounds")
+    @staticmethod
+    def _same_unit(prior: Prior | None, bounds: tuple[Given, Given]) -> Iterator[str]:
+        if prior is None:
+            return
+        for one in (prior.mean, prior.deviation):
+            if one.unit not in (bounds[0].unit, "%"):
+                yield f"expected the unit of the bounds, {bounds[0].unit}"
+        if spread(prior.deviation, prior.mean.value) <= 0.0:
+            yield "expected a deviation above zero"
+
+    def scaled(self, value: float) -> float:
+        """A value on the scale of the fit, 0 at the lower and 1 at the upper bound."""
+        low, high, x = (
+            self._on(one) for one in (self.bounds[0].value, self.bounds[1].value, value)
+        )
+        return (x - low) / (high - low)
+
+    def value(self, u: float) -> float:
+        """The value at a place u on that scale."""
+        low, high = (self._on(one.value) for one in self.bounds)
+        x = low + u * (high - low)
+        return math.exp(x) if self.scale == "log" else x
+
+    def slope(self, u: float) -> float:
+        """∂value/∂u."""
+        low, high = (self._on(one.value) for one in self.bounds)
+        return (high - low) * (self.value(u) if self.scale == "log" else 1.0)
+
+    def _on(self, value: float) -> float:
+        return math.log(value) if self.scale == "log" else value
+
+    @property
+    def scaled_prior(self) -> tuple[float, float] | None:
+        """Mean and standard deviation of the prior on the scale of the fit."""
+        if self.prior is None:
+            return None
+        mean = self.prior.mean.value
+        u = self.scaled(mean)
+        return u, spread(self.prior.deviation, mean) / self.slope(u)
+
+
+class ScalarTarget(Section):
+    """A scalar result, by its name in summary.json."""
+
+    type: Literal["scalar"] = "scalar"
+    """A scalar result."""
+    result: Text
+    """Its name, for example building.frequency.1."""
+    value: Value
+    """Its value."""
+    deviation: Spread | None = None
+    """Standard deviation; default that of a value rounded to its printed digits."""
+
+    @rule("deviation", "value")
+    @staticmethod
+    def _of_the_value(deviation: Given | None, value: Given) -> Iterator[str]:
+        yield from _wrong_deviation(deviation, value)
+
+
+def _wrong_deviation(deviation: Given | None, value: Given) -> Iterator[str]:
+    if deviation is not None and deviation.unit not in ("%", value.unit):
+        yield f"expected a percentage, or the unit of the value, {value.unit}"
+    elif deviation is not None and spread(deviation, value.value) <= 0.0:
+        yield "expected a deviation above zero"
+
+
+class FloorTarget(Section):
+    """Mass and inertia of floors of a 3D model, or the section of the storeys below them."""
+
+    type: Literal["floor"]
+    """Floors of a 3D model."""
+    building: Text
+    """Name of the building."""
+    floors: FloorNumbers
+    """Numbers of the floors."""
+    quantity: Literal["mass", "Jx", "Jy", "Jz", "A", "Avy", "Avz", "Ix", "Iy"]
+    """What of them, by the column of the floor table."""
+    value: Value | None = None
+    """Its value, of all of these floors; default that of the floor table of each."""
+    deviation: Spread | None = None
+    """Standard deviation; with a value by default that of its printed digits."""
+
+    @rule("deviation", "value")
+    @staticmethod
+    def _of_the_value(deviation: Given | None, value: Given | None) -> Iterator[str]:
+        if value is not None:
+            yield from _wrong_deviation(deviation, value)
+
+
+class MeasuredMode(Section):
+    """A row of a table of measured modes."""
+
+    mode: Annotated[int, Whole(1)]
+    """Number of the mode, as in the table of its shape."""
+    frequency: Frequency
+    """Natural frequency."""
+    damping: Annotated[float | None, Ratio(above=0, below=1)] = None
+    """Damping ratio."""
+
+
+class MeasuredShape(Section):
+    """A row of a table of measured shapes: one sensor in one mode."""
+
+    mode: Annotated[int, Whole(1)]
+    """Number of the mode."""
+    x: Length
+    """Place of the sensor."""
+    y: Length
+    """Place of the sensor."""
+    z: Length
+    """Place of the sensor."""
+    direction: Direction
+    """Direction of the sensor."""
+    amplitude: Number
+    """Amplitude, of any scale, with its sign."""
+
+
+def _measured_modes(path: Path, faults: list[Fault]) -> Table[MeasuredMode] | None:
+    return read_table(path, MeasuredMode, faults, lambda table: table.duplicates("mode"))
+
+
+def _measured_shapes(path: Path, faults: list[Fault]) -> Table[MeasuredShape] | None:
+    def still(table: Table[MeasuredShape]) -> Iterator[Fault]:
+        for number in dict.fromkeys(row.mode for row in table.rows):
+            own = [(line, row.amplitude) for line, row in table if row.mode == number]
+            if len(own) < 2 or not any(amplitude for _, amplitude in own):
+                expected = "expected two sensors or more of each mode, not all at rest"
+                yield table.fault(own[0][0], "mode", number, expected)
+
+    return read_table(
+        path,
+        MeasuredShape,
+        faults,
+        lambda table: table.duplicates("mode", "x", "y", "z", "direction"),
+        still,
+        most=MOST_POINTS,
+    )
+
+
+class ModesTarget(Section):
+    """Measured modes of a building: frequencies, damping ratios, shapes at sensors."""
+
+    type: Literal["modes"]
+    """Measured modes."""
+    building: Text
+    """Name of the building: of its 3D model where it has one, else of its stick."""
+    modes: Annotated[tuple[MeasuredMode, ...], TableFile("a table of modes (CSV)", _measured_modes)]
+    """Table of the modes: a CSV file."""
+    shapes: Annotated[
+        tuple[MeasuredShape, ...], TableFile("a table of shapes (CSV)", _measured_shapes)
+    ]
+    """Table of their shapes: a CSV file, one row a sensor and mode. A mode of the model is the
+    measured one that its shape is most like, by the MAC."""
+    frequency_deviation: Spread = Given(0.005, "%", 0.0)
+    """Standard deviation of the frequencies."""
+    damping_deviation: Spread = Given(0.2, "%", 0.0)
+    """Standard deviation of the damping ratios."""
+    shape_deviation: Part = 0.05
+    """Standard deviation of the amplitudes, as part of the largest one of each mode."""
+
+    @property
+    def places(self) -> Array:
+        """Places of the sensors, shape (n, 3) [m]."""
+        return np.array([(one.x, one.y, one.z) for one in self.shapes])
+
+    @property
+    def along(self) -> Index:
+        """Their directions: 0, 1 or 2, shape (n,)."""
+        return np.array(["xyz".index(one.direction) for one in self.shapes])
+
+    @rule("frequency_deviation")
+    @staticmethod
+    def _in_hertz(deviation: Given) -> Iterator[str]:
+        if deviation.unit not in ("%", "Hz") or deviation.value <= 0.0:
+            yield "expected a percentage or a frequency above zero"
+
+    @rule("damping_deviation")
+    @staticmethod
+    def _of_a_ratio(deviation: Given) -> Iterator[str]:
+        if deviation.unit not in ("%", "-") or deviation.value <= 0.0:
+            yield "expected a percentage or a number above zero"
+
+    @rule("shapes", "modes")
+    @staticmethod
+    def _of_each_mode(
+        shapes: tuple[MeasuredShape, ...], modes: tuple[MeasuredMode, ...]
+    ) -> Iterator[str]:
+        listed, shown = {one.mode for one in modes}, {one.mode for one in shapes}
+        if listed != shown:
+            numbers = ", ".join(map(str, sorted(listed ^ shown)))
+            yield f"expected the shapes of the listed modes; one table has no mode {numbers}"
+
+
+class Ordinate(Section):
+    """A row of a table of a measured spectrum."""
+
+    frequency: Frequency
+    """Frequency of the oscillator."""
+    psa: Acceleration
+    """Pseudo-acceleration."""
+
+
+def _ordinates(path: Path, faults: list[Fault]) -> Table[Ordinate] | None:
+    most = MOST_POINTS
+    return read_table(path, Ordinate, faults, lambda t: t.duplicates("frequency"), most=most)
+
+
+class SpectrumTarget(Section):
+    """Ordinates of a floor response spectrum, of a stick or of a 3D model."""
+
+    type: Literal["spectrum"]
+    """A floor response spectrum."""
+    building: Text
+    """Name of the building."""
+    floor: Annotated[int, Whole(1)] | None = None
+    """Floor at whose mass centre it is, of the stick; or a probe."""
+    probe: Text | None = None
+    """Name of a probe of the 3D model, as in transient.nc."""
+    direction: Literal["x", "y", "z"]
+    """Direction in which the floor moves."""
+    damping: DampingRatio
+    """Damping ratio of the oscillators, one of [spectra]."""
+    spectrum: Annotated[tuple[Ordinate, ...], TableFile("a spectrum (CSV)", _ordinates)]
+    """Table of the spectrum: a CSV file."""
+    deviation: Part = 0.1
+    """Standard deviation of the ordinates, as part of each."""
+
+    @rule("probe", "floor")
+    @staticmethod
+    def _one_place(probe: str | None, floor: int | None) -> Iterator[str]:
+        if (probe is None) == (floor is None):
+            yield "expected either floor or probe"
+
+
+Target = ScalarTarget | FloorTarget | ModesTarget | SpectrumTarget
+
+
+class Posterior(Section):
+    """Sampling of the posterior by an ensemble of walkers (Goodman, Weare 2010)."""
+
+    walkers: Annotated[int, Whole(4, 1000)] = 32
+    """Number of walkers, twice that of the keys at least."""
+    steps: Annotated[int, Whole(10, 100_000)] = 500
+    """Steps of each; the first fifth is left out."""
+
+
+class FitFile(Section):
+    """What a fit varies, and what it fits."""
+
+    free: dict[str, FreeKey] = Field(min_length=1)
+    """The free keys of the case."""
+    targets: tuple[Annotated[Target, Field(discriminator="type")], ...] = Field(min_length=1)
+    """The targets."""
+    starts: Annotated[int, Whole(1, 1000)] = 3
+    """Number of starts; those after the first are drawn inside the bounds."""
+    seed: Annotated[int, Whole(0)] = 0
+    """Seed of the starts and of the posterior."""
+    coarse: dict[str, Any] = Field(default={})
+    """Keys of the case with values that make it cheaper, as that of a coarser mesh: the search is
+    done with these, and corrected by the case itself."""
+    posterior: Posterior | None = None
+    """Sampling of the posterior; left out, there is none."""
+
+    @rule("targets")
+    @staticmethod
+    def _one_table(targets: tuple[Target, ...]) -> Iterator[str]:
+        named = [one.building for one in targets if isinstance(one, ModesTarget)]
+        if len(set(named)) < len(named):
+            yield "expected one target of measured modes for each building at most"
+
+    @rule("posterior", "free")
+    @staticmethod
+    def _enough(posterior: Posterior | None, free: dict[str, FreeKey]) -> Iterator[str]:
+        if posterior is not None and posterior.walkers < 2 * len(free):
+            yield f"expected {2 * len(free)} walkers at least, two for each key"
+
+
+def read_fit(path: Path) -> FitFile:
+    """Read the file of a fit and the tables that it names; nothing of the case is looked at.
+
+    Raises:
+        InputError: With every fault of the file and of its tables.
+    """
+    text = read_text(path, "a file of a fit (TOML)", LARGEST_TOML)
+    if isinstance(text, Fault):
+        raise InputError([text])
+    source = Source(path, parse(path, text), {"": text})
+    for target in source.raw.get("targets", ()):
+        if isinstance(target, dict):
+            target.setdefault("type", "scalar")
+    reading = Reading(source)
+    faults, found = [], None
+    try:
+        found = FitFile.model_validate(source.raw, context=reading)
+    except ValidationError as error:
+        faults = explain(error, source, FitFile)
+    faults += reading.faults
+    if faults or found is None:
+        raise InputError(faults)
+    return found
+
+
+def measured_shape(target: ModesTarget, number: int) -> Array:
+    """Amplitudes of a measured mode in the order of its table, the largest one 1, shape (n,)."""
+    amplitude = np.array([row.amplitude for row in target.shapes if row.mode == number])
+    return np.asarray(amplitude / np.abs(amplitude).max())

@@ -1,0 +1,196 @@
+"""A 3D model in a fit: its floors, its modes, and their derivatives by keys that keep its mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from mpi4py import MPI
+from scipy.spatial import cKDTree
+
+from impactfem.building.floor_properties import floor_properties
+from impactfem.building.from_case import geometry_of, read_parts
+from impactfem.building.generate import generate
+from impactfem.building.mesh import BuildingMesh, side_lengths
+from impactfem.building.model import assemble_building
+from impactfem.building.parts import BuildingParts, FloorMasses
+from impactfem.case import Case
+from impactfem.case.buildings import GeneratedMesh
+from impactfem.dynamics.columns import product
+from impactfem.dynamics.mode_derivatives import mode_derivatives
+from impactfem.fit.fit_file import ModesTarget
+from impactfem.fit.pieces import Pieces, paired
+from impactfem.fit.problem import Problem
+from impactfem.stages.building.compute import BuildingStudy, analysed, mesh_of_run
+from impactfem.stages.building.store import SHOWN_BENDING, bending_of, building_scalars
+from impactfem.system.arrays import Array, Index
+from impactfem.system.errors import Fault, InputError
+from impactfem.system.scalar import of_building
+
+
+def mesh_floors(view: Case, folder: Path) -> dict[str, Array]:
+    """The floor table of the mesh of a view, which is generated unless it is there.
+
+    Raises:
+        InputError: The mesh is not usable.
+    """
+    path = mesh_of_run(view, folder)
+    if not path.is_file():
+        generate(geometry_of(view), path, source=str(view.path))
+    parts, masses, _ = read_parts(view, path)
+    return floor_properties(parts, masses)
+
+
+def sensor_nodes(problem: Problem, target: ModesTarget, mesh: BuildingMesh) -> Index:
+    """The node nearest to each sensor, shape (n,).
+
+    Raises:
+        InputError: A sensor is farther from all of them than the size of an element.
+    """
+    distance, nodes = cKDTree(mesh.nodes).query(target.places)
+    farthest = float(side_lengths(mesh.nodes, mesh.triangles).mean())
+    if distance.max() > farthest:
+        x, y, z = target.places[int(np.argmax(distance))]
+        expected = (
+            f"the sensor at ({x:g}, {y:g}, {z:g}) m is {distance.max():.3g} m from the nearest "
+            f"node of {target.building}; expected at most {farthest:.3g} m, the size of an element"
+        )
+        where = f"targets[{problem.fit.targets.index(target)}].shapes"
+        raise InputError([Fault(problem.path, where, None, expected)])
+    return np.asarray(nodes)
+
+
+@dataclass(eq=False)
+class Change:
+    """What a key changes, from the differences of two models on the mesh of a third one."""
+
+    ends: tuple[float, float]  #: places of the two on the scale of the fit, less that of the third
+    parts: tuple[BuildingParts, ...]
+    masses: tuple[FloorMasses, ...]
+    total: tuple[Array, ...]  #: rᵀ M r, shape (6,) each
+    K: Array  #: dK φ of the modes that count, shape (n, k)
+    M: Array  #: dM φ
+    ground: Array  #: dM r, shape (n, 6)
+
+
+class View:
+    """The modes of the 3D model of a building in an evaluation.
+
+    Args:
+        case: The view of the case for the building.
+        folder: A folder for its mesh.
+        problem: The problem.
+
+    Raises:
+        InputError: The mesh is not usable, or a sensor is outside the building.
+        SolutionError: The structure is a mechanism, or no factor gives the frequency.
+    """
+
+    def __init__(self, case: Case, folder: Path, problem: Problem) -> None:
+        self.case, self.name = case, case.modelled.building
+        self.floors, self.target = problem.of_floors(self.name), problem.measured(self.name)
+        self.file = mesh_of_run(case, folder)
+        self.study, self.model, self.result = analysed(
+            case, folder, MPI.COMM_SELF, lambda name: nullcontext()
+        )
+        self.mesh = self.study.parts.mesh
+        # The modes whose derivatives count: bending ones in the summary, and measured ones.
+        numbers = {int(k) for k in bending_of(self.study)[:SHOWN_BENDING]}
+        self.rows = np.zeros(0, dtype=np.int64)  #: of the sensors; −1 of a clamped one
+        if self.target is not None:
+            rows = self.model.rows(sensor_nodes(problem, self.target, self.mesh))
+            self.rows = np.where(rows < 0, -1, rows + self.target.along)
+            at = self._at(self.result.shapes)
+            numbers |= {k for k, _ in paired(self.target, self.study.frequency, at)}
+        self.numbers = sorted(numbers)
+
+    def _at(self, shapes: Array) -> Array:
+        return np.where(self.rows < 0, 0.0, shapes[self.rows].T)
+
+    def into(self, pieces: Pieces) -> None:
+        """Add its results."""
+        self._add(pieces, self.study, self._at(self.result.shapes))
+
+    def _add(self, pieces: Pieces, study: BuildingStudy, at: Array) -> None:
+        if self.floors:
+            pieces.floors[self.name] = floor_properties(study.parts, study.masses)
+        for one in building_scalars(study):
+            name = of_building(one.name, self.case.part) if self.case.part else one.name
+            pieces.scalars[name] = replace(one, name=name)
+        pieces.modes[self.name] = study.frequency, at
+
+    def change(self, cases: tuple[Case, Case], ends: tuple[float, float]) -> Change | None:
+        """What changes between two cases; None where the mesh does, or the factor is fitted."""
+        own = (v for case in cases for v in case.views if v.modelled.building == self.name)
+        views = list(own)
+        if self.case.modelled.calibration is not None or not all(map(self._same_mesh, views)):
+            return None
+        φ, parts, masses, total, products = self.result.shapes[:, self.numbers], [], [], [], []
+        for view in views:
+            part, floors, _ = read_parts(view, self.file, self.mesh)
+            model = assemble_building(MPI.COMM_SELF, part)
+            ground, whole = model.about(self.mesh.base_middle)
+            K = model.take_stiffness(view.modelled.storey_stiffness_factor)
+            products.append((product(K, φ), product(model.mass, φ), ground))
+            parts.append(part)
+            masses.append(floors)
+            total.append(np.diag(whole).copy())
+            K.destroy()
+            model.mass.destroy()
+        width = ends[1] - ends[0]
+        slopes = [(high - low) / width for low, high in zip(*products, strict=True)]
+        return Change(ends, tuple(parts), tuple(masses), tuple(total), *slopes)
+
+    def _same_mesh(self, other: Case) -> bool:
+        if type(other.modelled.mesh) is not type(self.case.modelled.mesh):
+            return False
+        if not isinstance(self.case.modelled.mesh, GeneratedMesh):
+            return mesh_of_run(other, self.file.parent) == self.file
+        # Thicknesses do not count.
+        plain = [
+            replace(
+                one,
+                slab_thickness=1.0,
+                slabs={},
+                parapet=None if one.parapet is None else replace(one.parapet, thickness=1.0),
+            )
+            for one in (geometry_of(self.case), geometry_of(other))
+        ]
+        return plain[0] == plain[1]
+
+    def moved(self, changes: Sequence[Change], pieces: Sequence[tuple[Pieces, Pieces]]) -> None:
+        """Add the results at both ends of each change, linear in the modes. Not collective."""
+        study, numbers = self.study, self.numbers
+        K = self.model.stiffness(study.factor)
+        dλ, dφ = mode_derivatives(
+            K, self.model.mass, self.result, numbers, [(one.K, one.M) for one in changes]
+        )
+        K.destroy()
+        ground, _ = self.model.about(self.mesh.base_middle)
+        φ = self.result.shapes[:, numbers]
+        for p, (change, both) in enumerate(zip(changes, pieces, strict=True)):
+            slope_f = dλ[p] / (8.0 * np.pi**2 * study.frequency[numbers])
+            slope_Γ = dφ[p].T @ ground + φ.T @ change.ground
+            for end, w in enumerate(change.ends):
+                frequency, Γ = study.frequency.copy(), study.participation.copy()
+                frequency[numbers] += w * slope_f
+                Γ[numbers] += w * slope_Γ
+                at = self._at(self.result.shapes)
+                at[numbers] += w * self._at(dφ[p])
+                moved = replace(
+                    study,
+                    frequency=frequency,
+                    participation=Γ,
+                    total=change.total[end],
+                    parts=change.parts[end],
+                    masses=change.masses[end],
+                )
+                self._add(both[end], moved, at)
+
+    def destroy(self) -> None:
+        """Free the matrices."""
+        for matrix in (self.model.fixed, self.model.storeys, self.model.mass):
+            matrix.destroy()

@@ -1,0 +1,385 @@
+"""A fit as a problem of least squares: the case at values of its keys, and the data."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import re
+from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from impactfem.building.floor_properties import UNITS
+from impactfem.case import Case
+from impactfem.case.base import nearest
+from impactfem.case.load import read_case
+from impactfem.case.model import CaseFile
+from impactfem.case.place import Place, field_at, key_fault, read_key, value_at
+from impactfem.case.source import EXTENDS, Source, read_source
+from impactfem.fit.fit_file import (
+    FitFile,
+    FloorTarget,
+    ModesTarget,
+    ScalarTarget,
+    SpectrumTarget,
+    measured_shape,
+    read_fit,
+    spread,
+)
+from impactfem.run.check import check
+from impactfem.run.stages import asked_stages
+from impactfem.run.variants import COMMAND_LINE, Axis, Variant, check_variants, in_si
+from impactfem.stages.building.targets import from_structure
+from impactfem.stages.inputs import program_key
+from impactfem.system.arrays import Array
+from impactfem.system.errors import Fault, InputError
+
+PROGRAM = ("fit.evaluate",)
+"""Modules that an evaluation depends on, with all that they import."""
+STAGE_OF = {
+    "building": "building",
+    "reduce": "reduce",
+    "calibration": "calibrate",
+    "motion": "pounding",
+    "sticks": "pounding",
+    "pounding": "pounding",
+    "frs": "pounding",
+    "soil": "pounding",
+    "ensemble": "ensemble",
+    "transient": "transient",
+    "device": "device",
+    "design": "design",
+    "ensemble3d": "design",
+}
+"""The stage that makes a result, by the first word of its name."""
+STICK_MODES = re.compile(r"sticks\.[^.]+\.(frequency\.\d+|effective_mass\.\d+|mass)")
+
+
+@dataclass(frozen=True)
+class Datum:
+    """One number that is known."""
+
+    name: str  #: the result, or what it is of
+    value: float  #: in SI
+    deviation: float  #: its standard deviation in SI
+    unit: str  #: SI unit
+    group: str = ""  #: what it is shown with: a shape, a spectrum; "" for itself
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """The keys of a case that are fitted, and the data."""
+
+    path: Path  #: the file of the fit
+    fit: FitFile  #: what it says
+    source: Source  #: the case
+    axes: tuple[Axis, ...]  #: the free keys, with their values at bounds and start as written
+    fixed: tuple[Axis, ...]  #: further keys, each with the one value that it has here
+    data: tuple[Datum, ...]  #: what is known
+    #: What the data need: "sticks", "floors" of the mesh, its "modes", or a "run" of stages.
+    level: str
+    stages: tuple[str, ...]  #: the last stages of that run
+    digest: str  #: hash of case, targets and program
+
+    @property
+    def keys(self) -> list[str]:
+        """The free keys."""
+        return list(self.fit.free)
+
+    @property
+    def start(self) -> Array:
+        """The first start on the scale of the fit, shape (n,)."""
+        found = [(self.fit.free[axis.key], in_si(axis.values[-1])[0]) for axis in self.axes]
+        return np.array([key.scaled(float(value)) for key, value in found])
+
+    @property
+    def value(self) -> Array:
+        """What is known, shape (m,)."""
+        return np.array([one.value for one in self.data])
+
+    @property
+    def deviation(self) -> Array:
+        """Its standard deviations, shape (m,)."""
+        return np.array([one.deviation for one in self.data])
+
+    @property
+    def priors(self) -> list[tuple[int, float, float]]:
+        """Of the keys with a prior: number, mean and standard deviation on the scale of the fit."""
+        every = enumerate(key.scaled_prior for key in self.fit.free.values())
+        return [(k, *one) for k, one in every if one is not None]
+
+    def of_floors(self, building: str) -> bool:
+        """Whether a target is of floors of the 3D model of a building."""
+        return any(isinstance(t, FloorTarget) and t.building == building for t in self.fit.targets)
+
+    def measured(self, building: str) -> ModesTarget | None:
+        """The measured modes of a building."""
+        every = (t for t in self.fit.targets if isinstance(t, ModesTarget))
+        return next((target for target in every if target.building == building), None)
+
+    def values(self, u: Array) -> Array:
+        """The keys in SI at places on the scale of the fit, shape (n,)."""
+        free = self.fit.free.values()
+        return np.array([key.value(float(one)) for key, one in zip(free, u, strict=True)])
+
+    def variant(self, u: Array) -> Variant:
+        """The case at these places; it says what differs."""
+        given = zip(self.axes, self.values(u), strict=True)
+        values = [_written(value, axis.unit) for axis, value in given]
+        return Variant(self.axes + self.fixed, (*values, *(axis.values[0] for axis in self.fixed)))
+
+    def case(self, u: Array) -> Case:
+        """The case at these places, read without a file of its own.
+
+        Raises:
+            InputError: It has faults, which no bound has.
+        """
+        variant, raw = self.variant(u), deepcopy(self.source.raw)
+        for axis, value in zip(variant.axes, variant.values, strict=True):
+            value_at(axis.place[:-1], raw)[axis.place[-1]] = value
+        case, faults, _ = read_case(replace(self.source, raw=raw))
+        if faults or case is None:
+            raise InputError(faults)
+        return case
+
+    def ends(self, u: Array, k: int) -> tuple[Array, Array]:
+        """Places a step of a key to either side, not beyond its bounds, shape (n,) each."""
+        step = self.fit.free[self.keys[k]].step
+        low, high = u.copy(), u.copy()
+        low[k], high[k] = max(u[k] - step, 0.0), min(u[k] + step, 1.0)
+        return low, high
+
+    def key(self, u: Array) -> str:
+        """Hash of all that an evaluation at these places depends on."""
+        variant = self.variant(u)
+        given = {axis.key: v for axis, v in zip(variant.axes, variant.values, strict=True)}
+        return hashlib.sha256(f"{self.digest} {json.dumps(given)}".encode()).hexdigest()
+
+
+def _written(value: float, unit: str) -> Any:
+    """A value as a case file has it; of twelve digits, so that its text is short."""
+    return float(f"{value:.12g}") if unit == "-" else f"{value:.12g} {unit}"
+
+
+def read_problem(path: Path, fit_path: Path) -> tuple[Problem, Problem | None]:
+    """Read a case and the file of a fit; nothing is computed.
+
+    Returns:
+        The problem, and the same with the keys of `coarse`, None without.
+
+    Raises:
+        InputError: With every fault of the case, or else of the fit.
+    """
+    case, source, fit = check(path), read_source(path, CaseFile), read_fit(fit_path)
+    faults: list[Fault] = []
+    axes: list[Axis] = []
+    for key, entry in fit.free.items():
+        place = _place(key, source, fit_path, f'free."{key}"', faults)
+        if place is None:
+            continue
+        low, high = entry.bounds
+        written = value_at(place, source.raw)
+        value, unit = (math.nan, low.unit) if written is None else in_si(written)
+        field = field_at(CaseFile, place, source.raw)[1]
+        if written is None and field is not None and isinstance(field.default, int | float):
+            value = float(field.default)
+        wrong = ""
+        if unit != low.unit:
+            wrong = f"the case has {key} = {written!r}; expected bounds of its unit"
+        elif entry.start is None and not low.value <= float(value) <= high.value:
+            has = "no such key" if written is None else f"{key} = {written!r}"
+            wrong = f"the case has {has}; expected bounds around its value, or a start"
+        if wrong:
+            faults.append(Fault(fit_path, f'free."{key}"', None, wrong))
+            continue
+        start = value if entry.start is None else entry.start.value
+        values = tuple(_written(float(one), low.unit) for one in (low.value, high.value, start))
+        axes.append(Axis(key, place, values))
+    fixed = []
+    for key, value in fit.coarse.items():
+        place = _place(key, source, fit_path, f'coarse."{key}"', faults)
+        if place is not None:
+            fixed.append(Axis(key, place, (value,)))
+    for k, target in enumerate(fit.targets):
+        faults += [
+            Fault(fit_path, f"targets[{k}]{key}", *one) for key, *one in _wrong(target, case)
+        ]
+    level, stages = _needed(fit, case) if not faults else ("", ())
+    if fit.posterior is not None and level in ("modes", "run"):
+        expected = "expected targets of sticks or floors: of others each evaluation takes too long"
+        faults.append(Fault(fit_path, "posterior", None, expected))
+    if faults:
+        raise InputError(faults)
+    data = tuple(one for target in fit.targets for one in _data(target, case))
+    said = f"{case.digest} {fit.model_dump_json(include={'targets'})} {program_key(PROGRAM)}"
+    digest = hashlib.sha256(said.encode()).hexdigest()
+    problem = Problem(fit_path, fit, source, tuple(axes), (), data, level, stages, digest)
+    rough = replace(problem, fixed=tuple(fixed)) if fixed else None
+    _check_corners(problem, rough)
+    return problem, rough
+
+
+def _place(key: str, source: Source, path: Path, where: str, faults: list[Fault]) -> Place | None:
+    """The place that a key of the case means; None where it is at fault."""
+    place = read_key(key)
+    if place is None or place == (EXTENDS,):
+        wrong: str | None = "expected a key of the case, for example 'damping.ratio'"
+    else:
+        wrong = key_fault(place, source.raw, CaseFile)
+    if wrong is not None:
+        faults.append(Fault(path, where, None, wrong))
+        return None
+    return place
+
+
+def _wrong(target: Any, case: Case) -> list[tuple[str, Any, str]]:
+    """What is wrong with a target of this case: its key, its value, what was expected."""
+    if isinstance(target, ScalarTarget):
+        word = target.result.partition(".")[0]
+        if word not in STAGE_OF:
+            hint = nearest(word, list(STAGE_OF))
+            return [(".result", target.result, f"expected the name of a result; {hint}")]
+        return _lacking(case, STAGE_OF[word], ".result", target.result)
+    names = [building.name for building in case.buildings]
+    if target.building not in names:
+        return [
+            (".building", target.building, f"unknown building; {nearest(target.building, names)}")
+        ]
+    models = [one.building for one in case.structures]
+    if isinstance(target, FloorTarget):
+        if target.building not in models:
+            return [(".building", target.building, "expected a building with a 3D model")]
+        known = [floor.floor for floor in case.building(target.building).floors]
+        absent = [k for k in target.floors if k not in known]
+        if absent:
+            return [(".floors", absent[0], f"expected floors of {target.building}, {known}")]
+        if target.value is None and (target.deviation is None or target.deviation.unit != "%"):
+            expected = "expected a percentage, as the value is that of the floor table"
+            return [(".deviation", None, expected)]
+    if isinstance(target, SpectrumTarget):
+        stage = "pounding" if target.probe is None else "transient"
+        found = _lacking(case, stage, "", None)
+        if target.damping not in case.spectra.damping:
+            found.append((".damping", target.damping, f"expected one of {case.spectra.damping}"))
+        known = [floor.floor for floor in case.building(target.building).floors]
+        if target.floor is not None and target.floor not in known:
+            found.append(
+                (".floor", target.floor, f"expected a floor of {target.building}, {known}")
+            )
+        if target.probe is not None and target.building not in models:
+            found.append((".building", target.building, "expected a building with a 3D model"))
+        return found
+    return []
+
+
+def _lacking(case: Case, stage: str, key: str, value: Any) -> list[tuple[str, Any, str]]:
+    """The fault of a target whose stage the case has no input for."""
+    try:
+        asked_stages(case, stage)
+    except InputError as error:
+        return [(key, value, f"{one.key}: {one.expected}") for one in error.faults]
+    return []
+
+
+def _data(target: Any, case: Case) -> list[Datum]:
+    """What a target says that is known."""
+    if isinstance(target, ScalarTarget):
+        value, of = target.value, target.deviation
+        deviation = value.rounding if of is None else spread(of, value.value)
+        return [Datum(target.result, value.value, deviation, value.unit)]
+    if isinstance(target, FloorTarget):
+        found = []
+        unit = UNITS[target.quantity]
+        rows = {floor.floor: floor for floor in case.building(target.building).floors}
+        for floor in target.floors:
+            name = f"{target.building}.floor_{floor}.{target.quantity}"
+            given, of = target.value, target.deviation
+            known = float(getattr(rows[floor], target.quantity)) if given is None else given.value
+            rounding = 0.0 if given is None else given.rounding
+            deviation = rounding if of is None else spread(of, known)
+            found.append(Datum(name, known, deviation, unit))
+        return found
+    if isinstance(target, ModesTarget):
+        found = []
+        for one in target.modes:
+            name = f"{target.building}.mode_{one.mode}"
+            deviation = spread(target.frequency_deviation, one.frequency)
+            found.append(Datum(f"{name}.frequency", one.frequency, deviation, "Hz"))
+            if one.damping is not None:
+                deviation = spread(target.damping_deviation, one.damping)
+                found.append(Datum(f"{name}.damping", one.damping, deviation, "-"))
+            for k, amplitude in enumerate(measured_shape(target, one.mode), start=1):
+                sensor, width = f"{name}.sensor_{k}", target.shape_deviation
+                found.append(Datum(sensor, float(amplitude), width, "-", f"{name}.shape"))
+        return found
+    place = target.probe or f"floor_{target.floor}"
+    name, part = f"{target.building}.{place}.psa_{target.direction}", target.deviation
+    return [
+        Datum(f"{name}.{one.frequency:g}_Hz", one.psa, part * one.psa, "m/s2", name)
+        for one in target.spectrum
+    ]
+
+
+def _needed(fit: FitFile, case: Case) -> tuple[str, tuple[str, ...]]:
+    """What the data need, and the last stages of a run, should they need one."""
+    models = {one.building for one in case.structures}
+    level, stages = "sticks", set()
+    for target in fit.targets:
+        if isinstance(target, SpectrumTarget):
+            stages.add("pounding" if target.probe is None else "transient")
+        elif isinstance(target, FloorTarget):
+            level = "floors" if level == "sticks" else level
+        elif isinstance(target, ModesTarget):
+            level = "modes" if target.building in models else level
+        elif target.result.startswith("building."):
+            level = "modes"
+        elif not STICK_MODES.fullmatch(target.result) or from_structure(case):
+            stages.add(STAGE_OF[target.result.partition(".")[0]])
+    if not stages:
+        return level, ()
+    if level != "sticks":
+        stages.add("building")
+    # A stage that another one needs is run with it.
+    with_needs = {name: {one.name for one in asked_stages(case, name)} - {name} for name in stages}
+    needed: set[str] = set().union(*with_needs.values())
+    return "run", tuple(sorted(stages - needed))
+
+
+def _check_corners(problem: Problem, rough: Problem | None) -> None:
+    """Read the case at its start, at all bounds together, and at each of them alone.
+
+    Raises:
+        InputError: With the faults, in the words of the file of the fit.
+    """
+    n, start = len(problem.axes), problem.start
+    places = [start, np.zeros(n), np.ones(n)]
+    for k in range(n):
+        for bound in (0.0, 1.0):
+            places.append(start.copy())
+            places[-1][k] = bound
+    variants = [problem.variant(u) for u in places]
+    if rough is not None:
+        variants.append(rough.variant(start))
+    try:
+        check_variants(variants, problem.source, None)
+    except InputError as error:
+        faults: Mapping[str, Fault] = {
+            str(fault): Fault(problem.path, _key_of(fault, problem), fault.value, fault.expected)
+            if fault.file == COMMAND_LINE
+            else fault
+            for fault in error.faults
+        }
+        raise InputError(faults.values()) from error
+
+
+def _key_of(fault: Fault, problem: Problem) -> str:
+    """Where the file of the fit says a value that `check_variants` refuses."""
+    key = fault.key.removeprefix("--set ")
+    if key in problem.fit.free:
+        return f'free."{key}"'
+    return f'coarse."{key}"' if key in problem.fit.coarse else key

@@ -1,0 +1,141 @@
+"""The file of a fit: what it says, and every fault of it at once."""
+
+import numpy as np
+import pytest
+
+from fit_texts import TARGETS
+from impactfem.fit.fit_file import Quantity
+from impactfem.fit.problem import read_problem
+from impactfem.system.errors import InputError
+
+FREE = """
+[free."materials.concrete.young_modulus"]
+bounds = ["15 GPa", "45 GPa"]
+scale = "log"
+[free."buildings[0].rigid_below"]
+bounds = ["10 cm", "80 cm"]
+"""
+
+
+def faults(case, path):
+    with pytest.raises(InputError) as error:
+        read_problem(case, path)
+    return [str(fault).removeprefix(f"{path.parent}/") for fault in error.value.faults]
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "unit", "digit"),
+    [
+        ("1.80 Hz", 1.8, "Hz", 0.01),
+        ("6.3e7 kg m2", 6.3e7, "kg m2", 1e6),
+        ("2144 t", 2.144e6, "kg", 1e3),
+        (0.25, 0.25, "-", 0.01),
+        ("0.620", 0.62, "-", 0.001),
+        (3, 3.0, "-", 1.0),
+    ],
+)
+def test_printed_digits(text, value, unit, digit):
+    """A value rounded to a digit is evenly spread over its width: σ = width/√12."""
+    given = Quantity().check(text, None)
+    assert (given.value, given.unit) == (pytest.approx(value), unit)
+    assert given.rounding == pytest.approx(digit / np.sqrt(12.0))
+
+
+def test_a_fit(case, written):
+    problem, rough = read_problem(case, written(FREE + TARGETS))
+    assert rough is None and problem.level == "sticks"
+    assert problem.values(problem.start) == pytest.approx([33e9, 0.4])
+    assert problem.values(np.array([0.5, 0.5])) == pytest.approx([(15e9 * 45e9) ** 0.5, 0.45])
+    first, second = problem.data
+    assert first.deviation == pytest.approx(0.01 / 12.0**0.5) and second.deviation == 0.034
+    assert problem.case(np.zeros(2)).materials["concrete"].young_modulus == pytest.approx(15e9)
+    assert problem.key(np.zeros(2)) != problem.key(np.ones(2))
+
+
+@pytest.mark.parametrize(
+    ("target", "level", "stages"),
+    [
+        ('result = "building.frequency.1"\nvalue = "1 Hz"', "modes", ()),
+        (
+            'type = "floor"\nbuilding = "T"\nfloors = 1\nquantity = "Jx"\ndeviation = "5 %"',
+            "floors",
+            (),
+        ),
+        ('result = "pounding.impacts"\nvalue = 3', "run", ("pounding",)),
+    ],
+)
+def test_the_cheapest_way(case, written, target, level, stages):
+    problem, _ = read_problem(case, written(f"{FREE}{TARGETS}[[targets]]\n{target}\n"))
+    assert (problem.level, problem.stages) == (level, stages)
+
+
+def test_every_fault_at_once(case, written):
+    """Those of the file first, as its keys are not known before; then those with the case."""
+    path = written(
+        """
+starts = 0
+[free."damping.ratio"]
+bounds = ["7 %", "3 %"]
+scale = "cubic"
+[free."buildings[0].rigid_below"]
+bounds = ["10 cm", "3 kg"]
+[[targets]]
+result = "sticks.T.frequency.1"
+value = "1.8 hz"
+[[targets]]
+type = "modes"
+building = "T"
+modes = "absent.csv"
+shapes = "updating_shapes.csv"
+[[targets]]
+type = "modal"
+"""
+    )
+    found = "\n".join(faults(case, path))
+    for words in (
+        "some_fit.toml: starts = 0: expected a whole number of at least 1",
+        "free.damping.ratio.bounds",
+        "expected bounds in order, the lower one first",
+        "scale = 'cubic': expected 'linear' or 'log'",
+        "expected one unit for both bounds",
+        "targets[0].value = '1.8 hz': ",
+        "did you mean 'Hz'",
+        "targets[1].modes = 'absent.csv'",
+        "targets[2].type = 'modal': expected 'scalar' or 'floor' or 'modes' or 'spectrum'",
+    ):
+        assert words in found
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (FREE.replace("rigid_below", "rigid_bellow"), "did you mean 'rigid_below'?"),
+        (FREE.replace('["10 cm", "80 cm"]', '["10 kg", "80 kg"]'), "expected bounds of its unit"),
+        (FREE.replace('["10 cm", "80 cm"]', '["50 cm", "80 cm"]'), "or a start"),
+        (FREE.replace('["10 cm", "80 cm"]', '["10 cm", "4 m"]'), "rigid zones together"),
+        (f'[coarse]\n"mesh.size" = 3\n{FREE}', "coarse"),
+        (f'{FREE}[[targets]]\nresult = "sticks.T.frequency"\nvalue = 3\n', ""),
+        (
+            f'{FREE}[posterior]\n[[targets]]\nresult = "building.mass"\nvalue = "3 t"\n',
+            "posterior: expected targets of sticks or floors",
+        ),
+        (f'{FREE}[[targets]]\nresult = "stick.T"\nvalue = 3\n', "did you mean 'sticks'?"),
+        (f'{FREE}[[targets]]\nresult = "device.f"\nvalue = 3\n', "expected a section"),
+        (
+            f'{FREE}[[targets]]\ntype = "floor"\nbuilding = "T"\nfloors = [9]\nquantity = "A"\n'
+            'deviation = "1 %"\n',
+            "targets[2].floors = 9: expected floors of T",
+        ),
+        (
+            f'{FREE}[[targets]]\ntype = "floor"\nbuilding = "S"\nfloors = 1\nquantity = "A"\n',
+            "unknown building",
+        ),
+    ],
+)
+def test_faults_with_the_case(case, written, text, words):
+    if not words:
+        read_problem(case, written(text + TARGETS))  # which name results have, a run alone knows
+        return
+    head, bracket, targets = text.partition("[[targets]]")
+    path = written(head + TARGETS + bracket + targets)
+    assert words in "\n".join(faults(case, path))
