@@ -1,8 +1,5 @@
 """A small building and its mesh, the shipped mesh of a user, and meshes made panel by panel."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -10,25 +7,23 @@ from typing import Any
 import numpy as np
 import pytest
 from mpi4py import MPI
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from impactfem.building.generate import generate
 from impactfem.building.geometry import Bay, Beam, Column, Geometry, MeshSize, Parapet, Wall
 from impactfem.building.mesh import BuildingMesh, Part
-from impactfem.building.model import BuildingModel, assemble_building
+from impactfem.building.model import assemble_building
 from impactfem.building.parts import BuildingParts
-from impactfem.building.read_mesh import RawMesh, assemble, read_raw
+from impactfem.building.read_mesh import assemble, read_raw
 from impactfem.building.section import BeamSection, Material, Materials, Sections, ShellSection
+from impactfem.system.arrays import Array
 from impactfem.system.own_process import in_own_process
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 FRAME = Path(__file__).parents[2] / "geometry" / "frame.msh"
 
 
 @pytest.fixture(scope="session")
-def small_geometry() -> Geometry:
+def small_geometry():
     """8 m by 5 m, two storeys: beams that cross, end inside a slab, and lie on a wall's edge; a
     column under the mass centre and one alone; a window, and a door of two rectangles."""
     return Geometry(
@@ -64,24 +59,24 @@ def small_geometry() -> Geometry:
 
 
 @pytest.fixture(scope="session")
-def small_file(small_geometry: Geometry, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def small_file(small_geometry, tmp_path_factory):
     path = tmp_path_factory.mktemp("small") / "small.msh"
     generate(small_geometry, path)
     return path
 
 
 @pytest.fixture(scope="session")
-def small_raw(small_file: Path) -> RawMesh:
+def small_raw(small_file):
     return in_own_process(read_raw, small_file)
 
 
 @pytest.fixture(scope="session")
-def small_mesh(small_raw: RawMesh, small_file: Path) -> BuildingMesh:
+def small_mesh(small_raw, small_file):
     return assemble(small_raw, small_file)
 
 
 @pytest.fixture(scope="session")
-def frame_file() -> Path:
+def frame_file():
     """The mesh that is shipped as a user's own."""
     return FRAME
 
@@ -100,14 +95,14 @@ class Panels:
     materials: dict[Part, Material] = field(default_factory=dict)
     alternate: bool = True  #: whether the diagonals of neighbouring squares cross
 
-    def node(self, point: Array) -> int:
+    def node(self, point):
         key = tuple(float(x) + 0.0 for x in np.round(point, 9))
         if key not in self.numbers:
             self.numbers[key] = len(self.points)
             self.points.append(point)
         return self.numbers[key]
 
-    def cell(self, part: Part, *points: Any) -> None:
+    def cell(self, part, *points):
         """A triangle of three points, or a beam element of two."""
         corners = [np.array(point, dtype=float) for point in points]
         ends = ((0, 1), (1, 2), (2, 0))[: 2 * len(corners) - 3]
@@ -120,15 +115,7 @@ class Panels:
         section = ShellSection(0.2) if surface else BeamSection.beam(0.2, 0.2)
         self.sections.setdefault(part, section)
 
-    def panel(
-        self,
-        corner: Sequence[float],
-        a: Sequence[float],
-        b: Sequence[float],
-        n: tuple[int, int],
-        part: Part,
-        thickness: float = 0.2,
-    ) -> None:
+    def panel(self, corner, a, b, n, part, thickness=0.2):
         """A parallelogram from a corner along the vectors a and b, in n[0] by n[1] pairs."""
         self.sections[part] = ShellSection(thickness)
         origin, along_a, along_b = (np.array(v, dtype=float) for v in (corner, a, b))
@@ -140,26 +127,19 @@ class Panels:
                 for corners in ((p, q, r), (p, r, s)) if same else ((p, q, s), (q, r, s)):
                     self.cell(part, *corners)
 
-    def line(
-        self,
-        start: Sequence[float],
-        end: Sequence[float],
-        n: int,
-        part: Part,
-        section: BeamSection,
-    ) -> None:
+    def line(self, start, end, n, part, section):
         """A line of n beam elements."""
         self.sections[part] = section
         first, last = np.array(start, dtype=float), np.array(end, dtype=float)
         for i in range(n):
             self.cell(part, *(first + (last - first) * k / n for k in (i, i + 1)))
 
-    def at(self, *conditions: tuple[int, float]) -> Ints:
+    def at(self, *conditions):
         """Nodes where each (axis, coordinate) holds."""
         found = [all(abs(x[k] - value) < 1e-9 for k, value in conditions) for x in self.points]
         return np.flatnonzero(found)
 
-    def sides_at(self, *conditions: tuple[int, float]) -> Ints:
+    def sides_at(self, *conditions):
         """Sides of triangles, as lines (ends, middle), where each (axis, coordinate) holds."""
         there = set(self.at(*conditions))
         found = {
@@ -170,16 +150,7 @@ class Panels:
         }
         return np.array(sorted(found), dtype=np.int64)
 
-    def parts(
-        self,
-        *,
-        base: Iterable[int] = (),
-        centres: dict[int, int] | None = None,
-        edges: dict[int, Ints] | None = None,
-        turn: Array | None = None,
-        added: Array | None = None,
-        drilling: float = 1.0,
-    ) -> BuildingParts:
+    def parts(self, *, base=(), centres=None, edges=None, turn=None, added=None, drilling=1.0):
         """The building, of concrete and turned in space by a matrix of rotation."""
         shell_parts = tuple(sorted(set(self.triangle_parts)))
         beam_parts = tuple(sorted(set(self.line_parts)))
@@ -210,17 +181,17 @@ class Panels:
 
 
 @pytest.fixture(scope="session")
-def new_panels() -> type[Panels]:
+def new_panels():
     return Panels
 
 
 @pytest.fixture
-def panels() -> Panels:
+def panels():
     return Panels()
 
 
 @pytest.fixture(scope="session")
-def house() -> BuildingParts:
+def house():
     """Two slabs of 4 m by 3 m at 3 m and 6.5 m, on two walls and a column.
 
     The wall at x = 2 m meets the slabs inside: three shells at an edge on floor 2, four on
@@ -243,16 +214,16 @@ def house() -> BuildingParts:
 
 
 @pytest.fixture(scope="session")
-def assembled() -> Callable[[BuildingParts], BuildingModel]:
+def assembled():
     """Assemble a building on this process alone."""
     return lambda parts: assemble_building(MPI.COMM_SELF, parts)
 
 
 @pytest.fixture(scope="session")
-def csr() -> Callable[[Any], csr_matrix]:
+def csr():
     """A matrix of PETSc on one rank as one of SciPy."""
 
-    def converted(matrix: Any) -> csr_matrix:
+    def converted(matrix):
         indptr, indices, values = matrix.getValuesCSR()
         return csr_matrix((values, indices, indptr), shape=matrix.getSize())
 
@@ -260,10 +231,9 @@ def csr() -> Callable[[Any], csr_matrix]:
 
 
 @pytest.fixture(scope="session")
-def turn() -> Array:
+def turn():
     """A rotation that leaves no axis where it was."""
     a, b = 0.7, -1.1
     about_z = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
     about_x = np.array([[1, 0, 0], [0, np.cos(b), -np.sin(b)], [0, np.sin(b), np.cos(b)]])
-    turned: Array = about_x @ about_z
-    return turned
+    return about_x @ about_z

@@ -3,29 +3,22 @@
 Run by test_ranks.py: `mpirun -n 3 python on_ranks.py BUILDINGS RESULTS`.
 """
 
-from __future__ import annotations
-
 import pickle
 import sys
 import traceback
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from mpi4py import MPI
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, vstack
 
 from impactfem.building.floor import edge_load, linear
 from impactfem.building.links import RigidLink, linked
-from impactfem.building.model import BuildingModel, assemble_building
-from impactfem.building.parts import BuildingParts
+from impactfem.building.model import assemble_building
 from impactfem.dynamics.factorisation import Factorisation
 
-Array = NDArray[np.float64]
 
-
-def gathered(model: BuildingModel, values: Array) -> Array | None:
+def gathered(model, values):
     """Rows of all ranks in the order of the nodes, on rank 0."""
     # Numbers of a node, said as there may be no node.
     width = 6 * (values.shape[1] if values.ndim == 2 else 1)
@@ -33,11 +26,10 @@ def gathered(model: BuildingModel, values: Array) -> Array | None:
     if every is None:
         return None
     nodes, blocks = (np.concatenate(part) for part in zip(*every, strict=True))
-    ordered: Array = blocks[np.argsort(nodes)].ravel()
-    return ordered
+    return blocks[np.argsort(nodes)].ravel()
 
 
-def gathered_matrix(model: BuildingModel, matrix: Any) -> csr_matrix | None:
+def gathered_matrix(model, matrix):
     """A matrix with rows and columns in the order of the nodes, on rank 0."""
     indptr, indices, values = matrix.getValuesCSR()
     rows = csr_matrix((values, indices, indptr), shape=(len(indptr) - 1, matrix.getSize()[1]))
@@ -49,13 +41,13 @@ def gathered_matrix(model: BuildingModel, matrix: Any) -> csr_matrix | None:
     return vstack([part for _, part in every]).tocsr()[dofs][:, dofs]
 
 
-def displacement(K: Any, load: Array) -> Array:
+def displacement(K, load):
     """K⁻¹ f at this rank's rows."""
     with Factorisation(K) as factor:
         return factor.solve_block(load[:, None])[:, 0]
 
 
-def results(comm: Any, parts: BuildingParts, link: tuple[int, int]) -> dict[str, Any]:
+def results(comm, parts, link):
     """What must not depend on the number of ranks; arrays on rank 0."""
     mesh = parts.mesh
     model = assemble_building(comm, parts)
@@ -76,7 +68,7 @@ def results(comm: Any, parts: BuildingParts, link: tuple[int, int]) -> dict[str,
     }
 
 
-def main(buildings: Path, found: Path) -> None:
+def main(buildings, found):
     comm = MPI.COMM_WORLD
     made = [results(comm, *building) for building in pickle.loads(buildings.read_bytes())]
     if comm.rank == 0:

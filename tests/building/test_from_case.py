@@ -58,7 +58,6 @@ def test_the_geometry_of_the_paper_s_building(pair, structure):
     assert geometry.levels[0] == 0.0
     # The mass centre of floor 8, and the top of the parapet (section 2 of the paper).
     assert geometry.levels[-1] == pytest.approx(30.30)
-    assert geometry.parapet is not None
     assert geometry.levels[-1] + geometry.parapet.height == pytest.approx(30.93)
     assert geometry.impact_edge == "y+"
     assert geometry.size == MeshSize.uniform(1.0)

@@ -14,7 +14,7 @@ from impactfem.building.read_mesh import read_mesh
 from impactfem.system.errors import ImpactfemError, InputError
 
 
-def small_box(**changes) -> Geometry:
+def small_box(**changes):
     """One storey on two walls, some ten elements."""
     box = Geometry(
         length=4.0,
@@ -133,10 +133,7 @@ def test_target_size_by_part(tmp_path):
 
 INNER = Wall("inner", (1,), (0.0, 1.2), (2.1, 1.2), 0.2)
 RIM = Beam("b", (1,), (0.0, 0.0), (0.0, 3.0), 0.2, 0.3)
-POSTS = (
-    Column("inside", (1,), (0.0, 1.0), 0.2, 0.2),
-    Column("corner", (1,), (4.0, 3.0), 0.2, 0.2),
-)
+POSTS = (Column("inside", (1,), (0.0, 1.0), 0.2, 0.2), Column("corner", (1,), (4.0, 3.0), 0.2, 0.2))
 
 
 def test_what_meets_shares_its_nodes(small_mesh, tmp_path):

@@ -4,14 +4,7 @@ from pathlib import Path
 import pytest
 
 from impactfem.building.from_case import geometry_of
-from impactfem.building.geometry import (
-    Bay,
-    Column,
-    Geometry,
-    MeshSize,
-    Wall,
-    storey_sections,
-)
+from impactfem.building.geometry import Bay, Column, Geometry, MeshSize, Wall, storey_sections
 from impactfem.building.mesh import Part
 from impactfem.building.section import BeamSection, ShellSection
 from impactfem.case import load_case

@@ -13,7 +13,7 @@ from impactfem.system.own_process import in_own_process
 KINDS = {"Point": 15, "Line 3": 8, "Triangle 6": 9}
 
 
-def msh2(raw) -> str:
+def msh2(raw):
     """A mesh in gmsh's format 2: a cell of a block in two groups stands there twice."""
     numbers = {group: i + 1 for i, group in enumerate(raw.groups)}
     elements = []
@@ -149,7 +149,7 @@ FILE = Path("own.msh")
 PLACE = r"\(-?\d+\.\d{3}, -?\d+\.\d{3}, -?\d+\.\d{3}\) m"
 
 
-def renamed(raw: RawMesh, names: dict[str, str | None]) -> RawMesh:
+def renamed(raw, names):
     """The mesh with groups that have another name, or, with None, are not there."""
     blocks = []
     for block in raw.blocks:
@@ -159,19 +159,19 @@ def renamed(raw: RawMesh, names: dict[str, str | None]) -> RawMesh:
     return RawMesh(raw.nodes, tuple(blocks), tuple((g, d) for g, d in every if g))
 
 
-def without(raw: RawMesh, *groups: str) -> RawMesh:
+def without(raw, *groups):
     """The mesh without the cells of some groups."""
     blocks = tuple(block for block in raw.blocks if not set(block.groups) & set(groups))
     kept = tuple((g, d) for g, d in raw.groups if g not in groups)
     return RawMesh(raw.nodes, blocks, kept)
 
 
-def edited(raw: RawMesh, group: str, **changes) -> RawMesh:
+def edited(raw, group, **changes):
     blocks = tuple(replace(b, **changes) if group in b.groups else b for b in raw.blocks)
     return replace(raw, blocks=blocks)
 
 
-def faults(raw: RawMesh) -> list[str]:
+def faults(raw):
     with pytest.raises(InputError) as caught:
         assemble(raw, FILE)
     assert {fault.file for fault in caught.value.faults} == {FILE}

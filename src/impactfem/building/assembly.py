@@ -5,8 +5,6 @@ rank makes a mesh of its own cells only, and the numbers of the nodes come from 
 quadratic cells.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,10 +15,8 @@ from petsc4py import PETSc
 from impactfem._fenicsx import blocked_space, cell_nodes, local_mesh, node_coordinates
 from impactfem.building.mesh import DOFS
 from impactfem.building.parts import BuildingParts, Kind
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 # The kinds of cells: vertices, and for each vertex of a triangle the place of the mid node of the
 # opposite edge in the mesh file's cell, whose mid nodes are those of the edges 01, 12 and 20.
@@ -33,8 +29,8 @@ class LocalCells:
     """A rank's cells of one kind."""
 
     space: Any  #: P2 space with six components on them.
-    cells: Ints  #: For each cell of the space's mesh its index in what was given, shape (n_cells,).
-    nodes: Ints  #: For each node of the space its global number, shape (n_nodes,).
+    cells: Index  #: Of each cell of the space's mesh its index in what was given, (n_cells,).
+    nodes: Index  #: For each node of the space its global number, shape (n_nodes,).
 
     @property
     def mesh(self) -> Any:
@@ -42,14 +38,12 @@ class LocalCells:
         return self.space.mesh
 
 
-def local_cells(nodes: Array, cells: Ints) -> LocalCells:
+def local_cells(nodes: Array, cells: Index) -> LocalCells:
     """Make the mesh and the space of a rank's cells. Not collective.
 
     `cells` are global nodes: shape (m, 6) of triangles, vertices and mid nodes of the edges 01, 12,
-    20; or shape (m, 3) of intervals, ends and mid node; m > 0.
-
-    Raises:
-        SolutionError: The nodes of dolfinx's space are not where the mesh file's are.
+    20; or shape (m, 3) of intervals, ends and mid node; m > 0. SolutionError where the nodes of
+    dolfinx's space are not where the mesh file's are.
     """
     width = cells.shape[1]
     corners = {6: 3, 3: 2}[width]
@@ -78,7 +72,7 @@ def local_cells(nodes: Array, cells: Ints) -> LocalCells:
     return LocalCells(space, made.cells, numbers)
 
 
-def bisect(points: Array, weights: Array, parts: int) -> Ints:
+def bisect(points: Array, weights: Array, parts: int) -> Index:
     """Divide points into compact parts of about equal weight by recursive coordinate bisection.
 
     The part of each point, 0 to parts − 1; some are empty when there are fewer points. The same for
@@ -86,7 +80,7 @@ def bisect(points: Array, weights: Array, parts: int) -> Ints:
     """
     part = np.zeros(len(points), dtype=np.int64)
 
-    def divide(members: Ints, first: int, count: int) -> None:
+    def divide(members: Index, first: int, count: int) -> None:
         if count == 1 or members.size == 0:
             part[members] = first
             return
@@ -111,17 +105,17 @@ class Share:
 
     comm: Any  #: Communicator of the matrices.
     kinds: list[Kind]  #: All cells by kind, the same on all ranks.
-    cells_here: list[Ints]  #: Of each kind the cells of this rank, by number.
-    place: Ints  #: Place of each node among the blocks of rows, the same on all ranks, (n_nodes,).
-    owned: Ints  #: Nodes of this rank's rows in their order, shape (n_owned,).
-    base: Ints  #: Nodes that are clamped.
+    cells_here: list[Index]  #: Of each kind the cells of this rank, by number.
+    place: Index  #: Place of each node among the blocks of rows, the same on all ranks, (n_nodes,).
+    owned: Index  #: Nodes of this rank's rows in their order, shape (n_owned,).
+    base: Index  #: Nodes that are clamped.
 
     @property
     def free(self) -> NDArray[np.bool_]:
         """Whether each row of this rank is free, clamped nodes included, shape (n_local,)."""
         return np.repeat(np.isin(self.owned, self.base, invert=True), DOFS)
 
-    def free_rows(self, matrix: Any) -> Ints:
+    def free_rows(self, matrix: Any) -> Index:
         """This rank's free rows of a matrix of all nodes, as global numbers, ascending."""
         first = int(matrix.getOwnershipRange()[0])
         return first + np.flatnonzero(self.free)
@@ -152,7 +146,7 @@ def shared_out(comm: Any, parts: BuildingParts) -> Share:
     return Share(comm, kinds, cells_here, place, order[first:last], mesh.base)
 
 
-def global_matrix(local: Any | None, nodes: Ints, share: Share) -> Any:
+def global_matrix(local: Any | None, nodes: Index, share: Share) -> Any:
     """Add the ranks' matrices up to one, PETSc AIJ, clamped nodes included. Collective.
 
     `local` is this rank's, PETSc AIJ on COMM_SELF with six rows for each of its nodes, whose
@@ -188,7 +182,7 @@ def added(matrices: list[Any], share: Share) -> Any:
     return total
 
 
-def without(matrix: Any, free: Ints) -> Any:
+def without(matrix: Any, free: Index) -> Any:
     """Rows and columns of the free degrees of freedom of a matrix, destroyed. Collective.
 
     `free` are this rank's rows that stay, as global numbers in ascending order, shape (n,).

@@ -1,20 +1,15 @@
 """The sides of the floors of a mesh, and loads on what stands behind them."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 import scipy.sparse
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from impactfem.building.mesh import BuildingMesh, area_shares, outward_normal, sides
 from impactfem.case.contacts import Vector
 from impactfem.case.facade import Facade, side_of
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from impactfem.system.arrays import Array, Index
 
 STRAIGHT = 1e-6
 """Difference of normals up to which pieces make one side."""
@@ -24,13 +19,13 @@ SURFACE = 0.05
 
 def facades(
     mesh: BuildingMesh, floor: int, side: str | None = None
-) -> dict[str, tuple[Facade, Ints]]:
+) -> dict[str, tuple[Facade, Index]]:
     """The sides of a floor by their names, with their lines (ends, middle), shape (k, 3).
 
     First that of the group edge_K, "", then the others of its slab: boundaries of its flat
     triangles, in straight and connected pieces. With the side "" alone when it is asked for.
     """
-    found: dict[str, tuple[Facade, Ints]] = {}
+    found: dict[str, tuple[Facade, Index]] = {}
     known = mesh.edges.get(floor, np.zeros((0, 3), dtype=np.int64))
     if len(known):
         found[""] = _facade(mesh, "", known, outward_normal(mesh, floor)), known
@@ -66,7 +61,7 @@ def facades(
     return found
 
 
-def _facade(mesh: BuildingMesh, name: str, lines: Ints, outward: Array) -> Facade:
+def _facade(mesh: BuildingMesh, name: str, lines: Index, outward: Array) -> Facade:
     where = mesh.nodes[np.unique(lines), :2]
     t = np.array([-outward[1], outward[0]])
     t *= np.sign(t[np.argmax(np.abs(t))])
@@ -85,7 +80,7 @@ def patch_load(
     place: tuple[float, float],
     width: float,
     force: Vector,
-) -> tuple[Ints, Array] | str:
+) -> tuple[Index, Array] | str:
     """Forces on the walls or columns of a storey over a square patch, with the resultant 1 N.
 
     They are f_i = w_i (a + b (s_i − s) + c (z_i − z)), w_i the area of wall that a node stands for,

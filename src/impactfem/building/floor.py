@@ -10,17 +10,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse
-from numpy.typing import NDArray
 
 from impactfem.building.facade import facades
 from impactfem.building.mesh import BuildingMesh, area_shares, areas, line_lengths
 from impactfem.building.parts import BuildingParts, lever_rule
+from impactfem.system.arrays import Array, Index
 
 if TYPE_CHECKING:
     from impactfem.building.model import BuildingModel
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Line = tuple[tuple[float, float], ...]
 """A line load: positions along a side, ascending [m], and its values there [N/m]."""
 
@@ -32,7 +30,7 @@ IN_EDGE = 1e-6
 class NodalLoad:
     """Parallel forces on nodes with the resultant 1 N."""
 
-    nodes: Ints  #: The nodes, shape (n,).
+    nodes: Index  #: The nodes, shape (n,).
     forces: Array  #: Force on each of them for the unit resultant, shape (n,) [N/N].
 
     def vector(self, model: BuildingModel, direction: Sequence[float] | Array) -> Array:
@@ -129,7 +127,7 @@ class ContactEdge:
     #: Distance of each constraint from the first end of the edge, ascending, shape (m,) [m].
     position: Array
     weight: Array  #: w_i, shape (m,) [m].
-    nodes: Ints  #: Nodes of the edge, ascending, shape (n,).
+    nodes: Index  #: Nodes of the edge, ascending, shape (n,).
     #: Share of each node in each constraint, shape (n, m), sparse; columns add up to 1.
     means: scipy.sparse.csr_matrix
 
@@ -180,7 +178,7 @@ def contact_edge(
     return ContactEdge(floor, position[kept], coarse, nodes, means)
 
 
-def _spread(position: Array, spacing: float) -> Ints:
+def _spread(position: Array, spacing: float) -> Index:
     """Both ends, and as many positions between as are no closer than a distance to each other."""
     kept = [0]
     last = len(position) - 1

@@ -1,7 +1,5 @@
 """From the case to a building's geometry, and from its mesh file to what is assembled."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -13,7 +11,14 @@ from impactfem.building import geometry
 from impactfem.building.geometry import Geometry
 from impactfem.building.mesh import BuildingMesh, Part, place
 from impactfem.building.mesh_report import MeshReport
-from impactfem.building.parts import BuildingParts, FloorMasses, PartDamping, floor_masses
+from impactfem.building.parts import (
+    BuildingParts,
+    FloorMassError,
+    FloorMasses,
+    PartDamping,
+    Strips,
+    floor_masses,
+)
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection, Material, Materials, Sections, ShellSection
 from impactfem.case import Case
@@ -28,7 +33,7 @@ from impactfem.case.buildings import (
 )
 from impactfem.case.damping import PartDamping as DampingEntry
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.system.errors import Fault, InputError, SolutionError
+from impactfem.system.errors import Fault, InputError
 
 HEIGHT = 0.1
 """Largest difference of a storey's height in the mesh from that in the floor table [m].
@@ -119,19 +124,20 @@ def part_faults(structure: Structure, parts: Sequence[Part], path: Path) -> Iter
                 yield Fault(path, f"{key}[{others[0]}].parts", part.group, expected)
 
 
-def read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, MeshReport]:
+def read_parts(
+    case: Case, path: Path, mesh: BuildingMesh | None = None
+) -> tuple[BuildingParts, FloorMasses, MeshReport]:
     """Mesh, sections and masses of the structure of a case, from its mesh file. Not collective.
+
+    The mesh is not read again where it is given.
 
     Raises:
         InputError: The mesh is not usable, or does not go with the case. Of a generated mesh, whose
             file is none of the user's, the case file is named.
     """
-    structure = case.structure
-    if structure is None:
-        raise ValueError("the case has no structure")
-    building = case.building(structure.building)
+    structure, building = case.modelled, case.modelled_building
     try:
-        mesh = read_mesh(path)
+        mesh = mesh or read_mesh(path)
         if list(mesh.floors) != [floor.floor for floor in building.floors]:
             floors = ", ".join(map(str, mesh.floors))
             expected = f"the floors 1 to {len(building.floors)} of building {building.name}"
@@ -166,11 +172,22 @@ def read_parts(case: Case, path: Path) -> tuple[BuildingParts, FloorMasses, Mesh
         materials.append(tuple(of_parts))
         own = _entries(some, structure.damping)
         dampings.append(tuple(one if one is None else one.rayleigh for one in own))
+    strips_of = [
+        (Strips("xy".index(one.across), one.edges, one.middle, one.strip), one.floors)
+        for one in structure.added_mass
+    ]
     required = np.array([f.mass for f in building.floors]) if structure.floor_masses else None
     try:
-        masses = floor_masses(mesh, sections, Materials(*materials), required)
-    except SolutionError as error:
-        key = f"{structure.key}.floor_masses"
+        masses = floor_masses(
+            mesh,
+            sections,
+            Materials(*materials),
+            required,
+            structure.mass_eccentricity,
+            {k: strips for strips, floors in strips_of for k in floors},
+        )
+    except FloorMassError as error:
+        key = f"{structure.key}.{error.key}"
         raise InputError([Fault(case.path, key, None, str(error))]) from error
     parts = BuildingParts(
         mesh=mesh,
@@ -217,18 +234,18 @@ def _entries(parts: Sequence[Part], entries: Sequence[OfParts]) -> list[OfParts 
 
 def _geometry(mesh: GeneratedMesh, levels: Sequence[float]) -> Geometry:
     parapet = mesh.parapet
+    walls, bays = mesh.built
     return Geometry(
         length=mesh.length,
         width=mesh.width,
         levels=tuple(levels),
         slab_thickness=mesh.slab_thickness,
+        slabs={k: one.thickness for one in mesh.slabs for k in one.floors},
         walls=tuple(
-            geometry.Wall(w.wall, w.storeys, (w.x1, w.y1), (w.x2, w.y2), w.thickness)
-            for w in mesh.walls
+            geometry.Wall(w.wall, w.storeys, (w.x1, w.y1), (w.x2, w.y2), w.thickness) for w in walls
         ),
         bays=tuple(
-            geometry.Bay(b.bay, b.wall, b.storey, b.centre, b.sill, b.width, b.height)
-            for b in mesh.bays
+            geometry.Bay(b.bay, b.wall, b.storey, b.centre, b.sill, b.width, b.height) for b in bays
         ),
         beams=tuple(
             geometry.Beam(b.beam, b.floors, (b.x1, b.y1), (b.x2, b.y2), b.width, b.depth, b.offset)

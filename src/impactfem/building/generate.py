@@ -4,8 +4,6 @@ All surfaces, lines and points are fragmented at once, so that whatever meets sh
 groups are named from what each input became.
 """
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from dataclasses import asdict

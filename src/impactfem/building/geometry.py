@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -99,13 +99,15 @@ class Geometry:
     length: float  #: Along x [m].
     width: float  #: Along y [m].
     levels: tuple[float, ...]  #: Elevations of the base and of the floors, ascending [m].
-    slab_thickness: float  #: Of all slabs [m].
+    slab_thickness: float  #: Of slabs [m].
     walls: tuple[Wall, ...]
     size: MeshSize  #: Target size of the elements.
     bays: tuple[Bay, ...] = ()  #: Openings in the walls.
     beams: tuple[Beam, ...] = ()
     columns: tuple[Column, ...] = ()
     parapet: Parapet | None = None  #: The low wall on the top floor, where there is one.
+    #: Thickness of the slabs of some floors, in place of slab_thickness, by their numbers [m].
+    slabs: Mapping[int, float] = field(default_factory=dict)
     impact_edge: str = "y+"  #: Side of the plan that faces the other building: one of `SIDES`.
 
     @property
@@ -116,7 +118,8 @@ class Geometry:
     def part_sections(self) -> dict[Part, ShellSection | BeamSection]:
         """The section of every part that the generator makes."""
         sections: dict[Part, ShellSection | BeamSection] = {
-            Part("floor", k): ShellSection(self.slab_thickness) for k in self.floors
+            Part("floor", k): ShellSection(self.slabs.get(k, self.slab_thickness))
+            for k in self.floors
         }
         if self.parapet is not None:
             top = Part("floor", self.floors[-1], PARAPET)

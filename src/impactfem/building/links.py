@@ -8,16 +8,13 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.building.mesh import DOFS, BuildingMesh, rigid_body
 from impactfem.building.model import BuildingModel
 from impactfem.case import Case
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError, SolutionError
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 LEVEL = 0.05
 """How far from a floor's level an anchor may be [m]."""
@@ -30,7 +27,7 @@ class RigidLink:
     """Nodes that move as one rigid body with a master: u = u_m + θ_m × (x − x_m), θ = θ_m."""
 
     master: int  #: The node whose motion they follow.
-    followers: Ints  #: The nodes that follow, shape (n,).
+    followers: Index  #: The nodes that follow, shape (n,).
 
 
 def linked(
@@ -123,8 +120,8 @@ def carried(T: Any, forces: Array) -> Array:
 class Displacements:
     """Displacements of nodes, from the degrees of freedom of a building with rigid links.
 
-    A follower's come from its master's motion, u = u_m + θ_m × (x − x_m); those of a clamped node
-    are zero. Making one is collective.
+    A follower's come from its master's motion, u = u_m + θ_m × (x − x_m), θ = θ_m; those of a
+    clamped node are zero. Making one is collective.
 
     Args:
         model: The building, of `linked` where there are links.
@@ -132,6 +129,7 @@ class Displacements:
         links: Its links.
         coordinates: Coordinates of all nodes of the mesh, shape (n_nodes, 3) [m]; None without
             links.
+        rotations: Whether the nodes' rotations are meant in place of their displacements.
 
     Raises:
         ValueError: There are links, and no coordinates.
@@ -144,9 +142,11 @@ class Displacements:
     def __init__(
         self,
         model: BuildingModel,
-        nodes: Ints,
+        nodes: Index,
         links: Sequence[RigidLink] = (),
         coordinates: Array | None = None,
+        *,
+        rotations: bool = False,
     ) -> None:
         if links and coordinates is None:
             raise ValueError("the displacements of followers need the coordinates of the nodes")
@@ -159,7 +159,8 @@ class Displacements:
         if coordinates is not None:
             arm = coordinates[nodes] - coordinates[master]
         every = rigid_body(arm, np.zeros(3))
-        each = every.reshape(len(nodes), DOFS, DOFS)[:, : DOFS // 2]
+        wanted = slice(DOFS // 2, DOFS) if rotations else slice(DOFS // 2)
+        each = every.reshape(len(nodes), DOFS, DOFS)[:, wanted]
         node, component, dof = np.nonzero(each)
         freedom, column = np.unique(DOFS * master[node] + dof, return_inverse=True)
         shape = (DOFS // 2 * len(nodes), len(freedom))
@@ -183,7 +184,7 @@ class Displacements:
             scipy.sparse.csr_matrix(entries, shape=shape) @ self.motion.T
         )
 
-    def of(self, rows: Callable[[Ints], Array]) -> Array:
+    def of(self, rows: Callable[[Index], Array]) -> Array:
         """The displacements in some vectors, shape (n, 3, k), the same on all ranks. Collective.
 
         `rows` gives this rank's rows of the k vectors, shape (number of rows, k).
@@ -211,7 +212,7 @@ class BasePlate:
     floor: int  #: Number of the floor.
     point: Array  #: The anchor, shape (3,) [m].
     master: int  #: The node nearest to it.
-    followers: Ints  #: The other nodes within the radius, shape (n,).
+    followers: Index  #: The other nodes within the radius, shape (n,).
     offset: Array  #: From the master to the anchor, shape (3,) [m].
 
     @property
@@ -220,7 +221,7 @@ class BasePlate:
         return RigidLink(self.master, self.followers)
 
     @property
-    def nodes(self) -> Ints:
+    def nodes(self) -> Index:
         """All of its nodes, shape (n + 1,)."""
         return np.append(self.followers, self.master)
 

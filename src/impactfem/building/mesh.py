@@ -1,7 +1,5 @@
 """The mesh of a building: parts by the names of their groups, nodes, cells and their shapes."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -9,8 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from impactfem.system.arrays import Array, Index
 
 DOFS = 6
 """Degrees of freedom of a node: ux, uy, uz, rx, ry, rz."""
@@ -88,16 +85,16 @@ class BuildingMesh:
     nodes: Array  #: Coordinates, shape (n, 3) [m].
     #: Nodes of each triangle, shape (m, 6): vertices 0 1 2, then the middles of the sides 01, 12
     #: and 20.
-    triangles: Ints
+    triangles: Index
     triangle_part: NDArray[np.int32]  #: Index into `shell_parts` of each triangle, shape (m,).
-    lines: Ints  #: Nodes of each line, shape (l, 3): the ends, then the middle.
+    lines: Index  #: Nodes of each line, shape (l, 3): the ends, then the middle.
     line_part: NDArray[np.int32]  #: Index into `beam_parts` of each line, shape (l,).
     shell_parts: tuple[Part, ...]  #: Slabs and walls, sorted.
     beam_parts: tuple[Part, ...]  #: Beams and columns, sorted.
     #: Lines (ends, middle) of the edge that faces the other building, shape (k, 3), by floor.
-    edges: dict[int, Ints]
+    edges: dict[int, Index]
     centres: dict[int, int]  #: Node at the mass centre, by floor.
-    base: Ints  #: Nodes that are clamped, ascending, shape (b,).
+    base: Index  #: Nodes that are clamped, ascending, shape (b,).
     #: Coordinates of nodes of the file that no shell or beam uses, shape (d, 3) [m].
     dropped: Array = field(default_factory=lambda: np.zeros((0, 3)))
 
@@ -112,25 +109,31 @@ class BuildingMesh:
         return {k: float(self.nodes[self.centres[k], 2]) for k in self.floors}
 
     @property
+    def base_middle(self) -> Array:
+        """Middle of the box around the clamped nodes, shape (3,) [m]."""
+        base = self.nodes[self.base]
+        return np.asarray(0.5 * (base.min(axis=0) + base.max(axis=0)))
+
+    @property
     def elements(self) -> int:
         """Number of shell and beam elements."""
         return len(self.triangles) + len(self.lines)
 
-    def triangles_of(self, family: str, level: int | None = None) -> Ints:
+    def triangles_of(self, family: str, level: int | None = None) -> Index:
         """Indices of the triangles of a family of parts, of one level or of all."""
         chosen = [p.family == family and level in (None, p.level) for p in self.shell_parts]
         return np.flatnonzero(np.array(chosen, dtype=bool)[self.triangle_part])
 
-    def lines_of(self, family: str, level: int | None = None) -> Ints:
+    def lines_of(self, family: str, level: int | None = None) -> Index:
         """Indices of the lines of a family of parts, of one level or of all."""
         chosen = [p.family == family and level in (None, p.level) for p in self.beam_parts]
         return np.flatnonzero(np.array(chosen, dtype=bool)[self.line_part])
 
-    def slab(self, floor: int) -> Ints:
+    def slab(self, floor: int) -> Index:
         """Indices of the flat triangles of a floor: its slab, without what stands upright on it."""
         chosen = self.triangles_of("floor", floor)
         size = np.ptp(self.nodes[self.triangles[chosen, :3]], axis=1)
-        flat: Ints = chosen[size[:, 2] < FLAT * size.max(axis=1)]
+        flat: Index = chosen[size[:, 2] < FLAT * size.max(axis=1)]
         return flat
 
     def edge_axis(self, floor: int) -> int:
@@ -150,24 +153,24 @@ def outward_normal(mesh: BuildingMesh, floor: int) -> Array:
     return np.asarray(side * normal / np.linalg.norm(normal) + 0.0)
 
 
-def sides(triangles: Ints) -> Ints:
+def sides(triangles: Index) -> Index:
     """The sides of six-node triangles: the ends, the smaller number first, then the middle.
 
     Of shape (3 m, 3): all sides 01, then all 12, then all 20.
     """
     ends_middle = ([0, 1, 3], [1, 2, 4], [2, 0, 5])
-    every: Ints = np.concatenate([triangles[:, columns] for columns in ends_middle])
+    every: Index = np.concatenate([triangles[:, columns] for columns in ends_middle])
     every[:, :2].sort(axis=1)
     return every
 
 
-def joined_cells(cells: Sequence[Ints], width: int) -> tuple[Ints, Ints]:
+def joined_cells(cells: Sequence[Index], width: int) -> tuple[Index, Index]:
     """Cells of several parts, `width` nodes each, and the number of the part of each cell."""
     part = np.repeat(np.arange(len(cells)), [len(of_part) for of_part in cells])
     return np.concatenate([np.zeros((0, width), dtype=np.int64), *cells]), part
 
 
-def area_shares(nodes: Array, triangles: Ints) -> Array:
+def area_shares(nodes: Array, triangles: Index) -> Array:
     """∫ N dA at each node, shape (n,) [m2].
 
     On six-node triangles it is zero at the vertices and a third of the area at each middle of a
@@ -183,7 +186,7 @@ def place(point: Array) -> str:
     return "({:.3f}, {:.3f}, {:.3f}) m".format(*(float(x) + 0.0 for x in point))
 
 
-def radius_ratio(nodes: Array, triangles: Ints) -> Array:
+def radius_ratio(nodes: Array, triangles: Index) -> Array:
     """Twice the radius of the inscribed circle over that of the circumscribed one.
 
     q = 8 (s - a)(s - b)(s - c)/(a b c), with the sides a, b, c and s half their sum: 1 when they
@@ -198,7 +201,7 @@ def radius_ratio(nodes: Array, triangles: Ints) -> Array:
     return np.where(product > 0.0, np.clip(q, 0.0, 1.0), 0.0)
 
 
-def side_lengths(nodes: Array, triangles: Ints) -> Array:
+def side_lengths(nodes: Array, triangles: Index) -> Array:
     """Lengths of the sides 01, 12 and 20, shape (m, 3)."""
     vertices = nodes[triangles[:, :3]]
     lengths: Array = np.linalg.norm(vertices - np.roll(vertices, -1, axis=1), axis=2)
@@ -211,7 +214,7 @@ def line_lengths(mesh: BuildingMesh) -> Array:
     return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
 
 
-def areas(nodes: Array, triangles: Ints) -> Array:
+def areas(nodes: Array, triangles: Index) -> Array:
     """Areas, shape (m,)."""
     p, q, r = np.moveaxis(nodes[triangles[:, :3]], 1, 0)
     twice: Array = np.linalg.norm(np.cross(q - p, r - p), axis=1)

@@ -1,7 +1,5 @@
 """Refuse a mesh that would be computed without a complaint and with a wrong result."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -12,10 +10,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from impactfem.building.mesh import BuildingMesh, line_lengths, place, radius_ratio, sides
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Names = NDArray[np.object_]
 
 _CHUNK = 5000  # cells at a time, so that few of their near nodes are in memory at once
@@ -181,15 +178,15 @@ def _node_groups(mesh: BuildingMesh) -> Names:
 
 
 def _by_group(
-    mesh: BuildingMesh, bad: Ints, cells: Ints, owner: Names
-) -> Iterator[tuple[str, Ints, str]]:
+    mesh: BuildingMesh, bad: Index, cells: Index, owner: Names
+) -> Iterator[tuple[str, Index, str]]:
     """Some cells by their group, and the place of the first of them."""
     for group in sorted(set(owner[bad].tolist())):
         some = bad[owner[bad] == group]
         yield group, some, place(mesh.nodes[cells[some[0]]].mean(axis=0))
 
 
-def nodes_on_triangles(nodes: Array, triangles: Ints, near: float) -> Ints:
+def nodes_on_triangles(nodes: Array, triangles: Index, near: float) -> Index:
     """Nodes that lie on a triangle, its sides included, without being one of its six.
 
     A node is on a triangle that has an area when it is within `near` [m] of its plane and its
@@ -212,7 +209,7 @@ def nodes_on_triangles(nodes: Array, triangles: Ints, near: float) -> Ints:
     return np.concatenate(pairs)
 
 
-def nodes_on_lines(nodes: Array, lines: Ints, near: float) -> Ints:
+def nodes_on_lines(nodes: Array, lines: Index, near: float) -> Index:
     """Nodes within `near` [m] of a line that are none of its three: pairs (line, node)."""
     start, end = nodes[lines[:, 0]], nodes[lines[:, 1]]
     length = np.linalg.norm(end - start, axis=1)
@@ -229,7 +226,7 @@ def nodes_on_lines(nodes: Array, lines: Ints, near: float) -> Ints:
     return np.concatenate(pairs)
 
 
-def lines_through_triangles(nodes: Array, triangles: Ints, lines: Ints, near: float) -> Ints:
+def lines_through_triangles(nodes: Array, triangles: Index, lines: Index, near: float) -> Index:
     """Lines, or sides of other triangles, that go through the inside of a triangle.
 
     Ends that are nearer than `near` [m] to its plane do not go through. Pairs (triangle, middle
@@ -270,7 +267,7 @@ def _frames(vertices: Array) -> tuple[Array, Array]:
     return normal, inward
 
 
-def _pairs(tree: cKDTree, centres: Array, radii: Array) -> Iterator[tuple[Ints, Ints]]:
+def _pairs(tree: cKDTree, centres: Array, radii: Array) -> Iterator[tuple[Index, Index]]:
     """Each centre with each point of the tree inside its radius, some centres at a time."""
     for first in range(0, len(centres), _CHUNK):
         some = slice(first, first + _CHUNK)

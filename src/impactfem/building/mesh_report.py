@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from impactfem.building.mesh import (
@@ -22,8 +21,7 @@ from impactfem.building.mesh import (
 )
 from impactfem.building.mesh_checks import NEAR
 from impactfem.building.section import Sections
-
-Array = NDArray[np.float64]
+from impactfem.system.arrays import Array
 
 SIZE_OVER_THICKNESS = 600.0
 """Plates are verified up to it (`impactfem verify --only clamped_plate`)."""

@@ -1,14 +1,11 @@
 """The building as matrices: stiffness of what stays and of what is scaled, mass, ground motion."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import scipy.sparse
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem._fenicsx import assembled, cellwise, compiled, constant
@@ -27,9 +24,7 @@ from impactfem.building.section import Material
 from impactfem.building.shell import ShellFields
 from impactfem.dynamics.columns import product
 from impactfem.dynamics.damping import Rayleigh
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
+from impactfem.system.arrays import Array, Index
 
 
 @dataclass(frozen=True)
@@ -40,7 +35,7 @@ class BuildingModel:
     """
 
     comm: Any  #: Communicator.
-    nodes: Ints  #: Free nodes of this rank's rows in their order, shape (n_local / 6,).
+    nodes: Index  #: Free nodes of this rank's rows in their order, shape (n_local / 6,).
     coordinates: Array  #: Their coordinates, shape (n_local / 6, 3) [m].
     fixed: Any  #: Stiffness of slabs and beams, PETSc AIJ.
     storeys: Any  #: Stiffness of walls and columns at the storey factor 1, PETSc AIJ.
@@ -89,20 +84,20 @@ class BuildingModel:
         every = np.concatenate(self.comm.allgather(self.nodes))
         return int(every[row // DOFS])
 
-    def global_rows(self, nodes: Ints) -> Ints:
+    def global_rows(self, nodes: Index) -> Index:
         """First global row of each given node, −1 where it is clamped, shape (n,). Collective."""
         every = np.concatenate(self.comm.allgather(self.nodes))
         place = np.full(self.n_nodes, -1, dtype=np.int64)
         place[every] = DOFS * np.arange(len(every))
         return place[np.asarray(nodes)]
 
-    def rows(self, nodes: Ints) -> Ints:
+    def rows(self, nodes: Index) -> Index:
         """First local row of each node; −1 where it is clamped or on another rank, shape (n,)."""
         row = np.full(self.n_nodes, -1, dtype=np.int64)
         row[self.nodes] = DOFS * np.arange(len(self.nodes))
         return row[np.asarray(nodes, dtype=np.int64)]
 
-    def along(self, nodes: Ints, direction: Sequence[float] | Array) -> scipy.sparse.csr_matrix:
+    def along(self, nodes: Index, direction: Sequence[float] | Array) -> scipy.sparse.csr_matrix:
         """What gives n · u of nodes, as columns at this rank's rows, shape (n_local, n), sparse.
 
         Nodes that are clamped or on another rank have no entries; n is a unit vector.
@@ -151,11 +146,9 @@ def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
     )
 
 
-def _local_matrices(parts: BuildingParts, kind: Kind, cells: Ints) -> tuple[Any, Any, Ints]:
-    """Stiffness and mass of some cells of a kind on this rank, and their nodes. Not collective.
-
-    Both are PETSc AIJ on COMM_SELF, at the storey factor 1; None where there is no cell.
-    """
+def _local_matrices(parts: BuildingParts, kind: Kind, cells: Index) -> tuple[Any, Any, Index]:
+    """Stiffness and mass of some cells of a kind on this rank, and their nodes. Not collective."""
+    # Both are PETSc AIJ on COMM_SELF, at the storey factor 1; None where there is no cell.
     if cells.size == 0:
         return None, None, cells
     local = local_cells(parts.mesh.nodes, kind.cells[cells])
@@ -192,7 +185,7 @@ def _local_matrices(parts: BuildingParts, kind: Kind, cells: Ints) -> tuple[Any,
 
 
 def shell_fields(
-    parts: BuildingParts, local: LocalCells, material: Material, number: Ints
+    parts: BuildingParts, local: LocalCells, material: Material, number: Index
 ) -> ShellFields:
     """Section and material of shells on their mesh; `number` is the triangle of each cell of it."""
     return ShellFields(
@@ -206,11 +199,7 @@ def shell_fields(
 
 
 def damping_matrix(
-    comm: Any,
-    parts: BuildingParts,
-    dampings: PartDamping,
-    storey_factor: float,
-    whole: Rayleigh,
+    comm: Any, parts: BuildingParts, dampings: PartDamping, storey_factor: float, whole: Rayleigh
 ) -> Any:
     """The damping by part in addition to the Rayleigh damping of the building. Collective.
 

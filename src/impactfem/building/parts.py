@@ -1,8 +1,7 @@
 """What is assembled: the mesh with sections, materials, dampings, and the masses of its floors."""
 
-from __future__ import annotations
-
 import itertools
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,10 +10,8 @@ from numpy.typing import NDArray
 from impactfem.building.mesh import BuildingMesh, Part, areas, line_lengths
 from impactfem.building.section import Material, Materials, Sections
 from impactfem.dynamics.damping import Rayleigh
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -37,9 +34,9 @@ class Kind:
     shells: bool  #: Whether they are triangles; else lines.
     storey: bool  #: Whether the storey factor acts on them.
     material: Material  #: Their material.
-    number: Ints  #: Of the triangles or lines of the mesh, shape (m,).
-    cells: Ints  #: Their nodes, shape (m, 6) or (m, 3).
-    part: Ints  #: Index into the mesh's `shell_parts` or `beam_parts` of each, shape (m,).
+    number: Index  #: Of the triangles or lines of the mesh, shape (m,).
+    cells: Index  #: Their nodes, shape (m, 6) or (m, 3).
+    part: Index  #: Index into the mesh's `shell_parts` or `beam_parts` of each, shape (m,).
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +87,60 @@ class BuildingParts:
         return kinds
 
 
+class FloorMassError(SolutionError):
+    """Masses of floors that cannot be had; `key` of the structure says which key is at fault."""
+
+    def __init__(self, message: str, key: str = "floor_masses") -> None:
+        super().__init__(message)
+        self.key = key
+
+
+@dataclass(frozen=True)
+class Strips:
+    """Where the mass that is added on a slab lies; the rest of it lies evenly."""
+
+    axis: int  #: Across the strips: 0 along x, 1 along y.
+    edges: float  #: Part of it in two strips together, one along each edge.
+    middle: float  #: Part of it in a strip in the middle.
+    width: float  #: Of each strip [m].
+
+    def density(self, points: Array, area: Array) -> Array:
+        """Share of the mass on each triangle by its area, Σ density · area = 1, shape (m,) [1/m2].
+
+        A triangle that the side of a strip cuts has the part of it that lies in the strip.
+
+        Args:
+            points: Corners of the triangles of the slab, shape (m, 3, 2) or (m, 3, 3) [m].
+            area: Their areas, shape (m,) [m2].
+
+        Raises:
+            FloorMassError: The strips cover each other.
+        """
+        s = np.sort(points[..., self.axis], axis=1)
+        low, high = float(s.min()), float(s.max())
+        if 3.0 * self.width > (high - low) * (1.0 + 1e-9):
+            raise FloorMassError(
+                f"strips of added mass {self.width:g} m wide; expected at most a third of the "
+                f"slab's {high - low:g} m",
+                "added_mass",
+            )
+
+        def below(t: float) -> Array:
+            """Part of each triangle, with a ≤ b ≤ c along the axis, that lies below t."""
+            a, b, c = s.T
+            tiny = 1e-12 * (high - low)
+            rising = (t - a) ** 2 / np.maximum((b - a) * (c - a), tiny**2)
+            falling = 1.0 - (c - t) ** 2 / np.maximum((c - b) * (c - a), tiny**2)
+            return np.where(t <= a, 0.0, np.where(t >= c, 1.0, np.where(t < b, rising, falling)))
+
+        middle, half = 0.5 * (low + high), 0.5 * self.width
+        edges = below(low + self.width) + 1.0 - below(high - self.width)
+        inner = below(middle + half) - below(middle - half)
+        even = np.full(len(area), (1.0 - self.edges - self.middle) / area.sum())
+        parts = self.edges * edges / (edges @ area) + self.middle * inner / (inner @ area)
+        return np.asarray(even + parts)
+
+
 @dataclass(frozen=True, eq=False)
 class FloorMasses:
     """How the mass of a building belongs to its floors.
@@ -111,14 +162,30 @@ class FloorMasses:
 
 
 def floor_masses(
-    mesh: BuildingMesh, sections: Sections, materials: Materials, required: Array | None = None
+    mesh: BuildingMesh,
+    sections: Sections,
+    materials: Materials,
+    required: Array | None = None,
+    eccentricity: tuple[float, float] = (0.0, 0.0),
+    strips: Mapping[int, Strips] | None = None,
 ) -> FloorMasses:
-    """Masses of the floors 1 to n_floors; what must be added evenly on the slabs for required ones.
+    """Masses of the floors 1 to n_floors; what must be added on the slabs for required ones.
 
-    These are given bottom to top, shape (n_floors,) [kg]; None adds nothing.
+    It is spread evenly, or in strips. Where the centres of mass are moved, what lies on a slab and
+    its own mass together become m (1 + c · (x − x̄)): the added mass is negative where it takes from
+    the slab's.
+
+    Args:
+        mesh: The mesh.
+        sections: Of its parts.
+        materials: Of its parts.
+        required: Bottom to top, shape (n_floors,) [kg]; None adds nothing.
+        eccentricity: e, by which the centres of mass are moved along x and y [m].
+        strips: Of floors whose added mass does not lie evenly, by their numbers.
 
     Raises:
-        SolutionError: A floor's parts weigh more than is required, or it has no slab.
+        FloorMassError: A floor's parts weigh more than is required, it has no slab, what lies on it
+            cannot move its centre of mass so far, or its strips cover each other.
     """
     area = areas(mesh.nodes, mesh.triangles)
     on_area = [m.rho * s.thickness for m, s in zip(materials.shells, sections.shells, strict=True)]
@@ -130,28 +197,54 @@ def floor_masses(
         shares += _shares(mesh, mesh.beam_parts, mesh.line_part, mesh.lines[:, :2], beams)
     parts = shares[1:]
     on_triangles = np.zeros(len(area))
-    if required is None:
+    if required is None and not any(eccentricity):
         return FloorMasses(parts, np.zeros_like(parts), float(shares[0]), on_triangles)
-    added = np.asarray(required, dtype=np.float64) - parts
+    added = np.zeros_like(parts) if required is None else np.asarray(required) - parts
     for k, missing in zip(mesh.floors, added, strict=True):
         slab = mesh.slab(k)
         if slab.size == 0:
-            raise SolutionError(f"floor {k} has no flat slab that could carry an added mass")
+            raise FloorMassError(f"floor {k} has no flat slab that could carry an added mass")
         if missing < 0.0:
-            raise SolutionError(
+            raise FloorMassError(
                 f"floor {k} weighs {parts[k - 1] / 1e3:.1f} t by its parts alone, more than the "
-                f"{(parts[k - 1] + missing) / 1e3:.1f} t that the floors table gives it"
+                f"{(parts[k - 1] + missing) / 1e3:.1f} t that the floor table gives it"
             )
-        on_triangles[slab] = missing / area[slab].sum()
+        own_strips = (strips or {}).get(k)
+        corners = mesh.nodes[mesh.triangles[slab, :3]]
+        even = 1.0 / area[slab].sum()
+        density = even if own_strips is None else own_strips.density(corners, area[slab])
+        on_triangles[slab] = missing * density
+        if any(eccentricity):
+            own = np.array(on_area)[mesh.triangle_part[slab]]
+            floor = parts[k - 1] + missing
+            on_slab = own + on_triangles[slab]
+            found = _moved(mesh, slab, area[slab] * on_slab, floor * np.array(eccentricity))
+            if found is None:
+                raise FloorMassError(
+                    f"the mass of floor {k}, {floor / 1e3:.4g} t, cannot move by "
+                    f"{np.hypot(*eccentricity):.3g} m by what lies on its slab and its own, "
+                    f"{area[slab] @ on_slab / 1e3:.4g} t",
+                    "mass_eccentricity",
+                )
+            on_triangles[slab] = found / area[slab] - own
     return FloorMasses(parts, added, float(shares[0]), on_triangles)
 
 
+def _moved(mesh: BuildingMesh, slab: Index, mass: Array, moment: Array) -> Array | None:
+    """Mass of each triangle of a slab, m (1 + c · (x − x̄)), of which the centre is moved [kg].
+
+    From the masses m of these, so that their static moment grows by that given [kg m]; None where
+    one would be negative.
+    """
+    x = mesh.nodes[mesh.triangles[slab, :3], :2].mean(axis=1)
+    x -= mass @ x / mass.sum()
+    share = 1.0 + x @ np.linalg.solve((x.T * mass) @ x, moment)
+    return None if share.min() < 0.0 else np.asarray(mass * share)
+
+
 def lever_rule(
-    mesh: BuildingMesh,
-    parts: tuple[Part, ...],
-    part: NDArray[np.int32],
-    corners: Ints,
-) -> tuple[Ints, Array]:
+    mesh: BuildingMesh, parts: tuple[Part, ...], part: NDArray[np.int32], corners: Index
+) -> tuple[Index, Array]:
     """The floor of each cell of some parts, and the share of its mass that belongs to it.
 
     The rest of a wall or a column belongs to the floor below, or to the base. `part` is the index
@@ -169,7 +262,7 @@ def _shares(
     mesh: BuildingMesh,
     parts: tuple[Part, ...],
     part: NDArray[np.int32],
-    corners: Ints,
+    corners: Index,
     mass: Array,
 ) -> Array:
     """Mass of cells by level: the base, then the floors."""

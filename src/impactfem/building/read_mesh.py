@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.building.mesh import (
     SCHEME,
@@ -25,11 +24,9 @@ from impactfem.building.mesh import (
     sides,
 )
 from impactfem.building.mesh_checks import check_mesh
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.own_process import read_in_own_process
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 EXPECTED = "a mesh of gmsh (.msh, format 2 or 4)"
 _KINDS = {0: "points", 1: "lines", 2: "surfaces", 3: "volumes"}
@@ -70,8 +67,8 @@ class Groups:
     points: Array  #: Coordinates, shape (n, 3) [m].
     #: Points of the cells of each group, those of its highest dimension, shape (m, points a cell):
     #: 1 for points, 2 or 3 for lines, 3 or 6 for triangles.
-    cells: dict[str, Ints]
-    nodes: dict[str, Ints]  #: All points of each group, ascending.
+    cells: dict[str, Index]
+    nodes: dict[str, Index]  #: All points of each group, ascending.
 
 
 def read_groups(path: Path | str) -> Groups:
@@ -125,7 +122,7 @@ class Block:
     dimension: int  #: 0 to 3.
     kind: str  #: gmsh's name of the cells' type, as ``Triangle 6``.
     #: Indices of the cells' nodes in the mesh's coordinates, shape (cells, nodes a cell).
-    nodes: Ints
+    nodes: Index
     #: Names of the physical groups of the entity; ``number 7`` for one without a name.
     groups: tuple[str, ...]
 
@@ -247,8 +244,8 @@ class _Sorted:
 
     def __init__(self, raw: RawMesh, file: Path) -> None:
         self.raw, self.file = raw, file
-        self.parts: dict[Part, list[Ints]] = defaultdict(list)
-        self.marks: dict[Mark, list[Ints]] = defaultdict(list)
+        self.parts: dict[Part, list[Index]] = defaultdict(list)
+        self.marks: dict[Mark, list[Index]] = defaultdict(list)
         self.faults: list[Fault] = []
 
     def fault(self, group: str, expected: str, value: object | None = None) -> None:
@@ -346,8 +343,8 @@ class _Sorted:
                 expected = f"expected a number from 1 to {top}, that of the top floor"
                 self.fault(meaning.group, expected, meaning.level)
 
-    def edge(self, k: int, slab: Ints) -> Ints:
-        lines: Ints = np.concatenate(self.marks[Mark("edge", k)])
+    def edge(self, k: int, slab: Index) -> Index:
+        lines: Index = np.concatenate(self.marks[Mark("edge", k)])
         ordered = lines.copy()
         ordered[:, :2].sort(axis=1)
         known = set(map(tuple, sides(slab).tolist()))
@@ -357,7 +354,7 @@ class _Sorted:
             self._refuse(Mark("edge", k), stray[0][2], expected)
         return lines
 
-    def centre(self, k: int, slab: Ints) -> int:
+    def centre(self, k: int, slab: Index) -> int:
         mark = Mark("centre", k)
         nodes = self._nodes(mark)
         if len(nodes) != 1:
@@ -367,7 +364,7 @@ class _Sorted:
             self._refuse(mark, int(nodes[0]), expected)
         return int(nodes[0])
 
-    def base(self, number: Ints) -> Ints:
+    def base(self, number: Index) -> Index:
         nodes = self._nodes(Mark("base"))
         numbers = number[nodes]
         if np.any(numbers < 0):
@@ -375,8 +372,8 @@ class _Sorted:
             self._refuse(Mark("base"), int(nodes[np.argmax(numbers < 0)]), expected)
         return np.sort(numbers)
 
-    def _nodes(self, mark: Mark) -> Ints:
-        nodes: Ints = np.concatenate([cells.ravel() for cells in self.marks[mark]])
+    def _nodes(self, mark: Mark) -> Index:
+        nodes: Index = np.concatenate([cells.ravel() for cells in self.marks[mark]])
         return np.unique(nodes)
 
     def _refuse(self, mark: Mark, node: int, expected: str) -> None:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-Array = NDArray[np.float64]
+from impactfem.system.arrays import Array
+
 Vector = tuple[float, float, float]
 
 E_Y: Vector = (0.0, 1.0, 0.0)

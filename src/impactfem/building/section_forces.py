@@ -10,17 +10,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem._fenicsx import cell_nodes, cellwise, evaluator, function
 from impactfem.building.assembly import local_cells
 from impactfem.building.mesh import DOFS, BuildingMesh, place
 from impactfem.building.model import shell_fields
 from impactfem.building.parts import BuildingParts
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 STEEP = np.sqrt(0.5)
 """|cos| of the angle from the normal to the vertical below which a facet is a wall."""

@@ -216,10 +216,8 @@ class _Triangle:
 
 
 def _flexibility(triangle: _Triangle, fields: ShellFields) -> Any:
-    """τ = (9/20)² a⁻¹ = (20 D_b ((1 − ν)/2 tr G I + (1 + ν)/2 G))⁻¹, G = Σ ∇λ ⊗ ∇λ.
-
-    ∫ ∇b ⊗ ∇b dA / A = 81/20 G for the bubble b, whose mean is 9/20.
-    """
+    """τ = (9/20)² a⁻¹ = (20 D_b ((1 − ν)/2 tr G I + (1 + ν)/2 G))⁻¹, G = Σ ∇λ ⊗ ∇λ."""
+    # ∫ ∇b ⊗ ∇b dA / A = 81/20 G for the bubble b, whose mean is 9/20.
     nu = fields.poisson_ratio
     G = sum(ufl.outer(g, g) for g in triangle.gradients)
     shape = 0.5 * (1.0 - nu) * ufl.tr(G) * ufl.Identity(2) + 0.5 * (1.0 + nu) * G
@@ -227,17 +225,15 @@ def _flexibility(triangle: _Triangle, fields: ShellFields) -> Any:
 
 
 def _reduced(gamma: Any, dd_beta: Any, triangle: _Triangle) -> Any:
-    """Rγ of a shear strain whose part β is quadratic.
-
-    With s_k the side opposite to the vertex k and d_k = (s_k·∇)² β, β differs from the linear field
-    through its vertices by −½ Σ λi λj d_k. Along side k the linear fit of λi λj is 1/6, which
-    Whitney's function N_k = λi ∇λj − λj ∇λi, with N_k·s_k = 1, takes over:
-
-        Rγ = γ + Σ_k (½ λi λj d_k − s_k·d_k / 12 N_k) − 4 Σ_k (δ·s_k) λ_k N_k.
-
-    The last sum, with no tangential part on any side and the mean δ, gives the mean back that the
-    first one adds, as λi λj has the mean 1/12 and N_k the mean (∇λj − ∇λi) / 3.
-    """
+    """Rγ of a shear strain whose part β is quadratic."""
+    # With s_k the side opposite to the vertex k and d_k = (s_k·∇)² β, β differs from the linear
+    # field through its vertices by −½ Σ λi λj d_k. Along side k the linear fit of λi λj is 1/6,
+    # which Whitney's function N_k = λi ∇λj − λj ∇λi, with N_k·s_k = 1, takes over:
+    #
+    #     Rγ = γ + Σ_k (½ λi λj d_k − s_k·d_k / 12 N_k) − 4 Σ_k (δ·s_k) λ_k N_k.
+    #
+    # The last sum, with no tangential part on any side and the mean δ, gives the mean back that the
+    # first one adds, as λi λj has the mean 1/12 and N_k the mean (∇λj − ∇λi) / 3.
     sides, gradients, at = triangle.sides, triangle.gradients, triangle.coordinates
     bends = [ufl.dot(ufl.dot(dd_beta, s), s) for s in sides]
     along = [ufl.dot(s, d) for s, d in zip(sides, bends, strict=True)]

@@ -26,14 +26,13 @@ from impactfem.building.mesh import BuildingMesh, Part, area_shares, joined_cell
 from impactfem.building.parts import BuildingParts
 from impactfem.building.section import BeamSection, Material, Materials, Sections, ShellSection
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import ImpactfemError
 
 if TYPE_CHECKING:
     from impactfem.building.section_forces import SectionForceField
     from impactfem.dynamics.history import History
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Vector = tuple[float, float, float]
 UX, UY, UZ, RX, RY, RZ = range(6)
 
@@ -44,7 +43,7 @@ class Shells:
 
     #: Points of each triangle, shape (m, 3): its vertices; or (m, 6): with the middles of the sides
     #: 01, 12 and 20.
-    cells: Ints
+    cells: Index
     thickness: float  #: t [m].
     material: Material  #: Their material.
     added_mass: float = 0.0  #: Mass on the area that does not stiffen [kg/m2].
@@ -55,7 +54,7 @@ class Shells:
 class Beams:
     """Straight lines of one section and material."""
 
-    cells: Ints  #: Points of each line, shape (m, 2): its ends; or (m, 3): with the middle.
+    cells: Index  #: Points of each line, shape (m, 2): its ends; or (m, 3): with the middle.
     section: BeamSection  #: Their section.
     material: Material  #: Their material.
     corners: ClassVar[int] = 2
@@ -71,21 +70,21 @@ class ShellModel:
     M: Any  #: Mass of all nodes, SciPy CSR, shape (6 n, 6 n).
     held: NDArray[np.bool_]  #: Whether a component of a node does not move, shape (n, 6).
     #: Nodes of the triangles, in the order of the parts, shape (m, 6).
-    triangles: Ints = field(default_factory=lambda: np.zeros((0, 6), dtype=np.int64))
+    triangles: Index = field(default_factory=lambda: np.zeros((0, 6), dtype=np.int64))
     #: Number of the part of each triangle, counted over all parts, shape (m,).
-    part: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    part: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     #: Nodes of the beams, shape (l, 3).
-    lines: Ints = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
+    lines: Index = field(default_factory=lambda: np.zeros((0, 3), dtype=np.int64))
     parts: BuildingParts | None = None  #: What was assembled; None of matrices from elsewhere.
     #: Nodes that cells use, those of the mesh of `parts` in its order.
-    used: Ints = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    used: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     @property
-    def free(self) -> Ints:
+    def free(self) -> Index:
         """Rows of K and M that move, ascending."""
         return np.flatnonzero(~self.held.ravel())
 
-    def rows(self, nodes: ArrayLike, *components: int) -> Ints:
+    def rows(self, nodes: ArrayLike, *components: int) -> Index:
         """Rows of K and M of components of some nodes.
 
         Args:
@@ -93,7 +92,7 @@ class ShellModel:
             components: UX to RZ; all six when none is given.
         """
         chosen = np.array(components or range(6))
-        rows: Ints = (6 * self._numbers(nodes)[:, None] + chosen).ravel()
+        rows: Index = (6 * self._numbers(nodes)[:, None] + chosen).ravel()
         return rows
 
     def hold(self, nodes: ArrayLike, *components: int) -> ShellModel:
@@ -188,7 +187,7 @@ class ShellModel:
             raise ImpactfemError("a model made of matrices alone has no shells to cut")
         return section_forces(self.parts, displacement.reshape(-1, 6)[self.used])
 
-    def prescribed(self, values: Array, given: Ints) -> Array:
+    def prescribed(self, values: Array, given: Index) -> Array:
         """Displacement without loads where the rows `given` have their values, shape (6 n,).
 
         Of the values, of the same shape [m, rad], the given rows count.
@@ -230,7 +229,7 @@ class ShellModel:
         time_step: float,
         *,
         damping: Rayleigh = UNDAMPED,
-        probes: Ints | None = None,
+        probes: Index | None = None,
         velocity: Array | None = None,
     ) -> History:
         """Response from rest by Newmark's average acceleration, in full order.
@@ -274,7 +273,7 @@ class ShellModel:
             motion[name][:, moves] = values
         return replace(history, motion=motion)
 
-    def _numbers(self, nodes: ArrayLike) -> Ints:
+    def _numbers(self, nodes: ArrayLike) -> Index:
         chosen = np.atleast_1d(np.asarray(nodes))
         if chosen.dtype == bool:
             if chosen.shape != (len(self.nodes),):
@@ -283,7 +282,7 @@ class ShellModel:
                     "sides that were added count, take `model.nodes` to choose by place"
                 )
             return np.flatnonzero(chosen)
-        numbers: Ints = chosen.astype(np.int64)
+        numbers: Index = chosen.astype(np.int64)
         if numbers.size and not 0 <= numbers.min() <= numbers.max() < len(self.nodes):
             raise ImpactfemError(f"nodes {numbers.min()} to {numbers.max()} of {len(self.nodes)}")
         return numbers
@@ -378,7 +377,7 @@ def shell_model(points: ArrayLike, *parts: Shells | Beams, drilling: float = 1.0
     return ShellModel(nodes, K, M, held, triangles, part, lines, building, used)
 
 
-def line_load(nodes: Array, lines: Ints) -> Array:
+def line_load(nodes: Array, lines: Index) -> Array:
     """Nodal forces of an even load of resultant 1 on lines (ends, middle), shape (n,)."""
     length = np.linalg.norm(nodes[lines[:, 1]] - nodes[lines[:, 0]], axis=1)
     forces = np.zeros(len(nodes))
@@ -400,7 +399,7 @@ def petsc_matrix(matrix: Any) -> Any:
     return PETSc.Mat().createAIJ(matrix.shape, csr=arrays, comm=PETSc.COMM_SELF)
 
 
-def _quadratic(points: Array, parts: list[Shells | Beams]) -> tuple[Array, list[Ints]]:
+def _quadratic(points: Array, parts: list[Shells | Beams]) -> tuple[Array, list[Index]]:
     """The nodes with the middles of all sides that have none, and the cells of each part."""
     cells = [np.asarray(part.cells, dtype=np.int64) for part in parts]
     sides_of = {2: np.array([[0, 1]]), 3: np.array([[0, 1], [1, 2], [2, 0]])}

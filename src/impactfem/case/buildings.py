@@ -1,9 +1,9 @@
 """Buildings: sticks of storeys and rigid floors, with a 3D model where they have one."""
 
-from __future__ import annotations
-
 import itertools
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -29,8 +29,19 @@ from impactfem.case.floors import (
     floors_of,
     read_floors,
 )
-from impactfem.case.leaf import FileName, Name, Text, Whole
-from impactfem.case.members import Bay, Beam, Column, Member, Site, Wall, read_bays, read_members
+from impactfem.case.leaf import FileName, FloorNumbers, Name, Text, Whole
+from impactfem.case.members import (
+    TOUCH,
+    Bay,
+    Beam,
+    Column,
+    Member,
+    Site,
+    Wall,
+    misplaced,
+    read_bays,
+    read_members,
+)
 from impactfem.case.quantity import (
     Depth,
     ElementSize,
@@ -39,8 +50,12 @@ from impactfem.case.quantity import (
     Length,
     PositiveFactor,
     PositiveLength,
+    Ratio,
 )
 from impactfem.case.reading import TableFile, reading_of
+from impactfem.case.soil import SoilEntry
+
+Part = Annotated[float, Ratio(at_least=0, at_most=1)]
 
 
 class ShellGroup(Section):
@@ -124,6 +139,26 @@ class Parapet(Section):
     """Thickness of the low wall."""
 
 
+class SlabThickness(Section):
+    """The thickness of the slabs of some floors."""
+
+    floors: FloorNumbers
+    """Numbers of the floors."""
+    thickness: PositiveLength
+    """Thickness of their slabs."""
+
+
+class Openings(Section):
+    """A change of the openings in some walls."""
+
+    walls: Text
+    """Pattern of the names of the walls, with * and ? as in a shell: `gable_*`."""
+    storeys: FloorNumbers
+    """Numbers of the storeys."""
+    width: PositiveFactor
+    """Factor on the widths of the bays there, each about its middle."""
+
+
 class GeneratedMesh(Section):
     """A mesh made by the generator: a rectangular plan, with floors at the levels of the building.
 
@@ -137,11 +172,19 @@ class GeneratedMesh(Section):
     width: Extent
     """Width of the plan, along y."""
     slab_thickness: PositiveLength
-    """Thickness of all slabs."""
+    """Thickness of the slabs."""
+    slabs: tuple[SlabThickness, ...] = ()
+    """Thickness of the slabs of some floors, in place of slab_thickness."""
     walls: Annotated[tuple[Wall, ...], _member_file(Wall)]
     """Wall table: a CSV file, one row a wall."""
     bays: Annotated[tuple[Bay, ...], _BAYS] = ()
     """Bay table: a CSV file, one row an opening in a wall."""
+    wall_setback: tuple[Depth, Depth] = (0.0, 0.0)
+    """Distance (x, y) by which walls on the edges of the plan are moved inwards: half of their
+    thickness where the edges are their outer faces. Walls that end on such an edge are shortened;
+    openings stay where they are."""
+    openings: tuple[Openings, ...] = Field(default=(), validate_default=True)
+    """Factors on the widths of openings, by walls and storeys."""
     beams: Annotated[tuple[Beam, ...], _member_file(Beam)] = ()
     """Beam table: a CSV file, one row a beam."""
     columns: Annotated[tuple[Column, ...], _member_file(Column)] = ()
@@ -161,6 +204,94 @@ class GeneratedMesh(Section):
     column_size: ElementSize | None = None
     """Target size along the columns, in place of size."""
 
+    @rule("slabs", sited=True)
+    @staticmethod
+    def _each_floor_once(slabs: tuple[SlabThickness, ...], info: ValidationInfo) -> Iterator[str]:
+        yield from _floors_once([one.floors for one in slabs], info)
+
+    @rule("wall_setback", "length", "width")
+    @staticmethod
+    def _inside(setback: tuple[float, float], length: float, width: float) -> Iterator[str]:
+        for behind, side in zip(setback, (length, width), strict=True):
+            if 2.0 * behind >= side - TOUCH:
+                yield f"expected less than half of the plan's {side:g} m, found {behind:g} m"
+
+    @rule("openings", "length", "width", "walls", "bays", "wall_setback", sited=True)
+    @staticmethod
+    def _in_their_walls(
+        openings: tuple[Openings, ...],
+        length: float,
+        width: float,
+        walls: tuple[Wall, ...],
+        bays: tuple[Bay, ...],
+        setback: tuple[float, float],
+        info: ValidationInfo,
+    ) -> Iterator[str]:
+        for one in openings:
+            if not any(_opened(one, bay) for bay in bays):
+                storeys = ", ".join(map(str, one.storeys))
+                yield f"no bay of storeys {storeys} is in walls '{one.walls}'; expected one or more"
+        # Bays in walls that are missing have a fault already.
+        there = {bay.wall for bay in bays} <= {wall.wall for wall in walls}
+        if there and (openings or any(setback)):
+            walls, bays = _built(walls, bays, (length, width), setback, openings)
+            heights = _site(info).heights or {}
+            for k, _, expected in misplaced(bays, walls, heights, [""] * len(bays)):
+                of = f"with wall_setback and openings, bay {bays[k].bay} of {bays[k].wall}"
+                yield f"{of}, storey {bays[k].storey}: {expected}"
+
+    def slab(self, floor: int) -> float:
+        """Thickness of the slab of a floor [m]."""
+        own = (one.thickness for one in self.slabs if floor in one.floors)
+        return next(own, self.slab_thickness)
+
+    @property
+    def built(self) -> tuple[tuple[Wall, ...], tuple[Bay, ...]]:
+        """The walls and the bays as they are built: those of the tables, moved and widened."""
+        plan = self.length, self.width
+        return _built(self.walls, self.bays, plan, self.wall_setback, self.openings)
+
+
+def _opened(of: Openings, bay: Bay) -> bool:
+    return bay.storey in of.storeys and fnmatchcase(bay.wall, of.walls)
+
+
+def _built(
+    walls: tuple[Wall, ...],
+    bays: tuple[Bay, ...],
+    plan: tuple[float, float],
+    setback: tuple[float, float],
+    openings: tuple[Openings, ...],
+) -> tuple[tuple[Wall, ...], tuple[Bay, ...]]:
+    moved, before = {}, {wall.wall: wall for wall in walls}
+    for wall in walls:
+        ends = wall.coordinates
+        for name, at in ends.items():
+            side, behind = plan["xy".index(name[0])], setback["xy".index(name[0])]
+            if min(at, side - at) <= TOUCH:
+                ends[name] = behind if at <= TOUCH else side - behind
+        moved[wall.wall] = wall.model_copy(update=ends)
+    built = []
+    for bay in bays:
+        old, new = before[bay.wall], moved[bay.wall]
+        (x1, y1), (x2, y2) = old.ends
+        along = (new.x1 - x1) * (x2 - x1) + (new.y1 - y1) * (y2 - y1)
+        factor = math.prod(one.width for one in openings if _opened(one, bay))
+        changed = {"centre": bay.centre - along / old.length, "width": bay.width * factor}
+        built.append(bay.model_copy(update=changed))
+    return tuple(moved.values()), tuple(built)
+
+
+def _floors_once(groups: Sequence[tuple[int, ...]], info: ValidationInfo) -> Iterator[str]:
+    """Each floor in one entry at most, and all of them floors of the building."""
+    given = [k for group in groups for k in group]
+    if len(set(given)) < len(given):
+        yield f"expected each floor once, found {max(given, key=given.count)} twice"
+    known = _site(info).heights
+    absent = [k for k in given if known and k not in known]
+    if known and absent:
+        yield f"expected floors of the building, {', '.join(map(str, known))}; found {absent[0]}"
+
 
 Mesh = GeneratedMesh | FileMesh
 
@@ -179,6 +310,28 @@ class PartMaterial(Parts):
 
     material: Annotated[Material, MaterialOf(dense=True)]
     """Name of the material, which has a density."""
+
+
+class AddedMass(Section):
+    """Where on some floors the mass lies that floor_masses adds: in strips, the rest evenly."""
+
+    floors: FloorNumbers
+    """Numbers of the floors."""
+    across: Literal["x", "y"]
+    """Direction across the strips, from edge to edge of the slab."""
+    edges: Part = 0.0
+    """Part of the added mass that lies along both edges, half of it in a strip along each, as that
+    of facades."""
+    middle: Part = 0.0
+    """Part of it that lies in a strip in the middle, as that of an inner wall."""
+    strip: PositiveLength
+    """Width of each strip."""
+
+    @rule("middle", "edges")
+    @staticmethod
+    def _at_most_all(middle: float, edges: float) -> Iterator[str]:
+        if middle + edges > 1.0 + 1e-9:
+            yield f"expected at most {1.0 - edges:g}: both parts are at most 1 together"
 
 
 class Structure(Section):
@@ -204,6 +357,12 @@ class Structure(Section):
     """Fit of storey_stiffness_factor to a frequency; left out, it is as given."""
     floor_masses: StrictBool = True
     """Whether mass is added until each floor has that of the floor table."""
+    added_mass: tuple[AddedMass, ...] = ()
+    """Where that mass lies on some floors; on others, and without it, evenly over the slab."""
+    mass_eccentricity: tuple[Length, Length] = (0.0, 0.0)
+    """Distance (x, y) by which the centre of mass of each floor of the 3D model is moved, by the
+    mass of its slab and what lies on it: EN 1998-1 (4.3.2) requires 5 % of the floor's length.
+    The stick has none."""
     modes: Annotated[int, Whole(1, 10_000)] = 20
     """Number of modes."""
     drilling: PositiveFactor = 1.0
@@ -224,6 +383,15 @@ class Structure(Section):
             return UNKNOWN_MATERIAL  # a fault of the building
         return name
 
+    @rule("added_mass", "building", "floor_masses", sited=True)
+    @staticmethod
+    def _each_floor_once(
+        added: tuple[AddedMass, ...], building: str, masses: bool, info: ValidationInfo
+    ) -> Iterator[str]:
+        if added and not masses:
+            yield "expected none without floor_masses: no mass is added"
+        yield from _floors_once([one.floors for one in added], info)
+
     @property
     def key(self) -> str:
         """Where it stands in a case file, with the name of its building."""
@@ -236,7 +404,7 @@ def structure_files(structure: Structure) -> tuple[Path, ...]:
 
 
 class Building(Section):
-    """A building as a stick of storeys and rigid floors, clamped at its base."""
+    """A building as a stick of storeys and rigid floors, clamped at its base or on soil."""
 
     name: Name
     """Name of the building, unique in the file."""
@@ -247,7 +415,7 @@ class Building(Section):
     axis: tuple[Length, Length] = (0.0, 0.0)
     """Position (x, y) of the stick's vertical axis in plan."""
     base: Length = 0.0
-    """Elevation of the clamped base."""
+    """Elevation of the base: where it is clamped, or the top of the raft on soil."""
     length: PositiveLength | None = None
     """Length of the floors along x, with the axis in the middle. Only the search for facing floors
     that are in no pair uses it; left out, offsets of [[contacts]] and a generated mesh say how far
@@ -266,7 +434,9 @@ class Building(Section):
     second_moment_factor: PositiveFactor = 1.0
     """Factor on the second moments of area I_x and I_y of the storeys."""
     damping: Damping = Field(default=None, validate_default=True)
-    """Damping of this building in place of [damping]."""
+    """Damping of this building in place of [damping]; on soil that of its motion on the raft."""
+    soil: SoilEntry | None = None
+    """Soil under the raft of the building; left out, its base is clamped to the ground."""
     # Not in the hash of the buildings: what depends on them alone is reused with another 3D model.
     structure: Structure | None = Field(default=None, exclude=True)
     """The 3D model of the building; left out, there is none."""

@@ -6,7 +6,7 @@ import itertools
 import math
 from abc import ABC, abstractmethod
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, TypeVar
@@ -265,57 +265,75 @@ def read_bays(
     path: Path, walls: Sequence[Wall] | None, site: Site, faults: list[Fault]
 ) -> Table[Bay] | None:
     """Read a bay table; walls that are not known are None."""
-    heights = site.heights or {}
-    by_name = {wall.wall: wall for wall in walls or ()}
-
-    def in_walls(table: Table[Bay]) -> Iterator[Fault]:
-        for line, bay in table:
-            wall = by_name.get(bay.wall)
-            if wall is None:
-                expected = f"unknown wall; {nearest(bay.wall, list(by_name))}"
-                yield table.fault(line, "wall", bay.wall, expected)
-            elif bay.storey not in wall.storeys:
-                storeys = ", ".join(map(str, wall.storeys))
-                expected = f"expected a storey of {bay.wall}, which stands in {storeys}"
-                yield table.fault(line, "storey", bay.storey, expected)
-            if wall is not None and not -TOUCH <= bay.left <= bay.right <= wall.length + TOUCH:
-                column = "centre" if bay.width <= wall.length + TOUCH else "width"
-                expected = (
-                    f"the bay goes from {bay.left:g} m to {bay.right:g} m along {bay.wall}; "
-                    f"expected 0 m to {wall.length:g} m at most"
-                )
-                yield table.fault(line, column, getattr(bay, column), expected)
-            height = heights.get(bay.storey)
-            if height is not None and bay.top > height + TOUCH:
-                column = "sill" if bay.height <= height + TOUCH else "height"
-                expected = (
-                    f"the bay goes up to {bay.top:g} m; expected at most the height of "
-                    f"storey {bay.storey}, {height:g} m"
-                )
-                yield table.fault(line, column, getattr(bay, column), expected)
 
     def placed(table: Table[Bay]) -> Iterator[Fault]:
-        broken = [] if walls is None else list(in_walls(table))
-        by_wall: dict[tuple[str, int], list[tuple[int, Bay]]] = defaultdict(list)
-        for line, bay in table:
-            by_wall[bay.wall, bay.storey].append((line, bay))
-        for (name, storey), rows in by_wall.items():
-            for (first, one), (line, bay) in itertools.combinations(rows, 2):
-                along = min(one.right, bay.right) - max(one.left, bay.left)
-                up = min(one.top, bay.top) - max(one.sill, bay.sill)
-                if along > TOUCH and up > TOUCH:
-                    expected = (
-                        f"bay {bay.bay} overlaps bay {one.bay} of line {first} in {name}, storey "
-                        f"{storey}; expected bays that share no more than an edge"
-                    )
-                    broken.append(table.fault(line, "centre", bay.centre, expected))
-        yield from broken
-        for (name, storey), rows in () if broken or walls is None else by_wall.items():
-            # Bays that are in their wall and do not overlap may take all of it away.
-            whole = by_name[name].length * heights.get(storey, math.inf)
-            if sum(bay.width * bay.height for _, bay in rows) > whole * (1.0 - 1e-9):
-                line, bay = rows[-1]
-                expected = f"nothing is left of {name} in storey {storey}; leave the wall out there"
-                yield table.fault(line, "bay", bay.bay, expected)
+        lines = [line for line, _ in table]
+        words = [f" of line {line}" for line in lines]
+        for k, column, expected in misplaced(table.rows, walls, site.heights or {}, words):
+            yield table.fault(lines[k], column, getattr(table.rows[k], column), expected)
 
     return read_table(path, Bay, faults, placed)
+
+
+def misplaced(
+    bays: Sequence[Bay],
+    walls: Sequence[Wall] | None,
+    heights: Mapping[int, float],
+    words: Sequence[str],
+) -> Iterator[tuple[int, str, str]]:
+    """What is wrong with bays: the number of the bay, its column, and what was expected.
+
+    Args:
+        bays: The bays.
+        walls: The walls that they are in; None when not known.
+        heights: Height of each storey that is known, by its number [m].
+        words: Text after the name of each bay: where it is written.
+    """
+    by_name = {wall.wall: wall for wall in walls or ()}
+    broken = False
+    for k, bay in enumerate(bays if walls is not None else ()):
+        wall = by_name.get(bay.wall)
+        found = []
+        if wall is None:
+            found.append(("wall", f"unknown wall; {nearest(bay.wall, list(by_name))}"))
+        elif bay.storey not in wall.storeys:
+            storeys = ", ".join(map(str, wall.storeys))
+            expected = f"expected a storey of {bay.wall}, which stands in {storeys}"
+            found.append(("storey", expected))
+        if wall is not None and not -TOUCH <= bay.left <= bay.right <= wall.length + TOUCH:
+            column = "centre" if bay.width <= wall.length + TOUCH else "width"
+            expected = (
+                f"the bay goes from {bay.left:g} m to {bay.right:g} m along {bay.wall}; "
+                f"expected 0 m to {wall.length:g} m at most"
+            )
+            found.append((column, expected))
+        height = heights.get(bay.storey)
+        if height is not None and bay.top > height + TOUCH:
+            column = "sill" if bay.height <= height + TOUCH else "height"
+            expected = (
+                f"the bay goes up to {bay.top:g} m; expected at most the height of "
+                f"storey {bay.storey}, {height:g} m"
+            )
+            found.append((column, expected))
+        broken |= bool(found)
+        yield from ((k, *one) for one in found)
+    by_wall: dict[tuple[str, int], list[tuple[int, Bay]]] = defaultdict(list)
+    for k, bay in enumerate(bays):
+        by_wall[bay.wall, bay.storey].append((k, bay))
+    for (name, storey), rows in by_wall.items():
+        for (first, one), (k, bay) in itertools.combinations(rows, 2):
+            along = min(one.right, bay.right) - max(one.left, bay.left)
+            up = min(one.top, bay.top) - max(one.sill, bay.sill)
+            if along > TOUCH and up > TOUCH:
+                expected = (
+                    f"bay {bay.bay} overlaps bay {one.bay}{words[first]} in {name}, storey "
+                    f"{storey}; expected bays that share no more than an edge"
+                )
+                broken = True
+                yield k, "centre", expected
+    for (name, storey), rows in () if broken or walls is None else by_wall.items():
+        # Bays that are in their wall and do not overlap may take all of it away.
+        whole = by_name[name].length * heights.get(storey, math.inf)
+        if sum(bay.width * bay.height for _, bay in rows) > whole * (1.0 - 1e-9):
+            expected = f"nothing is left of {name} in storey {storey}; leave the wall out there"
+            yield rows[-1][0], "bay", expected

@@ -25,7 +25,7 @@ from impactfem.stages.building.targets import bending_modes
 from impactfem.system.errors import InputError, SolutionError
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"
-ROOF = "2,28,5e4,9e4,1.3e5,1.2,0.1,1.3,1.1,0.8,0.3,3\n"
+ROOF = "2,28,5.3e4,1.2e5,1.7e5,1.2,0.1,1.3,1.1,0.8,0.3,3\n"
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
@@ -112,8 +112,10 @@ def test_tables_and_pictures(frame_run):
     tables = sorted(path.name for path in (frame_run.folder / "tables").iterdir())
     assert tables == [
         "building_bending_modes.csv",
+        "building_floor_inertias.csv",
         "building_floor_masses.csv",
         "building_modes.csv",
+        "building_storey_sections.csv",
     ]
     pictures = list((frame_run.folder / "figures").iterdir())
     assert len(pictures) >= 2
@@ -152,10 +154,21 @@ def test_storeys_that_nearly_agree(frame, edited):
     study.check(frame, mesh=True)
 
 
-def test_floor_lighter_than_its_parts(frame, edited):
-    edited(frame.with_name("frame_floors.csv"), ("\n1,30,", "\n1,3,"))
-    with pytest.raises(InputError, match=r"floor_masses.*floor 1 weighs 26\.4 t by its parts"):
-        read_parts(load_case(frame), frame.with_name("frame.msh"))
+@pytest.mark.parametrize(
+    ("mass", "more", "expected"),
+    [
+        ("3", {}, r"floor_masses: floor 1 weighs 26\.4 t by its parts"),
+        ("3", {"mass_eccentricity": (0.1, 0.0)}, "floor_masses: floor 1 weighs"),
+        ("30", {"mass_eccentricity": (9.0, 0.0)}, "mass_eccentricity: the mass of floor 1, 30 t"),
+    ],
+)
+def test_masses_that_parts_do_not_allow(frame, edited, mass, more, expected):
+    """The key that is at fault is named, whatever else is given."""
+    edited(frame.with_name("frame_floors.csv"), ("\n1,30,", f"\n1,{mass},"))
+    case = load_case(frame)
+    case = case.model_copy(update={"structure": case.structure.model_copy(update=more)})
+    with pytest.raises(InputError, match=expected):
+        read_parts(case, frame.with_name("frame.msh"))
 
 
 def test_mechanism_is_named_by_its_place(frame, edited, tmp_path):

@@ -23,7 +23,7 @@ def house(*, walls=True, lines=True, modes=2):
             for y in (0.0, 1.5)
         ]
         quads.append(("storey_1", [[4, 0, 0], [4, 2, 0], [4, 2, 3], [4, 0, 3]]))
-    nodes: list = []
+    nodes = []
 
     def number(point):
         point = [float(x) for x in point]

@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from impactfem.building.floor_properties import UNITS
+from impactfem.case.floors import Floor
 from impactfem.case.members import Bay
+from impactfem.stages.building.stage import building_checks
 from impactfem.stages.building.tables import building_tables
+from impactfem.stages.building.targets import LEAST_SHARE, bending_modes
 from impactfem.system.files import write_netcdf
 
 
@@ -25,6 +29,9 @@ def folder(tmp_path):
             "bending_mode": ("bending", np.array([1, 3])),
             "floor_mass": ("floor", np.array([6e3, 4e3])),
             "floor_added_mass": ("floor", np.array([1e3, 0.0])),
+            "base_mass": 0.0,
+            "mesh_warning": ("mesh_warning", np.array([], dtype=object)),
+            **{f"floor_{name}": ("floor", np.array([2.0, 1.1])) for name in UNITS},
         },
         coords={"mode": modes, "floor": floors, "direction": np.array(["x", "y"], dtype=object)},
         attrs={"building": "B1", "bending_direction": "x"},
@@ -54,10 +61,96 @@ def test_each_size_of_opening_is_counted(folder):
     size = {"wall": "a", "storey": 2, "sill": 0.0, "width": 0.9, "height": 2.1}
     bays = [Bay(bay="4", centre=x, **size) for x in (3.0, 6.0, 9.0)]
     bays.append(Bay(bay="4", centre=12.0, **{**size, "width": 1.8}))
-    files = building_tables(folder, {}, bays)
+    files = building_tables(folder, {}, (), bays)
     assert files[-1].name == "building_bays.csv"
     found = [[float(cell) for cell in row.values()] for row in rows(files[-1])]
     assert found == [
         pytest.approx([4, 2, 90.0, 210.0, 1.89, 3]),
         pytest.approx([4, 2, 180.0, 210.0, 3.78, 1]),
+    ]
+
+
+@pytest.mark.parametrize(("Jy", "met", "off"), [(0.9, False, "22.2"), (1.0, True, "10")])
+def test_inertias_beside_the_floor_table(folder, Jy, met, off):
+    """The floor that is farthest off is named; a fifth is the limit."""
+    given = {"A": 4.0, "Jx": 1.1, "Jz": 1.1} | dict.fromkeys(("Avy", "Avz", "Ix", "Iy"), 1.0)
+    floors = [
+        Floor.model_construct(floor=1, **given | dict.fromkeys(("Jx", "Jy", "Jz"), 2.0)),
+        Floor.model_construct(floor=2, **given | {"Jy": Jy}),
+    ]
+    name = "building: J_y of floor 2 of the 3D model, off that of the floor table by"
+    assert building_checks(folder, floors)[-1] == (met, f"{name} {off} % (limit 20 %)")
+    *_, inertias, sections = building_tables(folder, {}, floors)
+    assert inertias.stem == "building_floor_inertias"
+    (first, second), (storey, _) = rows(inertias), rows(sections)
+    assert float(first["difference of J_y [%]"]) == pytest.approx(0.0)
+    assert float(second["difference of J_y [%]"]) == pytest.approx(float(off), abs=0.05)
+    assert [float(cell) for cell in storey.values()][:4] == pytest.approx([1.0, 2.0, 4.0, -50.0])
+
+
+def test_modes_that_move_the_mass():
+    masses = np.array([600.0, 0.0, 9.9, 200.0, 10.0])
+    assert bending_modes(masses, 1000.0).tolist() == [0, 3, 4]
+    assert bending_modes(masses, 1000.0, 0.5).tolist() == [0]
+
+
+def test_none_of_local_modes():
+    assert bending_modes(np.full(5, 0.9 * LEAST_SHARE * 1000.0), 1000.0).size == 0
+
+
+LINES = [
+    "building: floors 300 t, base 100 t; difference of the mass matrix 0 (limit 1e-9)",
+    "building: 2 modes from 1.800 to 5.220 Hz, none missed by the Sturm count; largest residual "
+    "1e-12 (limit 1e-6)",
+    "building: bending modes along y, with their part of the mass: 1.800 Hz (75.0 %)",
+]
+
+
+@pytest.fixture
+def checked(tmp_path):
+    """The checks of a store that no model made."""
+
+    def check(*, total=4e5, residual=1e-12, bending=(1,), warnings=()):
+        store = xr.Dataset(
+            {
+                "total_mass": ("direction", np.array([total, total])),
+                "floor_mass": ("floor", np.array([2e5, 1e5])),
+                "residual": ("mode", np.array([1e-14, residual])),
+                "frequency": ("mode", np.array([1.8, 5.22])),
+                "effective_mass": (("mode", "direction"), np.array([[0.0, 3e5], [3e5, 0.0]])),
+                "base_mass": 1e5,
+                "mesh_warning": ("mesh_warning", np.array(warnings, dtype=object)),
+                "bending_mode": ("bending", np.array(bending, dtype=np.int64)),
+            },
+            coords={"direction": np.array(["x", "y"], dtype=object), "mode": [1, 2]},
+            attrs={"bending_direction": "y"},
+        )
+        write_netcdf(tmp_path / "building.nc", store)
+        return building_checks(tmp_path)
+
+    return check
+
+
+def test_all_is_well(checked):
+    assert checked() == [(True, line) for line in LINES]
+
+
+@pytest.mark.parametrize(
+    ("change", "line", "text"),
+    [
+        ({"total": 4.04e5}, 0, "the mass matrix 0.0099 (limit 1e-9)"),
+        ({"residual": 1e-3}, 1, "largest residual 0.001 (limit 1e-6)"),
+        ({"bending": ()}, 2, "with their part of the mass: none"),
+    ],
+)
+def test_what_fails(checked, change, line, text):
+    found = checked(**change)
+    assert [k for k, (good, _) in enumerate(found) if good is False] == [line]
+    assert found[line][1].endswith(text)
+
+
+def test_what_the_mesh_warned_of(checked):
+    assert checked(warnings=("flat elements", "a hole"))[:2] == [
+        (False, "mesh: flat elements"),
+        (False, "mesh: a hole"),
     ]

@@ -1,11 +1,7 @@
 """The stage `building`: mesh, matrices, storey factor and modes of the 3D model."""
 
-from __future__ import annotations
-
 import math
 import resource
-from collections.abc import Callable
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -29,12 +25,10 @@ from impactfem.dynamics.modes import Modes, modes
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced import reduced_model
 from impactfem.stages.building.targets import bending_modes
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
-from impactfem.system.log import LOGGER
+from impactfem.system.log import LOGGER, Step
 from impactfem.system.parallel import on_root
-
-Array = NDArray[np.float64]
-Step = Callable[[str], AbstractContextManager[None]]
 
 MESH = "building.msh"
 MOST_ROUNDS = 8
@@ -71,7 +65,14 @@ class BuildingStudy:
 
 
 def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStudy:
-    """Run the stage; the mesh is written into the folder. Collective.
+    """Run the stage; the mesh is written into the folder. Collective. Raises as `analysed`."""
+    return analysed(case, folder, comm, step)[0]
+
+
+def analysed(
+    case: Case, folder: Path, comm: Any, step: Step
+) -> tuple[BuildingStudy, BuildingModel, Modes]:
+    """The results of the stage, with the matrices and all degrees of freedom. Collective.
 
     Each step ("mesh", "matrices", "modes") runs inside the context that `step` gives for its name.
 
@@ -79,7 +80,7 @@ def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStu
         InputError: The mesh is not usable.
         SolutionError: The structure is a mechanism, or no factor gives the frequency.
     """
-    structure, path = _structure(case), mesh_of_run(case, folder)
+    structure, path = case.modelled, mesh_of_run(case, folder)
 
     def read() -> tuple[BuildingParts, FloorMasses, MeshReport]:
         if path == folder / MESH:
@@ -110,8 +111,7 @@ def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStu
                 f"{', '.join(sorted(groups))} moves most without any force ({error})"
             ) from error
         _log_memory(comm, f"{structure.modes} modes")
-    base = mesh.nodes[mesh.base]
-    ground, total = model.about(0.5 * (base.min(axis=0) + base.max(axis=0)))
+    ground, total = model.about(mesh.base_middle)
     # Displacements of all nodes on rank 0.
     count = len(result.frequency)
     local = result.shapes.reshape(len(model.nodes), 6, count)[:, :3].astype(np.float32)
@@ -119,7 +119,7 @@ def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStu
     shapes = np.zeros((count, model.n_nodes if gathered else 0, 3), dtype=np.float32)
     for nodes, part in gathered:
         shapes[:, nodes] = part.transpose(2, 0, 1)
-    return BuildingStudy(
+    study = BuildingStudy(
         structure=structure,
         parts=parts,
         masses=masses,
@@ -131,6 +131,7 @@ def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStu
         total=np.diag(total).copy(),
         residual=result.residual,
     )
+    return study, model, result
 
 
 def _modes(model: BuildingModel, structure: Structure) -> tuple[float, Modes]:
@@ -154,15 +155,9 @@ def _modes(model: BuildingModel, structure: Structure) -> tuple[float, Modes]:
     return factor, result
 
 
-def _structure(case: Case) -> Structure:
-    if case.structure is None:
-        raise ValueError("the case has no structure")
-    return case.structure
-
-
 def mesh_of_run(case: Case, folder: Path) -> Path:
     """The mesh file of a run: the user's own, or the one generated into its folder."""
-    mesh = _structure(case).mesh
+    mesh = case.modelled.mesh
     return mesh.file if isinstance(mesh, FileMesh) else folder / MESH
 
 
@@ -230,7 +225,7 @@ def fit_storey_factor(
     )
 
 
-def _bending(model: BuildingModel, shapes: Array, direction: int) -> NDArray[np.int64]:
+def _bending(model: BuildingModel, shapes: Array, direction: int) -> Index:
     """Numbers of the shapes Φ, Φᵀ M Φ = I, that bend along a direction, from the lowest."""
     gamma = model.comm.allreduce(shapes.T @ model.ground[:, direction])
     return bending_modes(gamma**2, float(model.total[direction, direction]))

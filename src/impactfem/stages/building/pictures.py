@@ -1,7 +1,5 @@
 """Pictures of the 3D building: its mesh (figure 1) and its bending modes (figure 3 a)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
-from numpy.typing import NDArray
 
 from impactfem.building.mesh import areas
 from impactfem.plot.floor_field import COLOURS
@@ -32,9 +29,8 @@ from impactfem.plot.scene import (
 )
 from impactfem.plot.style import figure, letter
 from impactfem.stages.stores import open_store
+from impactfem.system.arrays import Array
 from impactfem.system.own_process import in_own_process
-
-Array = NDArray[np.float64]
 
 FLAT = 1e-6
 """How far the nodes of a side may be from its plane [m]."""
@@ -114,18 +110,14 @@ def _side(store: xr.Dataset, nodes: Array, axis: int, at: float) -> Side | None:
 def building_pictures(folder: Path) -> list[Path]:
     """Draw the mesh and the first bending modes of `building.nc` into `figures/`.
 
-    In a process of their own.
-
-    Raises:
-        ImpactfemError: A file cannot be written, or the process that draws crashed, as it does
-            where OpenGL is missing (Debian's libegl1 and libgl1).
+    In a process of their own. ImpactfemError where a file cannot be written, or the process that
+    draws crashed, as it does where OpenGL is missing (Debian's libegl1 and libgl1).
     """
     return in_own_process(_draw, folder)
 
 
 def _draw(folder: Path) -> list[Path]:
     target = folder / "figures"
-    target.mkdir(exist_ok=True)
     with open_store(folder / "building.nc") as store:
         files = [_mesh(store, target / MESH)]
         modes = [int(mode) for mode in store["bending_mode"].values]

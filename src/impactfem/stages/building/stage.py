@@ -1,12 +1,12 @@
 """The stage `building`: mesh, matrices and modes of the 3D model."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.case.buildings import GeneratedMesh, structure_files
+from impactfem.case.floors import Floor
 from impactfem.case.members import Bay
 from impactfem.stages.building.pictures import building_pictures
 from impactfem.stages.building.tables import building_tables
@@ -20,6 +20,9 @@ from impactfem.system.parallel import communicator, on_root
 
 MASS = 1e-9
 """Largest relative difference of the masses of floors and base from the mass matrix."""
+INERTIA = 0.2
+"""Largest relative difference of an inertia of a floor from the floor table, with which the sticks
+are made: a radius of gyration within a tenth."""
 RESIDUAL = 1e-6
 """Largest residual of a mode that counts as converged."""
 
@@ -27,8 +30,7 @@ RESIDUAL = 1e-6
 def storey_factor(folder: Path) -> float:
     """The storey factor that the stage was given or fitted, from `building.nc` of a run.
 
-    Raises:
-        ImpactfemError: The store has none.
+    ImpactfemError where the store has none.
     """
     with open_store(folder / "building.nc") as store:
         return number_of(store, "storey_factor")
@@ -54,18 +56,21 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
 
 def _draw(case: Case, folder: Path) -> list[Path]:
     mesh = None if case.structure is None else case.structure.mesh
-    bays: tuple[Bay, ...] = mesh.bays if isinstance(mesh, GeneratedMesh) else ()
-    return [*building_tables(folder, published_values(case), bays), *building_pictures(folder)]
+    bays: tuple[Bay, ...] = mesh.built[1] if isinstance(mesh, GeneratedMesh) else ()
+    return [
+        *building_tables(folder, published_values(case), case.modelled_building.floors, bays),
+        *building_pictures(folder),
+    ]
 
 
-def building_checks(folder: Path) -> list[Check]:
-    """The checks of the stage in words: mesh, masses and modes."""
+def building_checks(folder: Path, floors: Sequence[Floor] = ()) -> list[Check]:
+    """The checks of the stage in words: mesh, masses, modes, and inertias beside a floor table."""
     with open_store(folder / "building.nc") as store:
         checks: list[Check] = [(False, f"mesh: {text}") for text in store["mesh_warning"].values]
         total = store["total_mass"]
-        floors, base = float(store["floor_mass"].sum()), float(store["base_mass"])
-        off = abs((floors + base) / float(total.sel(direction="y")) - 1.0)
-        mass = f"building: floors {floors / 1e3:,.0f} t, base {base / 1e3:,.0f} t; difference of"
+        standing, base = float(store["floor_mass"].sum()), float(store["base_mass"])
+        off = abs((standing + base) / float(total.sel(direction="y")) - 1.0)
+        mass = f"building: floors {standing / 1e3:,.0f} t, base {base / 1e3:,.0f} t; difference of"
         checks.append(limited(f"{mass} the mass matrix", off, MASS))
         worst, frequency = float(store["residual"].max()), store["frequency"].values
         modes = (
@@ -82,6 +87,15 @@ def building_checks(folder: Path) -> list[Check]:
         )
         line = f"building: bending modes along {direction}, with their part of the mass: "
         checks.append((bool(modes), line + (modes or "none")))
+        beside = {
+            f"J_{axis} of floor {floor.floor}": abs(float(found) / getattr(floor, f"J{axis}") - 1.0)
+            for axis in ("xyz" if floors else "")
+            for floor, found in zip(floors, store[f"floor_J{axis}"].values, strict=True)
+        }
+        if beside:
+            where = max(beside, key=lambda name: beside[name])
+            inertia = f"building: {where} of the 3D model, off that of the floor table by"
+            checks.append(limited(inertia, beside[where], INERTIA, "%"))
         return checks
 
 
@@ -102,7 +116,7 @@ BUILDING = Stage(
     stores={"building": "building.nc"},
     compute=_compute,
     draw=_draw,
-    checks=lambda case, folder: building_checks(folder),
+    checks=lambda case, folder: building_checks(folder, case.modelled_building.floors),
     lacks=lambda case: "structure" if case.structure is None else None,
     collective=True,
     each=True,

@@ -1,15 +1,14 @@
 """The store of the stage: `building.nc`, the mesh as arrays and the modes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from impactfem.building.floor_properties import UNITS, floor_properties
 from impactfem.stages.building.compute import BuildingStudy
 from impactfem.stages.building.targets import bending_modes
 from impactfem.stages.stores import Output, dataset
+from impactfem.system.arrays import Index
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar
 
@@ -25,7 +24,7 @@ def bending_direction(study: BuildingStudy) -> str:
     return fit.direction if fit is not None else "y"
 
 
-def bending_of(study: BuildingStudy) -> NDArray[np.int64]:
+def bending_of(study: BuildingStudy) -> Index:
     """Indices of the bending modes along that direction, in ascending frequency."""
     axis = "xy".index(bending_direction(study))
     return bending_modes(study.effective_mass[:, axis], float(study.total[axis]))
@@ -94,6 +93,11 @@ OUTPUTS = {
     "total_mass": Output("direction", "kg, kg m2", _NOTE),
     "floor_mass": Output("floor", "kg"),
     "floor_added_mass": Output("floor", "kg", "of it added"),
+    **{
+        f"floor_{name}": Output("floor", unit, "of parts and added mass, or of the storey below")
+        for name, unit in UNITS.items()
+        if name != "mass"
+    },
     "base_mass": Output("", "kg"),
     "mesh_warning": Output("mesh_warning"),
 }
@@ -102,10 +106,10 @@ OUTPUTS = {
 def write_building(path: Path, study: BuildingStudy, title: str, key: str) -> None:
     """Write the store of the results on rank 0, with the hash of the stage's inputs.
 
-    Raises:
-        ImpactfemError: The file cannot be written.
+    ImpactfemError where the file cannot be written.
     """
     mesh, sections, masses = study.parts.mesh, study.parts.sections, study.masses
+    properties = floor_properties(study.parts, masses)
     values = {
         "floor": mesh.floors,
         "direction": DIRECTIONS,
@@ -135,6 +139,7 @@ def write_building(path: Path, study: BuildingStudy, title: str, key: str) -> No
         "total_mass": study.total,
         "floor_mass": masses.floors,
         "floor_added_mass": masses.added,
+        **{f"floor_{name}": column for name, column in properties.items() if name != "mass"},
         "base_mass": masses.base,
         "mesh_warning": study.report.warnings,
     }

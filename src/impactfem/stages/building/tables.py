@@ -1,6 +1,4 @@
-"""Tables of the stage `building`, from its store: bending modes, all modes, floor masses."""
-
-from __future__ import annotations
+"""Tables of the stage `building`: modes, masses and inertias of floors, sections of storeys."""
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -9,20 +7,29 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from impactfem.building.floor_properties import UNITS
+from impactfem.case.floors import Floor
 from impactfem.case.members import Bay
 from impactfem.plot.table import Table, columns_of, heads, write_tables
 from impactfem.stages.stores import open_store
 
 
 def building_tables(
-    folder: Path, published: Mapping[str, float], bays: Sequence[Bay] = ()
+    folder: Path,
+    published: Mapping[str, float],
+    floors: Sequence[Floor] = (),
+    bays: Sequence[Bay] = (),
 ) -> list[Path]:
     """Write the tables of `building.nc`, and of the bays, into `tables/` and into the log.
+
+    Inertias and sections stand beside those of the rows of the floor table.
 
     Published values are in SI by the name of the result.
     """
     with open_store(folder / "building.nc") as store:
         tables = [_bending(store, published), _modes(store), _floors(store, published)]
+        if floors:
+            tables += [_beside(store, floors, *one) for one in (INERTIAS, SECTIONS)]
     if bays:
         # Table 1 of the paper: each size of opening, and how often it occurs.
         counts = Counter((bay.bay, bay.storey, bay.width, bay.height) for bay in bays)
@@ -33,6 +40,43 @@ def building_tables(
         columns = heads("bay; storey; width [cm]; height [cm]; area [m2]; number [-]")
         tables.append(Table("building_bays", "Openings in the walls", columns, rows))
     return write_tables(folder, tables)
+
+
+INERTIAS = (
+    "building_floor_inertias",
+    "Inertias of the floors of the 3D building about their mass centres, walls and columns by the "
+    "lever rule, beside those of the floor table, which the sticks have",
+    "floor",
+    ("Jx", "Jy", "Jz"),
+)
+SECTIONS = (
+    "building_storey_sections",
+    "Sections of the storeys of the 3D building where openings leave the least area, beside those "
+    "of the floor table, which the sticks have",
+    "storey",
+    ("A", "Avy", "Avz", "Ix", "Iy"),
+)
+
+
+def _beside(
+    store: xr.Dataset,
+    floors: Sequence[Floor],
+    name: str,
+    title: str,
+    what: str,
+    quantities: tuple[str, ...],
+) -> Table:
+    columns = [(what, "")]
+    values: list[list[float]] = [[floor.floor for floor in floors]]
+    for quantity in quantities:
+        given = [float(getattr(floor, quantity)) for floor in floors]
+        found = [float(one) for one in store[f"floor_{quantity}"].values]
+        symbol = f"{quantity[0]}_{quantity[1:]}".rstrip("_")
+        off = [100.0 * (a / b - 1.0) for a, b in zip(found, given, strict=True)]
+        columns += [(symbol, UNITS[quantity]), (f"{symbol} of the table", UNITS[quantity])]
+        columns.append((f"difference of {symbol}", "%"))
+        values += [found, given, off]
+    return Table(name, title, tuple(columns), tuple(zip(*values, strict=True)))
 
 
 def _bending(store: xr.Dataset, published: Mapping[str, float]) -> Table:

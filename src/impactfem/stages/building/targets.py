@@ -1,14 +1,12 @@
 """Bending modes of the 3D model, and the targets of sticks that they give (paper, section 3.1)."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.case import Case
 from impactfem.stages.stores import open_store
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 
 LEAST_SHARE = 0.01
@@ -16,9 +14,7 @@ LEAST_SHARE = 0.01
 building has about ten in each hertz, move less."""
 
 
-def bending_modes(
-    effective_mass: NDArray[np.float64], total: float, least_share: float = LEAST_SHARE
-) -> NDArray[np.int64]:
+def bending_modes(effective_mass: Array, total: float, least_share: float = LEAST_SHARE) -> Index:
     """Indices of the bending modes along a direction, in ascending frequency.
 
     A bending mode about e_x moves most of its mass along y. Where a slab's mode of nearly the same
