@@ -5,6 +5,7 @@ import pytest
 
 from impactfem.case import ContactPoint
 from impactfem.case.facing import Facing
+from impactfem.coupling.base import BaseHistory
 from impactfem.coupling.contact import kelvin_voigt
 from impactfem.coupling.impacts import approaches, impact_checks, impacts, separations
 from impactfem.coupling.pounding import End, Pair, Response, System, simulate
@@ -268,6 +269,20 @@ def test_torsion_brings_an_end_near():
     along_x = point("a", 2, (4, 0, 0)), point("b", 2, (-4, 0, 0))
     (found,) = approaches(response({(3, 1, 5): 2e-3}), [facing(*along_x, half=5.0, axis=0)])
     assert found.distance == pytest.approx(0.03 - 2e-3 * 5.0)
+
+
+@pytest.mark.parametrize(("storey", "level"), [(1, 2.0), (2, 7.0)])
+def test_a_base_that_moves_takes_storeys_along(storey, level):
+    """Ground that sways and a base that rocks: the lower end of the first storey is no floor."""
+    run = response({})
+    stick, sway, base = run.system.sticks[0], np.zeros((3, 4, 3)), np.zeros((4, 6))
+    sway[0, 2, 1], base[2, 3] = 0.01, 1e-3
+    run.u[:, : stick.n] = base @ stick.rigid_body().T + sway[0] @ stick.rigid_body()[:, :3].T
+    rocks = BaseHistory(base, *np.zeros((3, 4, 6)), radiated=np.zeros(4))
+    inside = point("a", None, (0, 4, 0)).model_copy(update={"storey": storey})
+    pair = replace(facing(inside, point("b", 2, (0, -4, 0))), level=level)
+    (found,) = approaches(replace(run, relative={"a": sway}, bases={"a": rocks}), [pair])
+    assert found.distance == pytest.approx(0.03 - 0.01 + 1e-3 * level)
 
 
 def test_a_storey_and_a_floor_that_leans():

@@ -14,11 +14,14 @@ from impactfem.coupling.contact import (
 from impactfem.coupling.from_case import (
     calibration_of,
     given_parameters,
+    ground_of,
     loads_of,
     stick_of,
     system_of,
 )
+from impactfem.coupling.pounding import simulate
 from impactfem.coupling.restitution import kelvin_voigt as restitution
+from impactfem.stages.calibrate.experiment import WallExperiment, run_stick, static_state
 from impactfem.sticks.calibration import Parameters
 from impactfem.system.errors import ImpactfemError, InputError
 
@@ -131,6 +134,24 @@ def test_a_pair_inside_a_storey(case):
     eccentric = 1 / (1 / 240e3 + 1.0**2 / 10880e3 + 0.5**2 / 2880e3)
     inside = 1 / (0.25**2 / 192e3 + 0.75**2 / 240e3)
     assert pair.law.mass == pytest.approx(effective_mass(eccentric, inside))
+
+
+def test_a_pair_with_a_rigid_wall(small_case):
+    """It has no mass to yield, and the law is that of the impact on the wall of `calibrate`."""
+    case = small_case(('b = { building = "east"', 'wall = "pit" # "east"'))
+    system = system_of(case, None)
+    first = system.pairs[0]
+    assert first.name == "west.floor_1-pit" and first.b is None
+    assert first.law.mass == pytest.approx(240e3)
+    K, xi = first.law.stiffness, first.law.xi
+    experiment = WallExperiment((1, 2, 3), 3, -0.02, first.gap, duration=0.5, time_step=5e-4)
+    stick = system.stick("west")
+    expected = run_stick(stick, experiment, K=K, xi=xi)
+    u0 = np.concatenate([static_state(stick, experiment), np.zeros(system.stick("east").n)])
+    found = simulate(system, np.zeros((experiment.n_t, 3)), 5e-4, u0=u0)
+    assert expected.force.max() > 1e6
+    assert found.force == pytest.approx(expected.force, abs=1e-9 * expected.force.max())
+    assert case.contacts[0].words == "west and the wall pit"
 
 
 def test_laws(small_case):
@@ -284,3 +305,16 @@ def test_steps_that_are_too_coarse_for_a_pulse_are_warned_of(small_case, caplog)
     assert "an impulse is" not in caplog.text
     loads_of(case, system, 7e-3, 100)
     assert "blast.csv: at pounding.time_step an impulse is" in caplog.text
+
+
+def test_the_ground_lasts_until_the_waves_have_passed(small_case):
+    """One second of motion, and the delay of the building that they reach last."""
+    passage = (
+        ("# [wave_passage]\n#", "[wave_passage]\n"),
+        ("# direction = [0, 1]", "direction = [0, 1]"),
+    )
+    case = small_case(*passage, ('"1000 m/s"', '"10 m/s"'))
+    ground = ground_of(case, [(1, 0.01, np.ones(101))], 1e-3)
+    later = case.delays["east"]
+    assert later > 0.1 and len(ground.acceleration) == round((1.0 + later) / 1e-3) + 1
+    assert ground.relative["east"][2, -1, 1] == pytest.approx(1.0)

@@ -1,7 +1,5 @@
 """Laws of one's own: the program's laws written again, one with a closed form, and faulty ones."""
 
-from __future__ import annotations
-
 import dataclasses
 import gc
 import math

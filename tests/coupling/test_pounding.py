@@ -7,7 +7,7 @@ import scipy.linalg
 
 from impactfem.coupling.contact import effective_mass, hertz_damp, kelvin_voigt
 from impactfem.coupling.impacts import impacts
-from impactfem.coupling.pounding import End, Load, Pair, System, interpolate_ground, simulate
+from impactfem.coupling.pounding import End, Load, Pair, System, simulate
 from impactfem.dynamics.damping import RatioTable, Rayleigh
 from impactfem.sticks.stick import build_stick, mass_on_spring
 from impactfem.system.errors import ImpactfemError, SolutionError
@@ -281,33 +281,6 @@ def test_oblique_normal_is_a_turned_building():
     assert np.abs(response.force - straight.force).max() < 1e-9 * straight.force.max()
     assert response.v[:, 6:9] @ n == pytest.approx(straight.v[:, 6 + UY], abs=1e-12)
     assert response.v[-1, 6] == pytest.approx(straight.v[-1, 6 + UY] / np.sqrt(2), rel=1e-9)
-
-
-def test_interpolate_ground():
-    ramp, late = np.array([0.0, 1.0, 3.0]), np.array([2.0, 2.0])
-    ground = interpolate_ground([(1, 0.1, ramp), (1, 0.1, late), (2, 0.2, -ramp)], 0.05, 8)
-    assert ground.shape == (8, 3) and not ground[:, 0].any()
-    # Linear between samples, the two along y added, zero after each record's end.
-    assert ground[:4, 1] == pytest.approx([2.0, 2.5, 3.0, 2.0])
-    assert ground[5:, 1] == pytest.approx(0.0)
-    assert ground[:, 2] == pytest.approx([0.0, -0.25, -0.5, -0.75, -1.0, -1.5, -2.0, -2.5])
-    assert not interpolate_ground([], 0.05, 3).any()
-
-
-def test_interpolate_ground_keeps_the_last_sample():
-    """Where rounding puts the last time behind the last sample it counts as that sample's."""
-    behind = 0
-    for dt in (0.005, 0.01, 1.0 / 3.0, 0.3358e-3):
-        for finer in (1, 3, 7, 20):
-            for n in (4, 7, 31, 61):
-                steps = finer * (n - 1)
-                behind += dt / finer * steps > dt * (n - 1)
-                samples = np.full(n, 2.5)
-                ground = interpolate_ground([(0, dt, samples)], dt / finer, steps + 2)[:, 0]
-                assert ground[:-1] == pytest.approx(2.5) and ground[-1] == 0.0
-    assert behind > 0
-    late = interpolate_ground([(0, 0.1, np.ones(4))], 0.1 * (1 + 1e-6), 4)[:, 0]
-    assert late[2] == 1.0 and late[3] == 0.0
 
 
 def oscillator(xi, force, dt):

@@ -3,6 +3,7 @@ import pytest
 import scipy.linalg
 from scipy.optimize import nnls
 
+from impactfem.coupling import unilateral
 from impactfem.coupling.unilateral import (
     ModalMotion,
     body_before_walls,
@@ -146,6 +147,29 @@ def test_a_mass_bounces(e):
     assert history.energy.kinetic[-1] == pytest.approx(e**2, rel=1e-12)
 
 
+@pytest.mark.parametrize(("e", "gap"), [(0.0, 0.3), (0.6, 0.303), (0.6, 0.306), (0.6, 0.309)])
+def test_a_wall_that_moves_is_one_at_rest_in_another_frame(e, gap):
+    """A wall that goes by w(t) = c t + a t²/2 is met as one at rest by a mass with -m a more."""
+    h, m, load, c, a = 0.0123, 2.0, 4.0, -3.0, 1.5
+    still = meets_wall(h, gap, 200, e=e, load=load, m=m)
+    t = h * np.arange(201)
+    wall = np.array([c * t + 0.5 * a * t**2, c + a * t])
+    found = unilateral_response(
+        mass(h, m=m),
+        gap,
+        200,
+        velocity=np.array([np.sqrt(m) * (1.0 + c)]),
+        amplitudes=np.full((201, 1), load + m * a),
+        restitution=e,
+        opened=wall[:, :, None],
+    )
+    assert np.count_nonzero(still.impulse) > 2 and not still.impulse[:20].any()
+    assert found.impulse == pytest.approx(still.impulse, abs=1e-9)
+    assert found.gap == pytest.approx(still.gap, abs=1e-9)
+    assert found.velocity[:, 0] - wall[1] == pytest.approx(still.velocity[:, 0], abs=1e-9)
+    assert found.residual.max() < 1e-9 and found.energy.residual < 1e-12
+
+
 def test_a_mass_at_rest_carries_its_load():
     """The wall gives what the load has, also while it changes, and lets go when it pulls."""
     h = 1e-3
@@ -158,6 +182,29 @@ def test_a_mass_at_rest_carries_its_load():
     assert np.all(history.displacement[:500] == pytest.approx(0.0, abs=1e-16))
     # Then x'' = -10 t/(0.6 · 2) / s: the mass leaves.
     assert history.displacement[-1, 0] == pytest.approx(-5.0 / 6.0 * 0.1**3, rel=1e-3)
+
+
+@pytest.mark.parametrize("together", [1, 7, 500])
+def test_steps_that_are_looked_at_together(rack, monkeypatch, together):
+    """No contact is missed, and energies and probes are those of one step after the other."""
+    load = np.sin(0.02 * np.arange(1201))[:, None]
+    options = {"e": 0.3, "theta": 0.6, "load": load, "damping": Rayleigh(0.2, 1e-4)}
+    with monkeypatch.context() as patch:
+        patch.setattr(ModalMotion, "coast", lambda *_: None)
+        expected = response(rack, 1200, **options)
+    kept = []
+    keep = ModalMotion.keep
+    monkeypatch.setattr(ModalMotion, "keep", lambda s, n: (kept.append(n), keep(s, n)))
+    monkeypatch.setattr(unilateral, "COAST", together)
+    found = response(rack, 1200, **options)
+    assert sum(kept) > 300 and max(kept) <= together
+    assert np.count_nonzero(expected.impulse) > 20
+    for name in ("impulse", "gap", "displacement", "velocity"):
+        one, other = getattr(found, name), getattr(expected, name)
+        assert np.abs(one - other).max() < 1e-9 * np.abs(other).max(), name
+    for name in ("kinetic", "elastic", "damped", "input", "contact", "numerical"):
+        one, other = getattr(found.energy, name), getattr(expected.energy, name)
+        assert np.abs(one - other).max() < 1e-9 * expected.energy.scale, name
 
 
 @pytest.mark.parametrize("theta", [0.5, 0.6, 1.0])

@@ -4,8 +4,6 @@ Run by test_unilateral_siconos.py in a process of its own: Siconos brings a sequ
 functions have the names of those of PETSc's parallel one.
 """
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -8,13 +8,7 @@ from ..dynamics.conftest import chain, membrane, petsc  # noqa: F401
 from ..stages.transient.conftest import basis, csc, frame, full_runs, loads, spectra  # noqa: F401
 
 
-def slabs(
-    sides: int | tuple[str, ...],
-    side: str = "y+",
-    turn: float = 0.0,
-    edges: set[int] | None = None,
-    shift: dict[int, tuple[float, float]] | None = None,
-) -> BuildingMesh:
+def slabs(sides, side="y+", turn=0.0, edges=None, shift=None):
     """Slabs of 6 m by 4 m, two triangles each, so many or with an edge on each of these sides.
 
     The plan is turned about z, some slabs are shifted; only some may have edges.

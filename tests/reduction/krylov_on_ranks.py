@@ -4,18 +4,14 @@ Run by test_krylov.py: `mpirun -n 3 python krylov_on_ranks.py MATRICES RESULTS`.
 one in the middle holds no row.
 """
 
-from __future__ import annotations
-
 import pickle
 import sys
 import traceback
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from mpi4py import MPI
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.dynamics.columns import inner, product
@@ -24,17 +20,16 @@ from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced import Residual, reduced_model
 from impactfem.system.errors import SolutionError
 
-Array = NDArray[np.float64]
 COMM = MPI.COMM_WORLD
 
 
-def my_rows(n: int) -> slice:
+def my_rows(n):
     """Rows of this rank: about a third and two thirds, on the first and the last."""
     bounds = {1: [0, n], 2: [0, n // 3, n], 3: [0, n // 3, n // 3, n]}[COMM.size]
     return slice(bounds[COMM.rank], bounds[COMM.rank + 1])
 
 
-def distributed(matrix: Array) -> PETSc.Mat:
+def distributed(matrix):
     n = len(matrix)
     rows = sp.csr_matrix(matrix[my_rows(n)])
     return PETSc.Mat().createAIJ(
@@ -42,7 +37,7 @@ def distributed(matrix: Array) -> PETSc.Mat:
     )
 
 
-def results(K: Array, M: Array, F: Array, shift: float) -> dict[str, Any]:
+def results(K, M, F, shift):
     mine = my_rows(len(K))
     omega = 2.0 * np.pi * np.geomspace(2.0, 200.0, 30)
     with KrylovBasis(distributed(K), distributed(M), shift) as basis:
@@ -74,7 +69,7 @@ def results(K: Array, M: Array, F: Array, shift: float) -> dict[str, Any]:
     }
 
 
-def main() -> None:
+def main():
     source, target = map(Path, sys.argv[1:])
     found = results(**pickle.loads(source.read_bytes()))
     if COMM.rank == 0:

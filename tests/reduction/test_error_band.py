@@ -173,8 +173,7 @@ def test_larger_models_tell_the_error(membrane, basis, steps):
     truth = model.transfer(OMEGA, HEAVY, model.loads)
     error = by_third_octave(OMEGA, np.abs(response - truth))
     apart = by_third_octave(
-        OMEGA,
-        np.max([np.abs(response - m.transfer(rows, OMEGA, HEAVY)) for m in larger], axis=0),
+        OMEGA, np.max([np.abs(response - m.transfer(rows, OMEGA, HEAVY)) for m in larger], axis=0)
     )
     matters = error > 1e-4 * by_third_octave(OMEGA, np.abs(truth))
     assert matters.sum() > 1000

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from impactfem.case.motions import FloorForces
@@ -12,7 +11,6 @@ from impactfem.reduction.forces import with_floor_forces
 from impactfem.reduction.loads import make_loads
 from impactfem.system.errors import InputError
 
-Array = NDArray[np.float64]
 UY = 1
 STEP = 1e-3
 EVEN = {k: EdgeForce(f"floor {k}", k, (0.0, -1.0, 0.0)) for k in (1, 2)}

@@ -235,10 +235,7 @@ def test_contacts_by_the_mesh_alone(case):
 
 @pytest.mark.parametrize(
     ("normal", "expected"),
-    [
-        ((0.0, 0.8, 0.6), "a horizontal normal"),
-        ((0.0, 0.0, -1.0), "a horizontal normal"),
-    ],
+    [((0.0, 0.8, 0.6), "a horizontal normal"), ((0.0, 0.0, -1.0), "a horizontal normal")],
 )
 def test_normals_that_are_not_horizontal(case, normal, expected):
     other = with_contacts(case, contact(point("B1", 2), point("B2", 2), normal))

@@ -4,14 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.loads import make_loads, project
-
-Array = NDArray[np.float64]
 
 TIME = np.linspace(0.0, 1.0, 101)
 HUMP = 1e5 * np.sin(np.pi * TIME) ** 2
@@ -47,6 +44,15 @@ def test_ground_motion_between_its_samples_and_after_its_end():
     assert loads.ground[:, 2] == pytest.approx([0, 0.5, 1, 0, -1, -0.5, 0, 0, 0], abs=1e-12)
     assert loads.ground[:, 0] == pytest.approx(np.ones(9)) and not loads.ground[:, 1].any()
     assert loads.amplitudes.tolist() == loads.ground[:, [0, 2]].tolist()
+
+
+def test_ground_that_waves_reach_later():
+    """By one and a half steps, the forces at their own times; not by a whole number of them."""
+    history = ForceHistory(TIME, (), np.zeros((101, 0)))
+    ramp = [(1, 0.1, np.array([0.0, 1.0, 0.0]))]
+    loads = make_loads(ramp, history, [], 0.05, 6, delay=0.075)
+    assert loads.ground[:, 1] == pytest.approx([0, 0, 0.25, 0.75, 0.75, 0.25, 0])
+    assert make_loads(ramp, history, [], 0.05, 6).ground[:3, 1] == pytest.approx([0, 0.5, 1])
 
 
 def test_pairs_on_one_edge_are_the_same_load():

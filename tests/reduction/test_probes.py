@@ -9,12 +9,7 @@ import pytest
 
 from impactfem.case.transient import Probe as CaseProbe
 from impactfem.case.transient import Transient
-from impactfem.reduction.probes import (
-    checked_probes,
-    covered_points,
-    motion_grid,
-    standard_probes,
-)
+from impactfem.reduction.probes import checked_probes, covered_points, motion_grid, standard_probes
 from impactfem.system.errors import InputError
 
 

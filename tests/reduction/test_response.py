@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import splu
 
+from impactfem.building.links import Displacements
 from impactfem.dynamics.damping import ModeRatios, RatioTable, Rayleigh
 from impactfem.dynamics.newmark import in_full_order
 from impactfem.reduction.error_band import effectivity
@@ -22,13 +23,14 @@ from impactfem.reduction.response import (
     spectrum_difference,
 )
 from impactfem.spectra import response_spectra
+from impactfem.stages.transient.compute import run_full
 
 from ..stages.transient.conftest import HIGHEST, TOLERANCE
 
 FORCES = ("floor 2", "floor 1")
 
 if TYPE_CHECKING:
-    from impactfem.stages.transient.full_run import FullRun
+    from impactfem.stages.transient.compute import FullRun
 
     FullRuns = dict[str, tuple[Rayleigh, FullRun]]
 
@@ -87,6 +89,37 @@ def test_histories_are_those_of_the_full_model(frame, loads, basis, full_runs):
         mine, truth = getattr(found, name), getattr(full.response, name)
         assert mine.shape == truth.shape == (1601, len(frame.nodes), 3)
         assert np.abs(mine - truth).max() < 0.005 * np.abs(truth).max()
+
+
+def test_rotations_are_those_of_the_full_model(frame, loads, basis, tmp_path):
+    """Where the ground does not rotate; and a rotation is no displacement."""
+    moved = Displacements(frame.model, frame.nodes, rotations=True)
+    pulses = replace(loads, ground=0.0 * loads.ground)
+    full = run_full(
+        frame.model,
+        frame.K,
+        pulses,
+        frame.patterns(pulses),
+        frame.light,
+        moved,
+        checkpoints=tmp_path,
+        key="frame",
+        every=10**6,
+    ).response
+    history = modal_histories(basis, pulses, frame.light, scheme="newmark")
+    found = node_response(basis, history, pulses, frame.nodes, rotations=True)
+    for name in ("displacement", "acceleration"):
+        mine, truth = getattr(found, name), getattr(full, name)
+        assert mine.shape == truth.shape and np.abs(truth).max() > 0.0
+        assert np.abs(mine - truth).max() < 0.01 * np.abs(truth).max()
+    # The ground moves no node's angle of its own.
+    shaken = node_response(basis, history, loads, frame.nodes, rotations=True)
+    assert np.array_equal(shaken.acceleration, found.acceleration)
+    apart = node_response(basis, history, pulses, frame.nodes).displacement - full.displacement
+    assert np.abs(apart).max() > 0.5 * np.abs(full.displacement).max()
+    with pytest.raises(KeyError, match="not made for"):
+        other = np.setdiff1d(basis.nodes, basis.certified)[:1]
+        node_response(basis, history, pulses, other, rotations=True)
 
 
 def test_loads_that_the_basis_does_not_have(loads, basis):

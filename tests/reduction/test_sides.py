@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
 from impactfem.building.facade import facades
@@ -23,7 +22,6 @@ from impactfem.system.errors import InputError
 
 from ..building.conftest import assembled, csr, panels  # noqa: F401
 
-Array = NDArray[np.float64]
 TIME = np.linspace(0.0, 0.1, 101)
 STEP = 1e-3
 MIDDLE = np.array([3.0, 2.0, 6.0])

@@ -4,8 +4,6 @@ The force of a pair acts on the side of the floor, or on the walls and columns o
 the line through its point along its normal meets. A pair whose line meets none is refused.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 
@@ -43,9 +41,11 @@ def pair_distance(contact: Contact, case: Case) -> float:
     """Distance of the points of a pair along its normal, n · (x_b − x_a) in plan [m].
 
     It is nan where the case does not say it: both buildings have the same axis, so that no plan was
-    given, or the normal is not level.
+    given, the normal is not level, or b is a wall.
     """
     a, b = contact.a, contact.b
+    if b is None:
+        return math.nan
     (ax, ay), (bx, by) = (case.building(point.building).axis for point in (a, b))
     x, y, z = contact.normal
     if (ax, ay) == (bx, by) or z != 0.0:
@@ -55,27 +55,26 @@ def pair_distance(contact: Contact, case: Case) -> float:
 
 def of_contacts(case: Case, reading: Reading) -> Iterator[Finding]:
     """Contacts that stand twice, are the wrong way round, or have the law of another building."""
-    seen: set[tuple[ContactPoint, ContactPoint]] = set()
+    seen: set[tuple[ContactPoint, ContactPoint | str | None]] = set()
     reported: set[tuple[str, int]] = set()  # of each table of [[contacts]] once
     twice = False
     struck = case.wall_impact.building if case.wall_impact and case.structure else ""
     for contact in case.contacts:
-        table, ends = contact.table, (contact.a, contact.b)
+        table, ends = contact.table, (contact.a, contact.b or contact.wall)
         place = reading.original(("contacts", table))
-        a, b = (case.building(end.building) for end in ends)
         # Twice the same points would double the stiffness of their contact unseen.
         if ends in seen and not twice:
             twice = True
-            labels = f"{contact.a.label} and {contact.b.label}"
+            labels = f"{contact.a.label} and {contact.b.label if contact.b else contact.wall}"
             yield ("contacts",), f"expected each pair of points once, found {labels} twice"
         seen.add(ends)
         law = case.contact_laws[contact.law]
         calibrated = struck and isinstance(law, KelvinVoigtLaw) and law.calibrated
-        if calibrated and struck not in (a.name, b.name) and ("law", table) not in reported:
+        if calibrated and struck not in contact.buildings and ("law", table) not in reported:
             reported.add(("law", table))
             expected = (
                 f"expected a law with values of its own: '{contact.law}' is calibrated on "
-                f"{struck}, the contact is of {a.name} and {b.name}"
+                f"{struck}, the contact is of {contact.words}"
             )
             yield (*place, "law"), expected
         distance = pair_distance(contact, case)
@@ -84,6 +83,7 @@ def of_contacts(case: Case, reading: Reading) -> Iterator[Finding]:
         reported.add(("distance", table))
         apart = f"by axis and offset the points of {contact.name} are {distance:.4g} m apart along "
         x, y, _ = contact.normal
+        a, b = (case.building(name) for name in contact.buildings)
         # Where the axes lie so, too, and the gap is there with the normal turned round, the normal
         # is at fault, else axes or offsets.
         opposite = x * (b.axis[0] - a.axis[0]) + y * (b.axis[1] - a.axis[1]) < 0.0
@@ -157,7 +157,7 @@ def of_struck_sides(case: Case, reading: Reading) -> Iterator[Finding]:
             contact = reading.valid(ContactEntry, one)
             for side, sign in (("a", 1.0), ("b", -1.0)) if contact is not None else ():
                 end, place = getattr(contact, side), ("contacts", index)
-                if end.building != building:
+                if end is None or end.building != building:
                     continue
                 x, y, z = (sign * component for component in contact.normal)
                 sides: tuple[Facade, ...] = ()

@@ -1,7 +1,5 @@
 """Contacts: pairs of points of two buildings that may pound, and the law of the contact force."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
@@ -10,7 +8,7 @@ from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, refuse, rule
 from impactfem.case.floors import floors_of
-from impactfem.case.leaf import BuildingName, FloorNumbers, LawName
+from impactfem.case.leaf import BuildingName, FloorNumbers, LawName, Name
 from impactfem.case.quantity import (
     CALIBRATED,
     Area,
@@ -147,7 +145,19 @@ class JankowskiLaw(_DampedHertzLaw):
     """Damped approach, elastic separation; Jankowski 2005 and 2006."""
 
 
-ContactLaw = KelvinVoigtLaw | HertzLaw | HertzDampLaw | HuntCrossleyLaw | JankowskiLaw
+class UnilateralLaw(Section):
+    """Edges that do not penetrate, for buildings that pound in 3D (see models of [pounding]).
+
+    No stiffness and no restitution is put in: both come from the waves in the buildings.
+    """
+
+    type: Literal["unilateral"]
+    """Contact without penetration, by impulses."""
+
+
+ContactLaw = (
+    KelvinVoigtLaw | HertzLaw | HertzDampLaw | HuntCrossleyLaw | JankowskiLaw | UnilateralLaw
+)
 ContactLawEntry = Annotated[ContactLaw, Field(discriminator="type")]
 
 
@@ -199,16 +209,22 @@ class ContactEnd(Section):
 
 
 class ContactEntry(Section):
-    """One pair of points that may touch, or one pair a floor when the ends list floors."""
+    """One pair of points that may touch, or one pair a floor when the ends list floors.
+
+    Either ``b`` or ``wall``: a rigid wall is a plane at right angles to the normal, that moves with
+    the ground.
+    """
 
     a: ContactEnd
     """The point on the first building."""
-    b: ContactEnd
+    b: ContactEnd | None = None
     """The point on the second building."""
+    wall: Name | None = Field(default=None, validate_default=True)
+    """In place of b: name of a rigid wall, for the names of the pairs."""
     normal: tuple[Number, Number, Number]
-    """Direction (x, y, z) from a to b, of any length."""
+    """Direction (x, y, z) from a to b or the wall, of any length."""
     gap: Depth
-    """Distance of the points along the normal at rest."""
+    """Distance of the points, or of a and the wall, along the normal at rest."""
     law: LawName
     """Name of the contact law."""
     bearing_area: Area | None = None
@@ -216,11 +232,25 @@ class ContactEntry(Section):
 
     @rule("b", "a")
     @staticmethod
-    def _pairs(b: ContactEnd, a: ContactEnd) -> Iterator[str]:
+    def _pairs(b: ContactEnd | None, a: ContactEnd) -> Iterator[str]:
+        if b is None:
+            return
         if a.building == b.building:
             yield f"expected another building than '{a.building}', the one of a"
         if a.count != b.count:
             yield f"expected lists of the same length in a and b, found {a.count} and {b.count}"
+
+    @rule("wall", "b", sited=True)
+    @staticmethod
+    def _building_or_wall(
+        wall: str | None, b: ContactEnd | None, info: ValidationInfo
+    ) -> Iterator[str]:
+        if wall is None and b is None:
+            yield "missing; expected either b, the point on another building, or wall"
+        if wall is not None and b is not None:
+            yield "expected either b or wall, not both"
+        if info.context is not None and wall in (info.context.names("buildings") or ()):
+            yield "expected a name that no building has"
 
     _unit_vector = field_validator("normal")(unit_vector)
 
@@ -243,6 +273,11 @@ class ContactPoint(Section):
     offset: Vector
 
     @property
+    def level(self) -> int:
+        """Number of the floor, or of the one above the storey."""
+        return int(self.floor if self.floor is not None else self.storey or 0)
+
+    @property
     def label(self) -> str:
         """Name of the point in results: ``B1.floor_8`` or ``B1.storey_8_at_0.5``."""
         if self.floor is not None:
@@ -256,8 +291,9 @@ class Contact(Section):
     Args:
         name: Name in results, unique: ``B1.floor_8-B2.floor_8``.
         a: The point on the first building.
-        b: The point on the second building.
-        normal: Unit vector from a to b.
+        b: The point on the second building; None for a rigid wall.
+        wall: Name of the rigid wall, or None.
+        normal: Unit vector from a to b or the wall.
         gap: Distance along the normal at rest [m].
         law: Name of the contact law.
         bearing_area: Area the force is spread over [m2], or None.
@@ -266,12 +302,29 @@ class Contact(Section):
 
     name: str
     a: ContactPoint
-    b: ContactPoint
+    b: ContactPoint | None
+    wall: str | None = None
     normal: Vector
     gap: float
     law: str
     bearing_area: float | None
     table: int = 0
+
+    @property
+    def ends(self) -> tuple[tuple[ContactPoint, float], ...]:
+        """Its points on buildings, each with the sign of the normal out of its building."""
+        return ((self.a, 1.0),) if self.b is None else ((self.a, 1.0), (self.b, -1.0))
+
+    @property
+    def buildings(self) -> tuple[str, ...]:
+        """Names of its buildings."""
+        return tuple(point.building for point, _ in self.ends)
+
+    @property
+    def words(self) -> str:
+        """Its sides: two buildings, or one and the wall."""
+        names = self.buildings
+        return " and ".join(names if self.wall is None else (*names, f"the wall {self.wall}"))
 
 
 def expand(entries: tuple[ContactEntry, ...]) -> tuple[Contact, ...]:
@@ -282,9 +335,11 @@ def expand(entries: tuple[ContactEntry, ...]) -> tuple[Contact, ...]:
     contacts: list[Contact] = []
     uses: dict[str, int] = {}
     for index, entry in enumerate(entries):
-        shared: dict[str, Any] = entry.model_dump(include={"normal", "gap", "law", "bearing_area"})
-        for a, b in zip(_points(entry.a), _points(entry.b), strict=True):
-            name = f"{a.label}-{b.label}"
+        kept = {"wall", "normal", "gap", "law", "bearing_area"}
+        shared: dict[str, Any] = entry.model_dump(include=kept)
+        others = [None] * entry.a.count if entry.b is None else _points(entry.b)
+        for a, b in zip(_points(entry.a), others, strict=True):
+            name = f"{a.label}-{entry.wall if b is None else b.label}"
             uses[name] = uses.get(name, 0) + 1
             suffix = f"#{uses[name]}" if uses[name] > 1 else ""
             contacts.append(Contact(name=name + suffix, a=a, b=b, table=index, **shared))

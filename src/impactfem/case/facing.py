@@ -121,9 +121,10 @@ def facing_floors(case: Case) -> FacingFloors:
         lacking: set[str] = set()
         # Floors that a contact joins to a point of the other building at about their level.
         paired: set[tuple[str, bool, int]] = set()
-        for ends in ((contact.a, contact.b) for contact in level_contacts):
-            if {end.building for end in ends} == set(names):
-                paired |= {(e.building, False, e.floor) for e in ends if e.floor is not None}
+        for contact in level_contacts:
+            if set(contact.buildings) == set(names):
+                floors = [(e.building, e.floor) for e, _ in contact.ends]
+                paired |= {(name, False, floor) for name, floor in floors if floor is not None}
         seen: set[tuple[int, int]] = set()
         for tower, other in ((a, b), (b, a)):
             for index, level in enumerate(tower.levels):
@@ -237,10 +238,9 @@ class _Plans:
             # The gap counts in a computation: offsets that contradict it are no plan.
             if not along or not abs(distance - contact.gap) <= allowed(contact.gap):
                 continue
-            for end, outward in ((contact.a, 1.0), (contact.b, -1.0)):
+            for end, outward in contact.ends:
                 sign = 1 if outward * contact.normal[axis] > 0.0 else -1
-                number = end.floor if end.floor is not None else int(end.storey or 0)
-                key = (end.building, end.storey is not None, number, axis, sign)
+                key = (end.building, end.storey is not None, end.level, axis, sign)
                 if sign * end.offset[axis] > 0.0:
                     self.offsets[key] = max(sign * end.offset[axis], self.offsets.get(key, 0.0))
 
@@ -277,7 +277,7 @@ class _Plans:
         low, high = (self.edge(place, axis, sign) for sign in (-1, 1))
         if low is not None and high is not None:
             return (middle - low, middle + high), True
-        ends = [end for contact in self.contacts for end in (contact.a, contact.b)]
+        ends = [end for contact in self.contacts for end, _ in contact.ends]
         known = [end.offset[axis] for end in ends if end.building == place.building.name]
         return (middle + min(known, default=0.0), middle + max(known, default=0.0)), False
 
@@ -352,8 +352,6 @@ class _Plans:
 
 
 def levels_of(contact: Contact, case: Case) -> tuple[float, float]:
-    """Elevations of both points of a contact [m]."""
-    first, second = (
-        _Tower(case.building(end.building)).point_level(end) for end in (contact.a, contact.b)
-    )
-    return first, second
+    """Elevations of both points of a contact [m]; a wall is as high as the building."""
+    levels = [_Tower(case.building(end.building)).point_level(end) for end, _ in contact.ends]
+    return levels[0], levels[-1]

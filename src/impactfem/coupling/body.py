@@ -10,7 +10,8 @@ ground. A free base adds six coordinates b, its motion relative to the ground: a
     [μ   P  ]
     [Pᵀ  M_b],    M_b the rigid mass about the base,                                        (2)
 
-and springs and dashpots hold the base as a link to the ground does.
+and springs and dashpots hold the base as a link to the ground does, or the soil under its raft:
+matrices over b and degrees of freedom in the soil, relative to the free field.
 """
 
 from __future__ import annotations
@@ -20,14 +21,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from impactfem.dynamics.damping import Damping, DampingLaw, ModalDamping
+from impactfem.dynamics.soil import Soil
 from impactfem.sticks.element import COMPONENTS
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 
-Array = NDArray[np.float64]
 ROUNDING = 1e-9
 """Negative λ up to this part of the largest are zero."""
 
@@ -54,10 +55,11 @@ class Body:
     eigenvalue: Array  #: λ, shape (r,) [1/s2]
     damping: Damping  #: gives d of λ
     participation: Array  #: P for translations and rotations of the base, shape (r, 6)
-    rigid_mass: Array  #: M_b, shape (6, 6) [kg, kg m, kg m2]
+    rigid_mass: Array  #: M_b, that of a raft included, shape (6, 6) [kg, kg m, kg m2]
     ports: Mapping[str, Port] = field(default_factory=dict)  #: the ports by name
     mass: Array | None = None  #: μ, ones or zeros, shape (r,); ones when None
     free_base: bool = False  #: whether the base moves by (2); it is clamped to the ground otherwise
+    soil: Soil | None = None  #: soil under a free base, about the base
 
     def __post_init__(self) -> None:
         r = len(self.eigenvalue)

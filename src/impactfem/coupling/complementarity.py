@@ -20,9 +20,9 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from impactfem.system.arrays import Array
 from impactfem.system.errors import SolutionError
 
-Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 DEPENDENT = 1e-13

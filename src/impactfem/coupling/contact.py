@@ -10,8 +10,9 @@ its keys in `case.contacts` and, here, its branch in `law_force` and its line in
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from types import FunctionType
 from typing import Any
@@ -21,13 +22,19 @@ import numpy as np
 from llvmlite import ir  # type: ignore[import-untyped]
 from numba.core.errors import NumbaError
 from numba.extending import intrinsic
-from numpy.typing import NDArray
 
-from impactfem.case.contacts import ContactLaw, HertzDampLaw, HertzLaw, JankowskiLaw, KelvinVoigtLaw
+from impactfem.case.contacts import (
+    ContactLaw,
+    HertzDampLaw,
+    HertzLaw,
+    JankowskiLaw,
+    KelvinVoigtLaw,
+    UnilateralLaw,
+)
 from impactfem.coupling import restitution as relations
+from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, InputError
 
-Array = NDArray[np.float64]
 Force = Callable[[Array, float, float, float], tuple[float, float, float]]
 
 _TYPES: Any = numba.types
@@ -76,6 +83,8 @@ def _typed_call(
 
 _call: Any = intrinsic(_typed_call)
 
+UNILATERAL = -1
+"""No law: what touches does not penetrate, whatever force that takes."""
 KELVIN_VOIGT = 0
 KELVIN_VOIGT_NO_TENSION = 1
 HERTZ = 2
@@ -110,6 +119,8 @@ class Law:
     @property
     def stiffness_unit(self) -> str:
         """Unit of the stiffness."""
+        if self.code == UNILATERAL:
+            return ""
         return "N/m" if self.linear else "N/m^1.5"
 
     def duration(self, speed: float) -> float:
@@ -118,22 +129,38 @@ class Law:
         Kelvin-Voigt, at any speed: until p = 0, π / Ω_D, or until the force is zero where it may
         not pull. Hertz: 2.9433 p_max / v₀ with p_max = (5 m v₀² / (4 K))^(2/5), that of the elastic
         impact (Goldsmith 1960, Impact, section 4.2); Hertz-damp and Hunt-Crossley last up to 1.5
-        times as long at ε = 0.1, Jankowski up to 2 % less.
+        times as long at ε = 0.1, Jankowski up to 2 % less. Unilateral contact has none, nan.
         """
         K, m = self.stiffness, self.mass
         if self.linear:
             tension = self.code == KELVIN_VOIGT
             return relations.kelvin_voigt_phase(self.xi, tension=tension) / float(np.sqrt(K / m))
+        if self.code == UNILATERAL:
+            return float("nan")
         if speed <= 0.0:
             return float("inf")
         return float(2.94328 * (1.25 * m / K) ** 0.4 * speed**-0.2)
 
     def onset_force(self, speed: float) -> float:
         """Force with which contact begins [N]: C v₀ for Kelvin-Voigt, zero for the others."""
+        if self.code == UNILATERAL:
+            return float("nan")
         return law_force(self.code, self.parameters, 1e-300, speed, speed)[0]
+
+    def part(self, share: float) -> Law:
+        """The law of a part of the area of contact: of its stiffness, its dashpot and its mass.
+
+        Penetration, speeds and restitution are those of the whole.
+        """
+        parameters = self.parameters.copy()
+        # K and C go with the area; the others are ratios and speeds.
+        parameters[: 2 if self.linear or self.code == JANKOWSKI else 1] *= share
+        return replace(self, parameters=parameters, mass=share * self.mass)
 
     def describe(self) -> str:
         """The law in words and numbers, for other programs and people."""
+        if self.code == UNILATERAL:
+            return self.name
         return (
             f"{self.name}: stiffness {self.stiffness:.9g} {self.stiffness_unit}, "
             f"restitution requested {self.asked:.6g}, of two free masses {self.epsilon:.6g}, "
@@ -158,6 +185,9 @@ def law_of(name: str, entry: ContactLaw, mass: float) -> Law:
                 raise ValueError(f"the contact law {name} has no restitution and no damping_ratio")
             xi = relations.kelvin_voigt_xi(entry.restitution, tension=entry.tension)
         return kelvin_voigt(entry.stiffness, xi, mass, tension=entry.tension)
+    if isinstance(entry, UnilateralLaw):
+        nan, none = float("nan"), np.full(N_PARAMETERS, np.nan)
+        return Law("unilateral", UNILATERAL, none, nan, nan, nan, mass)
     if isinstance(entry, HertzLaw):
         return hertz(entry.stiffness, mass)
     exact = entry.relation == "exact"
@@ -168,8 +198,8 @@ def law_of(name: str, entry: ContactLaw, mass: float) -> Law:
     return make(entry.stiffness, entry.restitution, mass, exact=exact, slowest=slowest)
 
 
-def effective_mass(m1: float, m2: float) -> float:
-    """Effective mass m₁ m₂ / (m₁ + m₂) of two masses in contact [kg]; infinite ones count."""
+def effective_mass(m1: float, m2: float = math.inf) -> float:
+    """Effective mass m₁ m₂ / (m₁ + m₂) of two masses in contact, or one and a wall [kg]."""
     return 1.0 / (1.0 / m1 + 1.0 / m2)
 
 

@@ -1,4 +1,4 @@
-"""The impact-force history: what the sticks hand to the 3D model (`forces.nc`, or CSV).
+"""The impact-force history: what the pounding hands to the 3D model (`forces.nc`, or CSV).
 
 `forces.nc` is NetCDF 4 with the dimensions `time`, `pair` and `axis` (x, y, z):
 
@@ -11,6 +11,9 @@
   point of the floor itself
 - `offset_a`, `offset_b` (pair, axis) [m]: from the building's axis at that height
 - `normal` (pair, axis): unit vector n from a to b
+- `hat_a`, `hat_b` (pair, place) [m], of points along which 3D models touch: where on the struck
+  side the line load of the force begins, is highest and ends; inside a storey where it acts. nan
+  for other pairs
 - `gap` (pair) [m], `law` (pair): the contact law in words and numbers
 - attributes `title`, `case_hash`, and `inputs`, the hash of what the stage depends on
 
@@ -31,16 +34,15 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
-from impactfem.coupling.pounding import End, Response
+from impactfem.coupling.pounding import End, Pair, Response
+from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import atomic, write_netcdf
 from impactfem.system.own_process import read_in_own_process
 from impactfem.system.scalar import words
 
-Array = NDArray[np.float64]
 AXES = ["x", "y", "z"]
 UNIT_TOLERANCE = 1e-6  # of the length of a normal
 
@@ -64,6 +66,30 @@ class PairEnds:
     offset_a: Array | None = None  #: from the axes of the first buildings, shape (m, 3) [m]
     offset_b: Array | None = None  #: the same on the second buildings
     normal: Array | None = None  #: unit vectors from a to b, shape (m, 3)
+    hat_a: Array | None = None  #: of line loads on the first buildings, shape (m, 3) [m]
+    hat_b: Array | None = None  #: the same on the second buildings
+    line: tuple[str, ...] | None = None  #: lines that they are points of; empty for pairs
+
+    @classmethod
+    def of_pairs(cls, pairs: Sequence[Pair]) -> PairEnds:
+        """What pairs are between."""
+        content: dict[str, Any] = {
+            "normal": np.array([pair.normal for pair in pairs]).reshape(-1, 3)
+        }
+        if any(pair.hats is not None for pair in pairs):
+            content["line"] = tuple(pair.line for pair in pairs)
+        for k, side in enumerate("ab"):
+            # A rigid wall has no name.
+            ends = [getattr(pair, side) or End("", 0, (0.0, 0.0, 0.0), 0) for pair in pairs]
+            heights = [np.nan if e.relative_height is None else e.relative_height for e in ends]
+            content[f"building_{side}"] = tuple(end.building for end in ends)
+            content[f"floor_{side}"] = tuple(end.floor for end in ends)
+            content[f"relative_height_{side}"] = np.array(heights, dtype=float)
+            content[f"offset_{side}"] = np.array([end.offset for end in ends]).reshape(-1, 3)
+            if "line" in content:
+                hats = [np.full(3, np.nan) if p.hats is None else p.hats[k] for p in pairs]
+                content[f"hat_{side}"] = np.array(hats)
+        return cls(**content)
 
     def of(self, columns: Sequence[int]) -> PairEnds:
         """Those of some of the pairs, by their indices."""
@@ -93,11 +119,13 @@ class PairEnds:
             vector = name == "normal" or name.startswith("offset")
             if vector:
                 dims, expected = ("pair", "axis"), "(pair, axis), of x, y, z"
+            if name.startswith("hat"):
+                dims, expected = ("pair", "place"), "(pair, place), of three places"
             over = dataset[name].dims
-            if over != dims or (vector and dataset.sizes["axis"] != len(AXES)):
+            if over != dims or values.shape[1:] not in ((), (len(AXES),)):
                 faults.append(Fault(path, name, over, f"expected the dimensions {expected}"))
                 continue
-            if name.startswith("building"):
+            if name.startswith(("building", "line")):
                 content[name] = tuple(str(value) for value in values)
                 continue
             x = np.array(values, dtype=float)
@@ -108,6 +136,9 @@ class PairEnds:
                 expected = "a unit vector (x, y, z) for each pair"
             elif vector:
                 good, expected = np.isfinite(x), "finite lengths [m]"
+            elif name.startswith("hat"):
+                good = np.isnan(x).all(axis=1) | (np.diff(x, axis=1) >= 0.0).all(axis=1)
+                expected = "three ascending positions [m] for each pair, or nan"
             else:
                 good, expected = np.isnan(x) | ((x >= 0.0) & (x <= 1.0)), "0 to 1, or nan"
             if not np.all(good):
@@ -136,8 +167,9 @@ class ForceHistory:
     @classmethod
     def of_response(cls, response: Response) -> ForceHistory:
         """The forces of a response of the sticks."""
-        names = tuple(pair.name for pair in response.system.pairs)
-        return cls(response.time, names, response.force)
+        pairs, force = response.exerted
+        names = tuple(pair.name for pair in pairs)
+        return cls(response.time, names, force, ends=PairEnds.of_pairs(pairs))
 
     @property
     def impulse(self) -> Array:
@@ -168,23 +200,24 @@ def write_forces(path: Path, response: Response, case_hash: str, key: str = "") 
 
     The key, the attribute `inputs`, is the hash of what the stage depends on.
     """
-    pairs = response.system.pairs
+    pairs, force = response.exerted
     of_force = {"units": "N", "long_name": "contact force, positive in compression"}
     data: dict[str, tuple[object, ...]] = {
-        "force": (("time", "pair"), response.force, of_force),
-        "normal": (("pair", "axis"), np.array([pair.normal for pair in pairs]).reshape(-1, 3)),
+        "force": (("time", "pair"), force, of_force),
         "gap": ("pair", np.array([pair.gap for pair in pairs]), {"units": "m"}),
         "law": ("pair", words(pair.law.describe() for pair in pairs)),
     }
-    for side in ("a", "b"):
-        # A rigid wall has no name.
-        ends = [getattr(pair, side) or End("", 0, (0.0, 0.0, 0.0), 0) for pair in pairs]
-        heights = [np.nan if e.relative_height is None else e.relative_height for e in ends]
-        offsets = np.array([end.offset for end in ends]).reshape(-1, 3)
-        data[f"building_{side}"] = ("pair", words(end.building for end in ends))
-        data[f"floor_{side}"] = ("pair", np.array([end.floor for end in ends], dtype=int))
-        data[f"relative_height_{side}"] = ("pair", np.array(heights, dtype=float))
-        data[f"offset_{side}"] = (("pair", "axis"), offsets, {"units": "m"})
+    for name, values in vars(PairEnds.of_pairs(pairs)).items():
+        if name.startswith(("building", "line")) and values is not None:
+            data[name] = "pair", words(values)
+        elif name.startswith(("offset", "hat")) and values is not None:
+            data[name] = (
+                ("pair", "place" if name.startswith("hat") else "axis"),
+                values,
+                {"units": "m"},
+            )
+        elif values is not None:
+            data[name] = ("pair", "axis") if name == "normal" else "pair", np.array(values)
     dataset = xr.Dataset(
         data,
         coords={
@@ -192,7 +225,7 @@ def write_forces(path: Path, response: Response, case_hash: str, key: str = "") 
             "pair": ("pair", words(pair.name for pair in pairs)),
             "axis": ("axis", words(AXES)),
         },
-        attrs={"title": "impact forces between sticks", "case_hash": case_hash, "inputs": key},
+        attrs={"title": "impact forces between buildings", "case_hash": case_hash, "inputs": key},
     )
     write_netcdf(path, dataset)
 

@@ -1,18 +1,19 @@
-"""From the case file's buildings and contacts to sticks, pairs and calibration."""
+"""From the case file's buildings and contacts to sticks, pairs, calibration, ground and loads."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import fields
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from impactfem.case import Building, Case
 from impactfem.case.calibration import Calibration as CalibrationCase
 from impactfem.case.motions import read_force_table
 from impactfem.coupling.contact import effective_mass, law_of
+from impactfem.coupling.ground import Ground, History
 from impactfem.coupling.pounding import End, Load, Pair, System
 from impactfem.sticks.calibration import Bounds, Calibration, Parameters, Target, assess, calibrate
 from impactfem.sticks.element import Section
@@ -20,7 +21,6 @@ from impactfem.sticks.stick import Floor, Stick, build_stick
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.log import LOGGER
 
-Array = NDArray[np.float64]
 COARSE = 0.01
 """Part of an impulse that samples may miss before it is warned of."""
 
@@ -78,6 +78,7 @@ def stick_of(
         damping=building.damping.law,
         axis=building.axis,
         base=building.base,
+        soil=None if building.soil is None else building.soil.law,
         storey_points=storey_points,
     )
 
@@ -130,7 +131,7 @@ def system_of(case: Case, calibration: Calibration | None) -> System:
     calibrated = {target.building for target in calibration.targets} if calibration else set()
     points: dict[str, list[tuple[int, float]]] = {}
     for contact in case.contacts:
-        for point in (contact.a, contact.b):
+        for point, _ in contact.ends:
             if point.storey is not None and point.relative_height is not None:
                 points.setdefault(point.building, []).append((point.storey, point.relative_height))
     sticks = {
@@ -144,7 +145,7 @@ def system_of(case: Case, calibration: Calibration | None) -> System:
     pairs = []
     for contact in case.contacts:
         normal, ends, masses = np.array(contact.normal), list[End](), list[float]()
-        for point in (contact.a, contact.b):
+        for point, _ in contact.ends:
             stick = sticks[point.building]
             if point.floor is not None:
                 end = End.of_floor(stick, point.floor, point.offset)
@@ -155,9 +156,24 @@ def system_of(case: Case, calibration: Calibration | None) -> System:
             ends.append(end)
             masses.append(stick.point_mass(end.master, end.offset, normal))
         law = law_of(contact.law, case.contact_laws[contact.law], effective_mass(*masses))
-        a, b = ends
+        a, b = ends[0], ends[1] if len(ends) > 1 else None
         pairs.append(Pair(contact.name, a, b, normal, contact.gap, law, contact.bearing_area))
     return System(tuple(sticks.values()), tuple(pairs))
+
+
+def ground_of(
+    case: Case, histories: Sequence[History], time_step: float, n_t: int | None = None
+) -> Ground:
+    """The ground under the buildings of a case at n_t times of a step [s].
+
+    Left out, they are those of [pounding]: up to its duration, or until the longest motion has
+    reached its end under all buildings.
+    """
+    if n_t is None:
+        longest = max(dt * (samples.size - 1) for _, dt, samples in histories)
+        # Rounded, so that a step printed with four digits still gives the steps that were meant.
+        n_t = round(case.computed_time(longest) / time_step) + 1
+    return Ground.under(histories, time_step, n_t, case.delays)
 
 
 def loads_of(case: Case, system: System, time_step: float, n_t: int) -> list[Load]:

@@ -7,14 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.case.facing import Facing
-from impactfem.coupling.contact import law_force
 from impactfem.coupling.pounding import Pair, Response
 from impactfem.sticks.element import rigid_link
-
-Array = NDArray[np.float64]
+from impactfem.system.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -70,9 +67,15 @@ def impacts(response: Response) -> list[Impact]:
     found = []
     for index, pair in enumerate(response.system.pairs):
         touching = np.concatenate([[False], response.force[:, index] != 0.0, [False]])
-        edges = np.flatnonzero(np.diff(touching.astype(np.int8)))
-        for first, after in edges.reshape(-1, 2).tolist():
-            found.append(_impact(response, pair, index, first, after - 1))
+        first, after = np.flatnonzero(np.diff(touching.astype(np.int8))).reshape(-1, 2).T
+        # Pulses with a shorter pause are one impact.
+        begins = np.append(True, (first[1:] - after[:-1]) * response.time_step >= response.pause)
+        starts, lasts = (
+            first[begins[: len(first)]],
+            after[np.append(begins[1:], True)[: len(after)]],
+        )
+        for start, last in zip(starts.tolist(), (lasts - 1).tolist(), strict=True):
+            found.append(_impact(response, pair, index, start, last))
     return sorted(found, key=lambda impact: impact.start)
 
 
@@ -87,18 +90,7 @@ def _impact(response: Response, pair: Pair, index: int, first: int, last: int) -
     high = min(last + 1, F.size - 1)
     f, g, v = F[low : high + 1], gap[low : high + 1], -rate[low : high + 1]
     mean = 0.5 * (f[:-1] + f[1:])
-    work = float(np.sum(np.diff(g) * mean))
-    # What the law itself takes along the computed motion, ∮ F(p, v) dp, by trapezoids over the
-    # part of each step in which there is contact: where it begins or ends inside one, the force is
-    # the law's at p = 0, with the speed outside the contact.
-    p, law = np.maximum(-g, 0.0), pair.law
-    by_law = np.array(
-        [
-            law_force(law.code, law.parameters, max(depth, 1e-300), speed, v[0])[0]
-            for depth, speed in zip(p, v, strict=True)
-        ]
-    )
-    taken = float(np.sum(np.diff(p) * 0.5 * (by_law[:-1] + by_law[1:])))
+    work, taken = response.exchanged(index, low, high)
     peak = int(np.argmax(F[first : last + 1])) + first
     return Impact(
         pair=pair,
@@ -146,7 +138,7 @@ class Separation:
 def separations(free: Response, response: Response) -> list[Separation]:
     """Required separation of each pair, from the runs without and with contact."""
     # Zero is added, as a point that never approaches has -0, which would be written as such.
-    required = np.maximum((-(free.u @ response.system.J.T)).max(axis=0), 0.0) + 0.0
+    required = np.maximum(free.closed(response.system.pairs).max(axis=0), 0.0) + 0.0
     return [
         Separation(pair, float(required[k]), bool(response.force[:, k].any()))
         for k, pair in enumerate(response.system.pairs)
@@ -162,8 +154,8 @@ class ImpactCheck:
     bearing_pressure: float
     #: That over the lower compressive strength of the two buildings [-]; nan where none is known.
     bearing_ratio: float
-    #: Largest elastic storey shear along the normal's horizontal part in the two buildings [N]; nan
-    #: for a vertical normal.
+    #: Largest elastic storey shear along the normal's horizontal part in the two sticks [N]; nan
+    #: for a vertical normal, and where both buildings pound in 3D.
     storey_shear: float
     #: Largest shear over the shear area of its storey, n_x² A_vx + n_y² A_vy [Pa].
     shear_stress: float
@@ -171,6 +163,9 @@ class ImpactCheck:
     #: table 3.1) [-]; above 1 the storey cracks in shear, and linear analysis overrates its
     #: stiffness; nan where no strength is known.
     cracking_ratio: float
+    #: Speed of separation of the two buildings over that of approach, each that of the centre of
+    #: mass of all its floors, along the normal [-]; nan where they do not approach, or at a wall.
+    building_restitution: float
 
 
 def impact_checks(
@@ -193,22 +188,37 @@ def impact_checks(
             f_c = strength.get(stick.name)
             if f_c is not None:
                 known.append(f_c)
-            if horizontal < VERTICAL:
+            if horizontal < VERTICAL or stick.name in response.in_3d:
                 continue
             n_x, n_y = pair.normal[:2] / horizontal
-            start = response.system.offsets[stick.name]
-            forces = stick.element_forces(response.u[window, start : start + stick.n])
+            forces = stick.element_forces(response.deformation("u", stick.name)[window])
             shear = np.abs(forces[..., 0] * n_x + forces[..., 1] * n_y).max(axis=0)
             sections = [stick.floors[element.storey].section for element in stick.elements]
             stress = shear / [n_x**2 * section.Avx + n_y**2 * section.Avy for section in sections]
             f_ctm = np.nan if f_c is None else 0.30e6 * (f_c / 1e6) ** (2.0 / 3.0)
             found.append((shear.max(), stress.max(), stress.max() / f_ctm))
-        # Of a vertical normal, or without a strength, there is nothing to compare with.
+        # Of a vertical normal, or without a strength or a stick, there is nothing to compare with.
         demand = np.fmax.reduce(found) if found else np.full(3, np.nan)
         pressure = np.nan if pair.area is None else impact.peak_force / pair.area
         ratio = pressure / min(known) if known else np.nan
-        checks.append(ImpactCheck(impact, float(pressure), float(ratio), *map(float, demand)))
+        rate = _apart(response, pair, (window.start, min(window.stop, len(response.v)) - 1))
+        bounced = rate[1] / -rate[0] if rate[0] < 0.0 else np.nan
+        checks.append(ImpactCheck(impact, *map(float, (pressure, ratio, *demand, bounced))))
     return checks
+
+
+def _apart(response: Response, pair: Pair, steps: tuple[int, int]) -> Array:
+    """Speed at which two buildings move apart along the normal of a pair, at some times [m/s]."""
+    speed = np.zeros(len(steps))
+    for end, sign in ((pair.a, -1.0), (pair.b, 1.0)):
+        if end is None:
+            return np.full(len(steps), np.nan)
+        floors = response.system.stick(end.building).floors
+        mass = np.array([floor.mass for floor in floors])
+        dofs = response.system.floor_dofs(end.building)[:, :3]
+        for k, step in enumerate(steps):
+            speed[k] += sign * (mass @ response.v[step, dofs] @ pair.normal) / mass.sum()
+    return speed
 
 
 @dataclass(frozen=True)
@@ -231,7 +241,8 @@ def approaches(response: Response, facing: Sequence[Facing]) -> list[Approach]:
         return []
     system = response.system
     rows = np.zeros((len(facing), 2, system.M.shape[0]))
-    for ends, one in zip(rows, facing, strict=True):
+    carried = np.zeros((len(facing), 2, len(response.u)))
+    for ends, more, one in zip(rows, carried, facing, strict=True):
         normal = np.array(one.normal)
         for point, sign in ((one.a, -1.0), (one.b, 1.0)):
             stick = system.stick(point.building)
@@ -242,11 +253,18 @@ def approaches(response: Response, facing: Sequence[Facing]) -> list[Approach]:
             else:
                 storey, height = int(point.storey or 0), float(point.relative_height or 0.0)
                 motion = stick.storey_motion(storey, height)
-            for row, s in zip(ends, (-1.0, 1.0), strict=True):
+            base = response.base("u", stick.name)
+            for row, add, s in zip(ends, more, (-1.0, 1.0), strict=True):
                 offset = np.array(point.offset) + one.half * s * np.abs(normal[[1, 0, 2]])
-                row[columns] += sign * normal @ rigid_link(offset)[:3] @ motion
+                along = sign * normal @ rigid_link(offset)[:3]
+                row[columns] += along @ motion
+                if base is not None:
+                    # Of a rigid motion of the base, what does not come by the floors: in the first
+                    # storey the lower end.
+                    axis = rigid_link((0.0, 0.0, one.level - stick.base - point.offset[2]))
+                    add += base @ (along @ (axis - motion @ stick.rigid_body()))
     rest = np.array([[one.gap] for one in facing])
-    d = (rest + np.moveaxis(rows @ response.u.T, -1, 0)).min(axis=2)
+    d = (rest + np.moveaxis(rows @ response.u.T + carried, -1, 0)).min(axis=2)
     step = d.argmin(axis=0)
     return [
         Approach(one, float(d[k, j]), float(response.time[k]))

@@ -13,7 +13,9 @@ With the gap function δ = g + Γ u (negative in contact) and W = h Γ M̂⁻¹ 
 δ by h W F₁ and δ̇ by W F₁: what remains to be solved in a step is as small as the number of links.
 With w = v₀ + v₁ the scheme satisfies, step by step and exactly,
 
-    Δ(½ vᵀ M v) + Δ(½ uᵀ K u) + h/2 wᵀ C w = ½ Δuᵀ (f₀ + f₁) + ½ Δδᵀ (F₀ + F₁).               (3)
+    Δ(½ vᵀ M v) + Δ(½ uᵀ K u) + h/2 wᵀ C w = ½ Δuᵀ (f₀ + f₁) + ½ (Δδ − Δg)ᵀ (F₀ + F₁).        (3)
+
+The gap at rest g moves where the ground is not the same under both ends; what it works is input.
 
 The loop is plain numpy code: `march` is it compiled by numba, `march.py_func` the code itself.
 """
@@ -30,9 +32,9 @@ from numpy.typing import NDArray
 from impactfem.coupling.contact import KELVIN_VOIGT_NO_TENSION, N_PARAMETERS, law_force
 from impactfem.coupling.links import Assembly, Inverse
 from impactfem.dynamics.energy import Energy
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 
-Array = NDArray[np.float64]
 MAX_SWEEPS = 200
 FREE_SWEEPS = 20
 MAX_NEWTON = 200
@@ -46,8 +48,8 @@ _SUMS = {"contract", "reassoc"}
 class Motion:
     """What bodies and links did, at the samples of the loads, relative to the ground."""
 
-    moving: NDArray[np.int64]  #: indices of the coordinates that move at all
-    u: Array  #: these coordinates, shape (n_t, moving); without rows when they are not recorded
+    moving: Index  #: indices of the coordinates that are recorded and move at all
+    u: Array  #: these coordinates, shape (n_t, moving)
     v: Array  #: their velocities, same shape
     force: Array  #: F of the links, positive in compression, shape (n_t, m) [N]
     displacement: Array  #: y of what is attached, shape (n_t, N)
@@ -67,7 +69,8 @@ def respond(
     lagged: bool = False,
     u0: Array | None = None,
     v0: Array | None = None,
-    record: bool = True,
+    recorded: Index | None = None,
+    opened: Array | None = None,
 ) -> Motion:
     """Integrate bodies and links.
 
@@ -82,7 +85,9 @@ def respond(
             printed) instead of the new state.
         u0: Coordinates at the start, shape (r,); zero when None.
         v0: Their velocities, likewise.
-        record: Whether coordinates and velocities are recorded.
+        recorded: Indices of the coordinates that are recorded with their velocities; all when None.
+        opened: How far the ground opens the gaps of the links, and how fast, shape (2, n_t, m) [m,
+            m/s]; None where it moves alike.
 
     Raises:
         SolutionError: A link is closed at the start, or the forces of the links do not converge.
@@ -91,8 +96,11 @@ def respond(
     one, m = assembly.attached, len(assembly.links)
     u = np.zeros(r) if u0 is None else np.array(u0, dtype=np.float64)
     v = np.zeros(r) if v0 is None else np.array(v0, dtype=np.float64)
-    size = np.abs(assembly.gaps) + np.abs(assembly.gamma) @ np.abs(u)
-    closed = np.flatnonzero(assembly.gaps + assembly.gamma @ u < -ROUNDING * size)
+    # One row where they do not move.
+    moved = np.zeros((2, 1, m)) if opened is None else opened
+    gaps, opening = assembly.gaps + moved[0], np.ascontiguousarray(moved[1])
+    size = np.abs(gaps[0]) + np.abs(assembly.gamma) @ np.abs(u)
+    closed = np.flatnonzero(gaps[0] + assembly.gamma @ u < -ROUNDING * size)
     if closed.size:
         raise SolutionError(f"pair {assembly.links[closed[0]].name} penetrates at the start")
     laws = [link.law for link in assembly.links if link.law is not None]
@@ -114,7 +122,10 @@ def respond(
     moving = np.flatnonzero(
         loads.any(axis=0) | (u != 0.0) | (v != 0.0) | X.any(axis=0) | inverse.rows.any(axis=0)
     )
-    us, vs = (np.zeros((n_t if record else 0, moving.size)) for _ in range(2))
+    kept = np.arange(moving.size)
+    if recorded is not None:
+        kept = np.flatnonzero(np.isin(moving, recorded))
+    us, vs = (np.zeros((n_t, kept.size)) for _ in range(2))
     force, history = np.zeros((n_t, m)), np.zeros((n_t, 3 * N + len(one.rows)))
     energy = np.zeros((n_t, 5))
     picked = [
@@ -135,10 +146,11 @@ def respond(
         (y, y_v, y_a, T.copy()),
         np.searchsorted(moving, [0, *(here.stop for here in assembly.columns.values())]),
         (*picked[9:], *map(np.ascontiguousarray, (X_y, X_T)), h * assembly.gamma @ X.T),
-        assembly.gaps,
+        (gaps, opening),
         np.array([law.code for law in laws], dtype=np.int64),
         np.array([law.parameters for law in laws]).reshape(m, N_PARAMETERS),
         (us, vs, force, history, energy),
+        kept,
     )
     if done < n_t:
         raise SolutionError(
@@ -146,7 +158,7 @@ def respond(
             "a smaller pounding.time_step or a softer contact law would help"
         )
     y, y_v, y_a, T = np.split(history, [N, 2 * N, 3 * N], axis=1)
-    return Motion(moving, us, vs, force, y, y_v, y_a, T, Energy(*energy.T))
+    return Motion(moving[kept], us, vs, force, y, y_v, y_a, T, Energy(*energy.T))
 
 
 @numba.njit(cache=True)
@@ -198,7 +210,7 @@ def contact_forces(
     W: Array,
     delta: Array,
     rate: Array,
-    codes: NDArray[np.int64],
+    codes: Index,
     parameters: Array,
     onset: Array,
     touches: NDArray[np.bool_],
@@ -253,12 +265,13 @@ def march(
     pushes: Array,
     attached: tuple[Array, ...],
     attached_state: tuple[Array, ...],
-    ends: NDArray[np.int64],
+    ends: Index,
     links: tuple[Array, ...],
-    gaps: Array,
-    codes: NDArray[np.int64],
+    gaps: tuple[Array, Array],
+    codes: Index,
     parameters: Array,
     records: tuple[Array, ...],
+    kept: Index,
 ) -> int:
     """Step through time by equations (1) and (2); fill the records.
 
@@ -273,21 +286,25 @@ def march(
     y, y_v, y_a, T = attached_state
     gamma, X, X_y, X_T, W = links
     energy = records[4]
+    rest, opening = gaps
+    last = rest.shape[0] - 1
     n_t, r = loads.shape
-    m, N, fixed = gaps.size, y.size, rows.shape[0]
+    m, N, fixed = rest.shape[1], y.size, rows.shape[0]
     b, new_a = np.empty(r), np.empty(r)
     b_y, new_y, reach, pushed = np.empty(N), np.empty(N), np.empty(fixed), np.empty(N)
-    delta, rate, gap = np.empty(m), np.empty(m), gaps.copy()
+    delta, rate, gap = np.empty(m), np.empty(m), rest[0].copy()
     F, new, onset = np.zeros(m), np.zeros(m), np.zeros(m)
     touches = np.zeros(m, dtype=np.bool_)
     for k in range(m):
         # Rounding of a gap that is just closed is no penetration, and would hide the approach.
         gap[k] = max(gap[k] + _motion(gamma[k], u, ends), 0.0)
-        rate[k] = _motion(gamma[k], v, ends)
+        rate[k] = opening[0, k] + _motion(gamma[k], v, ends)
     damped, put_in, worked = 0.0, 0.0, 0.0
-    _record(0, diagonals, state, attached, attached_state, F, records)
+    _record(0, diagonals, state, attached, attached_state, F, records, kept)
     for t in range(1, n_t):
         p0, p1, q0, q1 = loads[t - 1], loads[t], pushes[t - 1], pushes[t]
+        g0, g1 = rest[min(t - 1, last)], rest[min(t, last)]
+        w0, w1 = opening[min(t - 1, last)], opening[min(t, last)]
         for j in range(substeps):
             at, twice = (j + 1) / substeps, (2 * j + 1) / substeps
             # How fast each contact began, and lagged forces, from the state before the step.
@@ -319,8 +336,10 @@ def march(
             # Gaps without the new forces.
             for k in range(m):
                 change = _motion(gamma[k], new_a, ends)
-                delta[k] = gaps[k] + _motion(gamma[k], u, ends) + h * h * change
-                rate[k] = _motion(gamma[k], v, ends) + h * change
+                g = g0[k] + at * (g1[k] - g0[k])
+                delta[k] = g + _motion(gamma[k], u, ends) + h * h * change
+                opens = w0[k] + at * (w1[k] - w0[k])
+                rate[k] = opens + _motion(gamma[k], v, ends) + h * change
                 touching = touching or (not lagged and delta[k] < 0.0)
             agreed = True
             if touching and not lagged:
@@ -352,12 +371,13 @@ def march(
             damped += 0.5 * h * lost
             put_in += 0.5 * h * gained
             for k in range(m):
+                put_in -= 0.5 * (g1[k] - g0[k]) / substeps * (F[k] + new[k])
                 worked += 0.5 * (delta[k] - gap[k]) * (F[k] + new[k])
                 gap[k], F[k] = delta[k], new[k]
             _correct(h, u, v, a, new_a)
             _correct(h, y, y_v, y_a, new_y)
         energy[t, 2], energy[t, 3], energy[t, 4] = damped, put_in, worked
-        _record(t, diagonals, state, attached, attached_state, F, records)
+        _record(t, diagonals, state, attached, attached_state, F, records, kept)
     return n_t
 
 
@@ -370,6 +390,7 @@ def _record(
     attached_state: tuple[Array, ...],
     F: Array,
     records: tuple[Array, ...],
+    kept: Index,
 ) -> None:
     """Fill a row of the records, kinetic and elastic energy among them."""
     mass, _, eigenvalue, _ = diagonals
@@ -391,9 +412,8 @@ def _record(
     energy[t, 0], energy[t, 1] = 0.5 * kinetic, 0.5 * elastic
     for k in range(F.size):
         force[t, k] = F[k]
-    if us.shape[0] > 0:
-        for i in range(u.size):
-            us[t, i], vs[t, i] = u[i], v[i]
+    for i in range(kept.size):
+        us[t, i], vs[t, i] = u[kept[i]], v[kept[i]]
 
 
 @numba.njit(nogil=True, cache=True, fastmath=_SUMS)
@@ -412,7 +432,7 @@ def _add(x: Array, factor: float, row: Array) -> None:
 
 
 @numba.njit(nogil=True, cache=True, fastmath=_SUMS)
-def _motion(row: Array, x: Array, ends: NDArray[np.int64]) -> float:
+def _motion(row: Array, x: Array, ends: Index) -> float:
     """Product row · x, body by body: equal motions of two bodies alike cancel to the last bit."""
     total = 0.0
     for body in range(ends.size - 1):

@@ -7,7 +7,8 @@ mount are linear: they hang matrices on rows a = B z of the coordinates,
     M_y ÿ + C_y ẏ + K_y y = (-T, 0) - N g̈,    y = (a, ζ),                                 (1)
 
 with own coordinates ζ and the forces T on the bodies. So do the six coordinates of a free base (by
-the mass that couples them to the others) and damping that couples modes. All else is diagonal, and
+the mass that couples them to the others), with the soil under it, and damping that couples modes.
+All else is diagonal, and
 
     M̂ = M + s C + s² K,    M̂ (z, y) = (b_z + Bᵀ T, b_y - (T, 0))
 
@@ -28,13 +29,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
 from impactfem.coupling.body import Body
 from impactfem.coupling.contact import Law
+from impactfem.dynamics.soil import Soil
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import ImpactfemError
 
-Array = NDArray[np.float64]
 Place = tuple[str, str]
 """Names of a body and of its port."""
 
@@ -74,6 +75,15 @@ class Mount:
 
 
 @dataclass(frozen=True, eq=False)
+class Base:
+    """A base on soil among what is attached."""
+
+    rows: Index  #: rows in y of the base, six, and after them those of its soil
+    motion: Array  #: T, from these six to the motion of the base, shape (6, 6)
+    soil: Soil  #: over y in these rows
+
+
+@dataclass(frozen=True, eq=False)
 class Attached:
     """All that hangs on the bodies, equation (1); rows of each part in order."""
 
@@ -83,7 +93,8 @@ class Attached:
     K: Array  #: K_y
     push: Array  #: -N, shape (N, 3)
     #: Rows in y of each mount: those that are fixed, then its own.
-    mounts: tuple[tuple[NDArray[np.int64], NDArray[np.int64]], ...]
+    mounts: tuple[tuple[Index, Index], ...]
+    bases: dict[str, Base] = field(default_factory=dict)  #: those on soil by the name of the body
 
     @classmethod
     def alone(cls, mounts: Sequence[Mount]) -> Attached:
@@ -127,7 +138,7 @@ class Assembly:
             body.name: slice(int(end) - len(body), int(end))
             for body, end in zip(bodies, ends, strict=True)
         }
-        r = int(ends[-1])
+        r = sum(map(len, bodies))
         self.eigenvalue, self.damping, self.mass = np.zeros(r), np.zeros(r), np.ones(r)
         self.ground = np.zeros((r, 3))
         parts = [part for body in bodies for part in self._place(body)]
@@ -167,7 +178,7 @@ class Assembly:
         rows[:, self.columns[name]] = shapes
         if self.bodies[name].free_base:
             base = rows[:, self.columns[name]][:, -6:]
-            base[:] = base @ self._base(self.bodies[name])
+            base[:] = base @ self.base_motion(self.bodies[name])
         return rows
 
     def _between(self, a: Place, b: Place | None) -> Array:
@@ -184,7 +195,7 @@ class Assembly:
         return rows - other
 
     @staticmethod
-    def _base(body: Body) -> Array:
+    def base_motion(body: Body) -> Array:
         """L⁻ᵀ of M_b = L Lᵀ: from base coordinates with unit mass to the motion of the base."""
         L = scipy.linalg.cholesky(body.rigid_mass, lower=True)
         return np.asarray(np.linalg.inv(L).T, dtype=np.float64)
@@ -211,14 +222,18 @@ class Assembly:
         else:
             self.damping[own] = d
         if body.free_base:
-            T = self._base(body)
+            T = self.base_motion(body)
             # ½ μ ż² + ½ ḃ² + (Pᵀ ż) · ḃ with b of unit mass.
             rows = np.zeros((12, len(self)))
             rows[:6, own] = (body.participation @ T).T
             rows[6:, own.stop : here.stop] = np.eye(6)
-            none, one = np.zeros((6, 6)), np.eye(6)
-            zero = np.zeros((12, 12))
-            parts.append(_Part(rows, np.block([[none, one], [one, none]]), zero, zero))
+            soil = None if body.soil is None else body.soil.moved(T)
+            M, C, K = np.zeros((3, *(2 * (12 if soil is None else 6 + len(soil),))))
+            M[:6, 6:12] = M[6:12, :6] = np.eye(6)
+            if soil is not None:
+                for whole, matrix in ((M, soil.M), (C, soil.C), (K, soil.K)):
+                    whole[6:, 6:] += matrix
+            parts.append(_Part(rows, M, C, K, base=None if soil is None else (body.name, T, soil)))
             self.ground[own.stop : here.stop] = -np.linalg.inv(T)[:, :3]
         return parts
 
@@ -241,6 +256,7 @@ class _Part:
     K: Array
     push: Array = field(default_factory=lambda: np.zeros((0, 3)))
     mount: bool = False
+    base: tuple[str, Array, Soil] | None = None
 
 
 def _mounted(mount: Mount, rows: Array) -> _Part:
@@ -253,7 +269,7 @@ def _attached(parts: Sequence[_Part], r: int) -> Attached:
     own = [len(part.M) - n for part, n in zip(parts, fixed, strict=True)]
     N = sum(fixed) + sum(own)
     M, C, K = (np.zeros((N, N)) for _ in range(3))
-    push, mounts = np.zeros((N, 3)), []
+    push, mounts, bases = np.zeros((N, 3)), [], {}
     first, second = 0, sum(fixed)
     for part, n, k in zip(parts, fixed, own, strict=True):
         a, z = np.arange(first, first + n), np.arange(second, second + k)
@@ -264,9 +280,12 @@ def _attached(parts: Sequence[_Part], r: int) -> Attached:
             push[at] = part.push
         if part.mount:
             mounts.append((a, z))
+        if part.base is not None:
+            name, T, soil = part.base
+            bases[name] = Base(at[6:], T, soil)
         first, second = first + n, second + k
     rows = np.vstack([np.zeros((0, r)), *(part.rows for part in parts)])
-    return Attached(np.ascontiguousarray(rows), M, C, K, push, tuple(mounts))
+    return Attached(np.ascontiguousarray(rows), M, C, K, push, tuple(mounts), bases)
 
 
 class Inverse:
@@ -293,7 +312,11 @@ class Inverse:
         small = self.S.copy()
         small[:n] = Y @ self.S[:n]
         small[:n, :n] += np.eye(n)
+        # Own coordinates without mass have no acceleration of their own at the start, s = 0.
+        still = np.flatnonzero(~small.any(axis=1))
+        small[still, still] = 1.0
         inverse = np.linalg.inv(small)
+        inverse[still, still] = 0.0
         self.free = np.ascontiguousarray(inverse[:, :n])
         self.loaded = inverse.copy()
         self.loaded[:, :n] = self.free @ Y

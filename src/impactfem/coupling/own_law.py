@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 import scipy.integrate
-from numpy.typing import NDArray
 
 from impactfem.coupling.contact import N_PARAMETERS, Force, Law, compile_force, law_force
+from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, InputError
 
-Array = NDArray[np.float64]
 SHORTEST, DOUBLINGS = 1e-9, 60
 """Shortest time scale of an impact that is looked for [s], and how often it is doubled."""
 LONGEST = 1e4

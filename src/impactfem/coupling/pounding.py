@@ -7,25 +7,26 @@ response = simulate(System((mass,), ()), np.zeros((n_t, 3)), dt, loads=[pulse])
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
+from impactfem.coupling.base import BaseHistory, base_histories
 from impactfem.coupling.body import Body, Port, modal_coordinates
-from impactfem.coupling.contact import Law
+from impactfem.coupling.contact import Law, law_force
+from impactfem.coupling.ground import Ground, as_ground
 from impactfem.coupling.implicit import respond
 from impactfem.coupling.links import Assembly, Link
 from impactfem.dynamics.energy import Energy
 from impactfem.sticks.element import COMPONENTS
 from impactfem.sticks.stick import Stick
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import ImpactfemError, SolutionError
 
-Array = NDArray[np.float64]
 Update = Literal["implicit", "lagged"]
 UNSTABLE = (
     "a lagged contact force is only conditionally stable: take a smaller pounding.time_step or "
@@ -75,11 +76,15 @@ class Pair:
 
     name: str  #: unique name
     a: End  #: the first end
-    b: End | None  #: the second end; None for a rigid wall that moves with the ground
+    b: End | None  #: the second end; None for a rigid wall that moves with the ground under a
     normal: Array  #: unit vector n from a to b, shape (3,)
     gap: float  #: gap g at rest [m]
     law: Law  #: the contact law
     area: float | None = None  #: bearing area [m2]; None where unknown
+    #: Of a point of contact of 3D models, where its hat begins, is highest and ends on the sides of
+    #: a and b, shape (2, 3) [m], nan of a stick; None for a pair of points.
+    hats: Array | None = None
+    line: str = ""  #: of such a point, name of the pair that stands for the whole line
 
 
 @dataclass(frozen=True)
@@ -158,9 +163,11 @@ class System:
                 eigenvalue=eigenvalue,
                 damping=damping,
                 participation=basis.T @ stick.M @ R,
-                rigid_mass=R.T @ stick.M @ R,
+                rigid_mass=R.T @ stick.M @ R + (0.0 if stick.soil is None else stick.soil.raft),
                 ports=ports,
                 mass=mass,
+                free_base=stick.soil is not None,
+                soil=stick.soil,
             )
             found.append((basis, body))
         return tuple(found)
@@ -183,19 +190,37 @@ class System:
 
     @cached_property
     def basis(self) -> Array:
-        """Φ with u = Φ z of all sticks, shape (n, n)."""
-        return np.asarray(scipy.linalg.block_diag(*(basis for basis, _ in self.modes)))
+        """Φ with u = Φ z of all sticks, those of bases on soil included, shape (n, r)."""
+        return np.asarray(
+            scipy.linalg.block_diag(
+                *(
+                    basis
+                    if body.soil is None
+                    else np.hstack([basis, stick.rigid_body() @ self.assembly.base_motion(body)])
+                    for stick, (basis, body) in zip(self.sticks, self.modes, strict=True)
+                )
+            )
+        )
 
     @cached_property
     def ground(self) -> Array:
         """Displacements of all masters for a unit ground translation x, y, z; shape (n, 3)."""
         return np.vstack([stick.rigid_body()[:, :3] for stick in self.sticks])
 
+    def coordinates(self, u: Array) -> Array:
+        """Coordinates of displacements of the sticks, shape (n,), with bases on soil at rest."""
+        found, start = [], 0
+        for basis, body in self.modes:
+            z = np.linalg.solve(basis, u[start : start + len(basis)])
+            found.append(np.pad(z, (0, len(body) - len(z))))
+            start += len(basis)
+        return np.concatenate(found)
+
     def stick(self, name: str) -> Stick:
         """The building of this name."""
         return next(stick for stick in self.sticks if stick.name == name)
 
-    def floor_dofs(self, building: str) -> NDArray[np.int64]:
+    def floor_dofs(self, building: str) -> Index:
         """Degrees of freedom of a building's floors, shape (n_floors, 6)."""
         start = self.offsets[building]
         count = len(self.stick(building).floors)
@@ -213,7 +238,7 @@ class System:
 
 @dataclass(frozen=True)
 class Response:
-    """What `simulate` computed, relative to the ground."""
+    """What `simulate` computed, relative to the ground under the first building."""
 
     system: System
     time_step: float  #: time step [s]
@@ -223,6 +248,29 @@ class Response:
     ground: Array  #: ground acceleration along x, y, z, shape (n_t, 3) [m/s2]
     energy: Energy  #: the energies
     loads: tuple[Load, ...] = ()  #: external forces in addition to it
+    bases: Mapping[str, BaseHistory] = field(default_factory=dict)  #: on soil, by building
+    in_3d: tuple[str, ...] = ()  #: names of the buildings whose floors alone are known
+    pause: float = 0.0  #: shortest time without a force that parts two impacts of a pair [s]
+    #: How far unilateral forces and speeds are from complementary [-]; zero with laws.
+    residual: float = 0.0
+    #: Of the ground under other buildings: `Ground.relative`.
+    relative: Mapping[str, Array] = field(default_factory=dict)
+
+    @property
+    def exerted(self) -> tuple[tuple[Pair, ...], Array]:
+        """Where forces act, and they over time, shape (n_t, m) [N]: what is handed on."""
+        return self.system.pairs, self.force
+
+    def closed(self, pairs: Sequence[Pair]) -> Array:
+        """How far the ends of pairs have come towards each other from rest, (n_t, m) [m]."""
+        return -opening(replace(self.system, pairs=tuple(pairs)), self.u, self.relative)
+
+    def exchanged(self, index: int, low: int, high: int) -> tuple[float, float]:
+        """Work of a pair's force on the buildings between two times, and what its law takes [J]."""
+        here = slice(low, high + 1)
+        F, gap = self.force[here, index], self.gap[here, index]
+        work = float(np.sum(np.diff(gap) * 0.5 * (F[:-1] + F[1:])))
+        return work, taken(self.system.pairs[index].law, gap, self.gap_rate[here, index])
 
     @cached_property
     def time(self) -> Array:
@@ -230,16 +278,44 @@ class Response:
         return np.asarray(self.time_step * np.arange(self.u.shape[0]), dtype=np.float64)
 
     @cached_property
-    def moving(self) -> NDArray[np.int64]:
+    def moving(self) -> Index:
         """Degrees of freedom that move at all."""
         return np.flatnonzero(self.u.any(axis=0) | self.v.any(axis=0))
+
+    def deformation(self, values: Literal["u", "v"], building: str | None = None) -> Array:
+        """Displacements or velocities relative to the bases, shape (n_t, n); of one stick or all.
+
+        On a clamped base they are those relative to the ground under it.
+        """
+        system = self.system
+        chosen = system.sticks if building is None else (system.stick(building),)
+        first = system.offsets[chosen[0].name]
+        found = getattr(self, values)[:, first : first + sum(stick.n for stick in chosen)]
+        bases = [self.base(values, stick.name) for stick in chosen]
+        found = found if all(base is None for base in bases) else found.copy()
+        for stick, base in zip(chosen, bases, strict=True):
+            if base is not None:
+                at = system.offsets[stick.name] - first
+                found[:, at : at + stick.n] -= base @ stick.rigid_body().T
+        return np.asarray(found)
+
+    def base(self, values: Literal["u", "v"], building: str) -> Array | None:
+        """Displacement or velocity of the base of a building, shape (n_t, 6); None at rest."""
+        if building not in self.bases and building not in self.relative:
+            return None
+        moved = np.zeros((len(self.u), 6))
+        if building in self.bases:
+            moved += getattr(self.bases[building], values)
+        if building in self.relative:
+            moved[:, :3] += self.relative[building]["uv".index(values)]
+        return moved
 
     @property
     def external(self) -> Array:
         """External forces -M r a_g and those of the loads, shape (n_t, n)."""
         return self._external(np.arange(self.u.shape[1]))
 
-    def _external(self, dofs: NDArray[np.int64]) -> Array:
+    def _external(self, dofs: Index) -> Array:
         external = -self.ground @ (self.system.M @ self.system.ground)[dofs].T
         for load in self.loads:
             external += np.outer(load.force, self.system.row(load.at, load.direction)[dofs])
@@ -257,8 +333,8 @@ class Response:
         dofs = self.moving[mass[self.moving] > 0.0]
         here = np.ix_(self.moving, dofs)
         balance = self._external(dofs)
-        balance -= self.v[:, self.moving] @ system.C[here]
-        balance -= self.u[:, self.moving] @ system.K[here]
+        balance -= self.deformation("v")[:, self.moving] @ system.C[here]
+        balance -= self.deformation("u")[:, self.moving] @ system.K[here]
         if system.pairs:
             balance += self.force @ system.J[:, dofs]
         acceleration = np.zeros_like(self.u)
@@ -274,17 +350,72 @@ class Response:
     def gap(self) -> Array:
         """Gap function of each pair, shape (n_t, m) [m]; negative in contact."""
         rest = np.array([pair.gap for pair in self.system.pairs])
-        return np.asarray(rest + self.u @ self.system.J.T)
+        return np.asarray(rest + opening(self.system, self.u, self.relative))
 
     @cached_property
     def gap_rate(self) -> Array:
         """Rate of the gap function, shape (n_t, m) [m/s]."""
-        return self.v @ self.system.J.T
+        return opening(self.system, self.v, self.relative, 1)
+
+
+def taken(law: Law, gap: Array, rate: Array) -> float:
+    """What a law takes along a motion of one contact, ∮ F(p, v) dp [J].
+
+    By trapezoids over the part of each step in which there is contact: where it begins or ends
+    inside one, the force is the law's at p = 0, with the speed outside the contact. The gap [m] and
+    its rate [m/s], shape (n,) each, begin before the contact.
+    """
+    p, v = np.maximum(-gap, 0.0), -rate
+    F = np.array(
+        [
+            law_force(law.code, law.parameters, max(depth, 1e-300), speed, v[0])[0]
+            for depth, speed in zip(p, v, strict=True)
+        ]
+    )
+    return float(np.sum(np.diff(p) * 0.5 * (F[:-1] + F[1:])))
+
+
+def opening(system: System, x: Array, relative: Mapping[str, Array], row: int = 0) -> Array:
+    """N · (x_b - x_a) of each pair by displacements or velocities, (n_t, n); (n_t, m).
+
+    They and `Ground.relative`, of which the row counts, are relative to the ground under the first
+    building; a wall moves with the ground under its own.
+    """
+    found = np.asarray(x @ system.J.T)
+    for k, pair in enumerate(system.pairs):
+        if pair.b is None and pair.a.building in relative:
+            found[:, k] += relative[pair.a.building][row] @ pair.normal
+    return found
+
+
+def opened(pairs: Sequence[Pair], ground: Ground) -> Array | None:
+    """How far the ground opens the gaps, and how fast, (2, n_t, m); None where it moves alike."""
+    if not ground.relative:
+        return None
+    apart = np.zeros((2, len(ground.acceleration), len(pairs)))
+    for k, pair in enumerate(pairs):
+        other = None if pair.b is None else pair.b.building
+        apart[:, :, k] = ground.opened(pair.a.building, other, pair.normal)
+    return apart
+
+
+def add_ground(
+    system: System, ground: Ground, values: Sequence[Array], *, first: int = 0, sign: float = 1.0
+) -> None:
+    """From motions relative to the ground under each stick to that under the first, in place.
+
+    To displacements, velocities and accelerations, shape (n_t, n) each, or from the `first` of them
+    on, what the ground under it moves more is added, times the sign.
+    """
+    for name, moved in ground.relative.items():
+        at, R = system.offsets[name], system.stick(name).rigid_body()[:, :3]
+        for x, of_ground in zip(values, moved[first:], strict=False):
+            x[:, at : at + len(R)] += sign * of_ground @ R.T
 
 
 def simulate(
     system: System,
-    ground: Array,
+    ground: Array | Ground,
     time_step: float,
     *,
     update: Update = "implicit",
@@ -294,18 +425,19 @@ def simulate(
 ) -> Response:
     """Response of the sticks to the ground motion and to forces on points, with contact.
 
-    All sticks stand on the same ground: gaps are those of displacements relative to it.
+    Gaps open and close with the ground under the buildings, where it does not move alike.
 
     Newmark's average acceleration; the contact force is implicit at the new time, or lagged one
     step as equation 2 of the paper prints it.
 
     Args:
         system: The buildings and pairs.
-        ground: Ground acceleration along x, y, z at every step, shape (n_t, 3) [m/s2].
+        ground: The ground at every step; of one that moves alike its acceleration along x, y, z,
+            shape (n_t, 3) [m/s2].
         time_step: Time step [s].
         update: "implicit" or "lagged".
         u0: Displacements at the start, shape (n,); zero when None.
-        v0: Velocities at the start, shape (n,); zero when None.
+        v0: Velocities at the start, shape (n,); zero when None. Bases on soil start at rest.
         loads: External forces in addition to the ground motion.
 
     Raises:
@@ -314,22 +446,29 @@ def simulate(
             forces do not converge.
     """
     n = system.M.shape[0]
-    if ground.ndim != 2 or ground.shape[1] != 3:
-        raise ImpactfemError(f"ground must have shape (n_t, 3), got {ground.shape}")
-    n_t = ground.shape[0]
+    ground = as_ground(ground)
+    a_g = ground.acceleration
+    n_t = len(a_g)
     for load in loads:
         if np.shape(load.force) != (n_t,):
             where = f"{load.at.building}, floor {load.at.floor}"
             found = np.shape(load.force)
             raise ImpactfemError(f"force on {where}: expected shape ({n_t},), got {found}")
     assembly, basis = system.assembly, system.basis
-    f = ground @ assembly.ground.T
+    f = a_g @ assembly.ground.T
+    for name, (_, _, a) in ground.relative.items():
+        columns = assembly.columns[name]
+        f[:, columns] += a @ assembly.ground[columns].T
     for load in loads:
         f += np.outer(load.force, system.row(load.at, load.direction) @ basis)
     # z = Φ⁻¹ u. Points without mass have no velocity at the start but that of their stiffness.
-    start = [None if x is None else np.linalg.solve(basis, x) for x in (u0, v0)]
+    start = [None if x is None else system.coordinates(x) for x in (u0, v0)]
     motion = respond(
-        assembly, f, ground, time_step, lagged=update == "lagged", u0=start[0], v0=start[1]
+        *(assembly, f, a_g, time_step),
+        lagged=update == "lagged",
+        u0=start[0],
+        v0=start[1],
+        opened=opened(system.pairs, ground),
     )
     moved = basis[:, motion.moving]
     dofs = np.flatnonzero(moved.any(axis=1))
@@ -338,8 +477,14 @@ def simulate(
     u[:, dofs], v[:, dofs] = motion.u @ moved[dofs].T, motion.v @ moved[dofs].T
     if not np.isfinite(u[-1]).all():
         raise SolutionError(f"the response grew without bound; {UNSTABLE}")
-    ground = np.asarray(ground, dtype=float)
-    response = Response(system, time_step, u, v, motion.force, ground, motion.energy, tuple(loads))
+    add_ground(system, ground, (u, v))
+    bases = base_histories(assembly, motion, time_step)
+    radiated = sum((base.radiated for base in bases.values()), np.zeros(n_t))
+    energy = replace(motion.energy, damped=motion.energy.damped - radiated, radiated=radiated)
+    response = Response(
+        *(system, time_step, u, v, motion.force, a_g, energy, tuple(loads), bases),
+        relative=ground.relative,
+    )
     if update == "lagged":
         # A contact that gave the buildings more energy than all else did is a blow-up.
         external, energy = response.external, motion.energy
@@ -351,21 +496,3 @@ def simulate(
                 f"the lagged contact forces created energy, {work:.3g} J; {UNSTABLE}"
             )
     return response
-
-
-def interpolate_ground(
-    histories: Sequence[tuple[int, float, Array]], time_step: float, n_t: int
-) -> Array:
-    """Ground acceleration at n_t times of a step [s], shape (n_t, 3) [m/s2].
-
-    Of each history a component (0, 1, 2 for x, y, z), its time step [s] and samples [m/s2], linear
-    between these and zero after the last one; those of the same direction add.
-    """
-    time = time_step * np.arange(n_t)
-    ground = np.zeros((n_t, 3))
-    for component, dt, samples in histories:
-        end = dt * (samples.size - 1)
-        # A time that rounding puts behind the last sample still is that sample's.
-        inside = np.where(np.abs(time - end) <= 1e-9 * end, end, time)
-        ground[:, component] += np.interp(inside, dt * np.arange(samples.size), samples, right=0.0)
-    return ground

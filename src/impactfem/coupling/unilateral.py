@@ -28,22 +28,24 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
+import numba
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from impactfem.coupling.body import reduced_body
 from impactfem.coupling.complementarity import Complementarity, Mask
 from impactfem.coupling.links import Assembly, Inverse, Link
 from impactfem.dynamics.damping import UNDAMPED, Damping
 from impactfem.dynamics.energy import Energy
+from impactfem.system.arrays import Array
 from impactfem.system.errors import SolutionError
-
-Array = NDArray[np.float64]
 
 SLACK = 1e-9
 """Part of the way in a step, at the largest speed so far, that counts as at the wall."""
 REPORT = 50
 """Steps between two reports of the progress."""
+COAST = 32
+"""Steps that are computed together where nothing touches."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +112,17 @@ class Motion(Protocol):
 
     def stored(self) -> tuple[float, float]:
         """Kinetic and elastic energy [J]."""
+
+    def coast(self, amplitudes: Array) -> tuple[Array, Array, Array] | None:
+        """What is seen in steps without impulses, which are not made yet.
+
+        Of `amplitudes` as of `free`, shape (K, n_patterns): displacements and velocities after each
+        step, shape (K, m + n_probes) each, and what `advance` gives, shape (K, 5). None where a
+        motion makes one step after the other.
+        """
+
+    def keep(self, steps: int) -> None:
+        """Make so many of the steps that `coast` found."""
 
 
 def check_rule(time_step: float, theta: float) -> None:
@@ -185,6 +198,7 @@ class ModalMotion:
         self._pushed, self._pushed_y = pushed[0].T, pushed[1].T
         self.displacement, self.velocity, self._mean, self._force = np.zeros((4, r))
         self._y, self._y_velocity, self._y_mean, self._y_force = np.zeros((4, N))
+        self._coasted = np.zeros((r, 0)), np.zeros((r, 0)), np.zeros((0, 5))
 
     def delassus(self) -> Array:
         """W = Γ M̂⁻¹ Γᵀ, shape (m, m)."""
@@ -240,6 +254,58 @@ class ModalMotion:
         elastic = z @ (all_.eigenvalue * z) + y @ one.K @ y
         return 0.5 * float(kinetic), 0.5 * float(elastic)
 
+    def coast(self, amplitudes: Array) -> tuple[Array, Array, Array] | None:
+        """See `Motion`: all modes by themselves; None with what couples them."""
+        if len(self._y):
+            return None
+        one = self.assembly
+        self._coasted = march_modes(
+            *(one.mass, one.damping, one.eigenvalue, self._inverse.diagonal),
+            *(self.displacement, self.velocity, self._load @ amplitudes.T),
+            *(self.time_step, self.theta),
+        )
+        z, v, energies = self._coasted
+        return (self._seen @ z).T, (self._seen @ v).T, energies
+
+    def keep(self, steps: int) -> None:
+        """Make so many of the steps that `coast` found."""
+        z, v, _ = self._coasted
+        self.displacement, self.velocity = z[:, steps - 1].copy(), v[:, steps - 1].copy()
+
+
+@numba.njit(cache=True)
+def march_modes(
+    mass: Array,
+    damping: Array,
+    eigenvalue: Array,
+    inverse: Array,
+    displacement: Array,
+    velocity: Array,
+    load: Array,
+    h: float,
+    theta: float,
+) -> tuple[Array, Array, Array]:
+    """States of modes after steps of the θ rule under loads f_θ, (r, K) each, and their energies.
+
+    The inverse is that of M̂, shape (r,); energies are as of `Motion.advance`, shape (K, 5).
+    """
+    r, K = load.shape
+    z, v, energies = np.empty((r, K)), np.empty((r, K)), np.zeros((K, 5))
+    s = theta * h
+    for i in range(r):
+        x, y, μ, λ = displacement[i], velocity[i], mass[i], eigenvalue[i]
+        for k in range(K):
+            mean = inverse[i] * (μ * y + s * (load[i, k] - λ * x))
+            jump = (mean - y) / theta
+            x, y = x + h * mean, y + jump
+            z[i, k], v[i, k] = x, y
+            energies[k, 0] += 0.5 * μ * y * y
+            energies[k, 1] += 0.5 * λ * x * x
+            energies[k, 2] += h * damping[i] * mean * mean
+            energies[k, 3] += (theta - 0.5) * (μ * jump * jump + h * h * λ * mean * mean)
+            energies[k, 4] += h * mean * load[i, k]
+    return z, v, energies
+
 
 def unilateral_response(
     motion: Motion,
@@ -250,6 +316,7 @@ def unilateral_response(
     velocity: Array | None = None,
     amplitudes: Array | None = None,
     restitution: ArrayLike = 0.0,
+    opened: Array | None = None,
     progress: Callable[[float], None] = lambda part: None,
 ) -> ContactHistory:
     """Step a structure from a given state between its constraints. Collective.
@@ -266,6 +333,8 @@ def unilateral_response(
         restitution: Newton's e of each constraint, shape (m,) or one for all, from 0 to
             (1 − θ)/θ. The e of nodes is not that of a building: without it, a mesh loses only the
             energy of its contact nodes, which falls with their mass.
+        opened: How far the walls move away, and how fast, shape (2, n_t, m), in the unit of the
+            gaps; None where they rest. What they work is input.
         progress: Called with the part of the steps that is done.
 
     Returns:
@@ -294,7 +363,10 @@ def unilateral_response(
     problem = Complementarity(motion.delassus(), name="the Delassus operator of the constraints")
 
     x, v = motion.start(displacement, velocity)
-    clear = gaps - x[:m]
+    # Gap at rest and speed at which walls leave; one row for walls at rest.
+    rest, leaving = np.zeros((2, 1, m)) if opened is None else opened
+    rest, last = gaps + rest, len(rest) - 1
+    clear = rest[0] - x[:m]
     bad = np.flatnonzero(clear < -SLACK * np.maximum(np.abs(gaps), np.abs(x[:m])))
     if bad.size:
         raise SolutionError(
@@ -306,19 +378,43 @@ def unilateral_response(
     states[0], rates[0], energies[0, :2] = x, v, motion.stored()
     active: Mask = np.zeros(m, dtype=np.bool_)
     nothing: Array = np.zeros(m)
-    fastest = _largest(problem.scale * v[:m])
-    for step in range(1, steps + 1):
-        mean = motion.free((1.0 - theta) * loads[step - 1] + theta * loads[step])
+    fastest = _largest(problem.scale * (v[:m] - leaving[0]))
+    means = (1.0 - theta) * loads[:-1] + theta * loads[1:]
+    step, near = 0, True
+    while step < steps:
+        if not near and (coasting := motion.coast(means[step : step + COAST])) is not None:
+            xs, vs, found_energies = coasting
+            now = np.minimum(np.arange(step, step + len(xs) + 1), last)
+            fast = np.abs(problem.scale * (vs[:, :m] - leaving[now[1:]])).max(axis=1)
+            fast = np.maximum(np.maximum.accumulate(fast), fastest)
+            # Up to the first step in which a constraint takes part, by the states before it.
+            x_before, v_before = np.vstack([x[:m], xs[:-1, :m]]), np.vstack([v[:m], vs[:-1, :m]])
+            slack = SLACK * h * fast[:, None] / problem.scale
+            closing = v_before - leaving[now[:-1]]
+            met = (rest[now[:-1]] - x_before <= (1.0 - theta) * h * closing + slack).any(axis=1)
+            count = int(met.argmax()) if met.any() else len(xs)
+            if count and np.all(np.isfinite(xs[count - 1])):
+                motion.keep(count)
+                done = slice(step + 1, step + count + 1)
+                states[done], rates[done] = xs[:count], vs[:count]
+                energies[done, :5] = found_energies[:count]
+                x, v, fastest = xs[count - 1], vs[count - 1], float(fast[count - 1])
+                step += count
+                progress(step / steps)
+                continue
+        step += 1
+        mean = motion.free(means[step - 1])
         if not np.all(np.isfinite(mean)):
             raise SolutionError(f"the response is not finite in step {step}")
-        before = v[:m]
-        after = (mean[:m] - (1.0 - theta) * before) / theta
+        old, new = min(step - 1, last), min(step, last)
+        before = v[:m] - leaving[old]
+        after = (mean[:m] - (1.0 - theta) * v[:m]) / theta - leaving[new]
         fastest = max(fastest, _largest(problem.scale * after))
         slack = SLACK * h * fastest / problem.scale
-        among = gaps - x[:m] <= (1.0 - theta) * h * before + slack
-        impulse: Array = nothing
+        among = rest[old] - x[:m] <= (1.0 - theta) * h * before + slack
+        near, impulse = bool(np.any(among)), nothing
         bounce = np.where(before >= 0.0, e, neutral) * before
-        if np.any(among):
+        if near:
             found = problem.solve(-(after + bounce), active=active, among=among)
             impulse, active = found.p, found.active
         if np.any(impulse):
@@ -326,18 +422,20 @@ def unilateral_response(
         v = np.asarray((mean - (1.0 - theta) * v) / theta, dtype=np.float64)
         x = np.asarray(x + h * mean, dtype=np.float64)
         # From the velocities that the structure has, not from W.
-        w, p = -problem.scale * (v[:m] + bounce), impulse / problem.scale
+        w, p = -problem.scale * (v[:m] - leaving[new] + bounce), impulse / problem.scale
         if fastest > 0.0:
             residuals[step] = _largest(np.minimum(w, p)[among]) / fastest
         states[step], rates[step], impulses[step] = x, v, impulse
-        energies[step] = (*motion.advance(), -float(mean[:m] @ impulse))
+        by_walls = float((rest[new] - rest[old]) @ impulse) / h
+        energies[step] = (*motion.advance(), by_walls - float(mean[:m] @ impulse))
+        energies[step, 4] -= by_walls
         if step % REPORT == 0 or step == steps:
             progress(step / steps)
     damped, numerical, work, contact = np.cumsum(energies[:, 2:], axis=0).T
     return ContactHistory(
         time=h * np.arange(steps + 1, dtype=np.float64),
         impulse=impulses,
-        gap=gaps - states[:, :m],
+        gap=rest - states[:, :m],
         displacement=states[:, m:],
         velocity=rates[:, m:],
         residual=residuals,

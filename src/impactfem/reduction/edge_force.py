@@ -20,7 +20,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.building.facade import facades, patch_load
 from impactfem.building.floor import Line, NodalLoad, contact_edge, edge_load, linear
@@ -29,8 +28,7 @@ from impactfem.building.model import BuildingModel
 from impactfem.case.contacts import Vector
 from impactfem.case.facade import Facade
 from impactfem.case.transient import Transient
-
-Array = NDArray[np.float64]
+from impactfem.system.arrays import Array
 
 CENTRAL = 1e-9
 """Part of the length of a side up to which a distance along it is rounding."""
@@ -163,6 +161,27 @@ def floor_shares(
         (_with(one, f"{one.name} contact {at:.9g} m", 1.0, float(c) - 0.5 * L, hat), float(factor))
         for at, c, hat, factor in zip(s, middle, hats, share, strict=True)
     )
+
+
+def hat_force(
+    floor: int, facade: Facade, direction: Vector, before: float, at: float, behind: float
+) -> EdgeForce:
+    """The line load of 1 N of a point of contact at a position on a side [m].
+
+    It is a hat that falls to zero at the points before and behind, half of one at an end.
+    """
+    one, peak = even(floor, facade, direction), 2.0 / (behind - before)
+    line = tuple(
+        place
+        for place, shown in (
+            ((before, 0.0), before < at),
+            ((at, peak), True),
+            ((behind, 0.0), behind > at),
+        )
+        if shown
+    )
+    name = f"{one.name} contact {at:.9g} m from {before:.9g} to {behind:.9g} m"
+    return _with(one, name, 1.0, (before + at + behind) / 3.0 - 0.5 * facade.length, line)
 
 
 def _with(one: EdgeForce, name: str, resultant: float, moment: float, line: Line) -> EdgeForce:

@@ -32,8 +32,6 @@ It is some hundred times the error, more at low frequencies. (In the norm of Mâ
 falls out, it would be five to a hundred times larger still.)
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -43,9 +41,8 @@ from numpy.typing import NDArray
 from impactfem.dynamics.damping import DampingLaw, Rayleigh
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced import ReducedModel, reduced_model, shift_of
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
-
-Array = NDArray[np.float64]
 
 NESTED_SHARES = (0.95, 0.9, 0.85)
 """Sizes of the nested models over that of the basis."""
@@ -116,11 +113,7 @@ def transfer_band(
 
 
 def transfer_bound(
-    model: ReducedModel,
-    probe_norm: Array,
-    residual_norm: Array,
-    omega: Array,
-    damping: Rayleigh,
+    model: ReducedModel, probe_norm: Array, residual_norm: Array, omega: Array, damping: Rayleigh
 ) -> Array:
     """Bound on the error of transfer functions, in the modulus of the complex difference.
 
@@ -153,7 +146,7 @@ class Effectivity:
     """Band over error, of all spectra and thirds of an octave with an error to speak of."""
 
     ratio: Array  #: Band over error, shape (n,).
-    spectrum: NDArray[np.int64]  #: Number of the spectrum of each, shape (n,).
+    spectrum: Index  #: Number of the spectrum of each, shape (n,).
     frequency: Array  #: Middle of the third of an octave of each, shape (n,) [Hz].
 
     @property

@@ -1,33 +1,22 @@
 """Impact forces that fit the building: whose they are, long enough, and each on a side of it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.building.mesh import BuildingMesh, outward_normal
 from impactfem.case import Case, Contact
 from impactfem.case.base import nearest
-from impactfem.case.facade import (
-    ALIGNED,
-    words_of,
-)
+from impactfem.case.facade import ALIGNED, words_of
 from impactfem.case.motions import read_force_table
 from impactfem.coupling.force_history import ForceHistory, PairEnds, read_forces
-from impactfem.reduction.edge_force import (
-    EdgeForce,
-    Shares,
-)
+from impactfem.reduction.edge_force import EdgeForce, Shares
 from impactfem.reduction.sides import Impulses, PairEnd, Sides
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.log import LOGGER
-
-Array = NDArray[np.float64]
 
 LOAD = "load"
 """How the columns of loads are named, before their number."""
@@ -100,7 +89,11 @@ def pair_ends(
     contacts = {contact.name: contact for contact in case.contacts}
     ends: Ends = {}
     faults: list[Fault] = []
-    if contacts:
+    if contacts and history.ends.hat_a is not None and case.pounding_in_3d:
+        # Points along which 3D models touch: several of each pair of the case.
+        struck = any(building in contact.buildings for contact in contacts.values())
+        ends, faults = _ends_by_file(history, path, building if struck else "")
+    elif contacts:
         for j, name in enumerate(history.pairs):
             if name not in contacts:
                 expected = f"expected a pair of the case; {nearest(name, list(contacts))}"
@@ -109,7 +102,7 @@ def pair_ends(
             ends[j] = _ends_of_contact(contacts[name])
             faults += _contradictions(history, path, j, ends[j])
         for name, contact in contacts.items():
-            touches = building in (contact.a.building, contact.b.building)
+            touches = building in contact.buildings
             if touches and name not in history.pairs:
                 expected = f"the forces of the pair {name} of the case, which touches {building}"
                 faults.append(Fault(path, "pair", None, expected))
@@ -174,6 +167,21 @@ def with_floor_forces(
     return (joined if len(every) > len(edges) else forces), every
 
 
+def loaded_edges(case: Case, mesh: BuildingMesh) -> dict[int, Shares]:
+    """The patterns of the loads of a case on the edges of its 3D building, by floor.
+
+    Raises:
+        ValueError: The case has no structure.
+    """
+    building, sides, found = _three_d(case), Sides(case, mesh), dict[int, Shares]()
+    for loads in case.loads:
+        table = read_force_table(loads.file, [])
+        for of, floor in () if table is None else table.floors:
+            if of == building and floor in mesh.edges:
+                found[floor] = sides.loaded(floor)
+    return found
+
+
 def check_contacts(case: Case, mesh: BuildingMesh) -> tuple[EdgeForce, ...]:
     """The patterns of all forces that may act on the 3D building of a case, by floor.
 
@@ -211,11 +219,7 @@ def check_contacts(case: Case, mesh: BuildingMesh) -> tuple[EdgeForce, ...]:
             faults.append(shares)
         elif named is None or end.floor in named:
             patterns += [pattern for pattern, _ in shares]
-    loaded = set()
-    for loads in case.loads:
-        table = read_force_table(loads.file, [])
-        floors = () if table is None else table.floors
-        loaded |= {floor for of, floor in floors if of == building and floor in mesh.edges}
+    loaded = set(loaded_edges(case, mesh))
     if named is not None:
         loaded = (loaded & set(named)) | {k for k in named if k not in {p.floor for p in patterns}}
     bare = [str(floor) for floor in named or () if floor not in mesh.edges and floor in loaded]
@@ -232,22 +236,14 @@ def check_contacts(case: Case, mesh: BuildingMesh) -> tuple[EdgeForce, ...]:
 
 
 def _ends_of_contact(contact: Contact) -> tuple[PairEnd, PairEnd]:
-    normal = np.array(contact.normal)
-    a, b = (
-        PairEnd(
-            point.building,
-            point.floor if point.floor is not None else int(point.storey or 0),
-            point.relative_height,
-            outward,
-            point.offset,
-        )
-        for point, outward in ((contact.a, normal), (contact.b, -normal))
-    )
-    return a, b
+    n = np.array(contact.normal)
+    # A rigid wall has no name.
+    b = PairEnd("", 0, None, -n) if contact.b is None else PairEnd.of(contact.b, -n)
+    return PairEnd.of(contact.a, n), b
 
 
 def _ends_by_file(history: ForceHistory, path: Path, building: str) -> tuple[Ends, list[Fault]]:
-    """Both ends of the pairs as the file says, in a case without contacts; what is wrong."""
+    """Both ends of the pairs as the file says; what is wrong, as none on this building, if any."""
     said = history.ends
     buildings, floors = (said.building_a, said.building_b), (said.floor_a, said.floor_b)
     if None in buildings or None in floors or said.normal is None:
@@ -256,6 +252,7 @@ def _ends_by_file(history: ForceHistory, path: Path, building: str) -> tuple[End
         expected = "what each pair is between (NetCDF only): the case has no contacts to say it"
         return {}, [Fault(path, missing, None, expected)]
     heights = (said.relative_height_a, said.relative_height_b)
+    hats = (said.hat_a, said.hat_b)
     ends: Ends = {}
     faults: list[Fault] = []
     for j, name in enumerate(history.pairs):
@@ -268,9 +265,13 @@ def _ends_by_file(history: ForceHistory, path: Path, building: str) -> tuple[End
                 None
                 if offset is None
                 else (float(offset[j][0]), float(offset[j][1]), float(offset[j][2])),
+                None
+                if hat is None or math.isnan(hat[j][0])
+                else (float(hat[j][0]), float(hat[j][1]), float(hat[j][2])),
             )
-            for names, numbers, height, sign, offset in zip(
-                buildings, floors, heights, (1.0, -1.0), (said.offset_a, said.offset_b), strict=True
+            for names, numbers, height, sign, offset, hat in zip(
+                *(buildings, floors, heights, (1.0, -1.0), (said.offset_a, said.offset_b), hats),
+                strict=True,
             )
             if names is not None and numbers is not None
         )
@@ -279,7 +280,11 @@ def _ends_by_file(history: ForceHistory, path: Path, building: str) -> tuple[End
             faults.append(Fault(path, f"pair {name}, building_b", b.building, expected))
         else:
             ends[j] = (a, b)
-    if not faults and all(building not in (a.building, b.building) for a, b in ends.values()):
+    if (
+        building
+        and not faults
+        and all(building not in (a.building, b.building) for a, b in ends.values())
+    ):
         found = sorted({end.building for pair in ends.values() for end in pair} - {""})
         expected = f"expected a pair that touches {building}, the building of the 3D model"
         faults.append(Fault(path, "building_a, building_b", found, expected))

@@ -12,22 +12,17 @@ Beattie and Gugercin, Krylov-based model reduction of second-order systems with 
 damping, CDC 2005; full reorthogonalisation as in Grimme, Sorensen and Van Dooren (1996).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.dynamics.columns import combined, inner, product
 from impactfem.dynamics.factorisation import Factorisation, Held
 from impactfem.reduction.orthonormal import Orthonormal
+from impactfem.system.arrays import Array, Index
 from impactfem.system.parallel import meanwhile
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 AT_ONCE = 16
 """Columns that are solved for and used at once."""
@@ -180,12 +175,10 @@ class KrylovBasis(Held):
         self._T[last, :] = coordinates.T
 
     def _settle(self, last: slice) -> None:
-        """Apply A to the new tail Q, and take off rounding at the same time. Collective.
-
-        Q = Q' + V c, with the small c = Vᵀ M Q. What was taken off Q counts in A V = V T + Q S, and
-        as A V c = V T c + Q S c is to be taken off A Q; left there, it would grow step by step. The
-        images of the last vectors under A brought in the tail.
-        """
+        """Apply A to the new tail Q, and take off rounding at the same time. Collective."""
+        # Q = Q' + V c, with the small c = Vᵀ M Q. What was taken off Q counts in A V = V T + Q S,
+        # and as A V c = V T c + Q S c is to be taken off A Q; left there, it would grow step by
+        # step. The images of the last vectors under A brought in the tail.
         n, vectors = self._size, self.vectors
         with meanwhile(lambda: self.solve(self._MQ)) as solved:
             c = vectors.seen(self._MQ, n).T

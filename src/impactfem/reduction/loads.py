@@ -7,16 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 from scipy.integrate import trapezoid
 
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
 from impactfem.coupling.force_history import ForceHistory
-from impactfem.coupling.pounding import interpolate_ground
+from impactfem.coupling.ground import interpolate_ground
 from impactfem.reduction.edge_force import EdgeForce, Shares
-
-Array = NDArray[np.float64]
+from impactfem.system.arrays import Array
 
 
 def project(time: Array, values: Array, time_step: float, n_steps: int) -> Array:
@@ -131,6 +129,7 @@ def make_loads(
     time_step: float,
     n_steps: int,
     external: int = 0,
+    delay: float = 0.0,
 ) -> Loads:
     """Loads at the time step of the 3D model.
 
@@ -142,6 +141,7 @@ def make_loads(
         time_step: Δt [s].
         n_steps: Number of steps.
         external: Number of pairs, the last ones, that are loads of the case and no contacts.
+        delay: How much later the motions reach the building [s].
     """
     along = list(dict.fromkeys(pattern for shares in edges for pattern, _ in shares))
     share = np.zeros((len(edges), len(along)))
@@ -162,7 +162,7 @@ def make_loads(
     largest = np.abs(before).max(initial=0.0)
     return Loads(
         time_step=time_step,
-        ground=interpolate_ground(motions, time_step, n_steps + 1),
+        ground=interpolate_ground(motions, time_step, n_steps + 1, delay),
         directions=tuple(sorted({component for component, _, _ in motions})),
         edges=tuple(edge for edge, acts in zip(along, acting, strict=True) if acts),
         force=force,

@@ -11,20 +11,16 @@ mode is too stiff or too damped for it. Newmark: average acceleration, for the c
 full model at the same step. Both are in equilibrium at each sample, which gives z̈.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.reduced import ReducedModel
+from impactfem.system.arrays import Array
 from impactfem.system.errors import SolutionError
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,11 +64,9 @@ def modal_response(
 
 @numba.njit(cache=True)
 def _exact_step(eigenvalue: Array, damping: Array, dt: float) -> tuple[Array, Array]:
-    """D, shape (r, 2, 2), and G, shape (r, 2, 2) with columns G₀ and G₁.
-
-    By the step Δt = 1 with λ Δt² and c Δt: the diagonal of D, the response h to a unit impulse, and
-    its first two integrals h2 and h3.
-    """
+    """D, shape (r, 2, 2), and G, shape (r, 2, 2) with columns G₀ and G₁."""
+    # By the step Δt = 1 with λ Δt² and c Δt: the diagonal of D, the response h to a unit impulse,
+    # and its first two integrals h2 and h3.
     r = eigenvalue.size
     D, G = np.empty((r, 2, 2)), np.empty((r, 2, 2))
     for i in range(r):

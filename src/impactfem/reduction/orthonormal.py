@@ -1,7 +1,5 @@
 """Vectors that are orthonormal in a mass, which grow in number block by block; their memory."""
 
-from __future__ import annotations
-
 import mmap
 import os
 import tempfile
@@ -10,18 +8,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from petsc4py import PETSc
 from scipy.linalg.blas import dgemm
 
 from impactfem.dynamics.columns import inner, product, summed
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 from impactfem.system.log import LOGGER
 from impactfem.system.memory import available_memory, disk_folder
 from impactfem.system.parallel import all_blas_threads
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 DEPENDENT = 1e-9
 """Part of a vector outside the basis, over its length, up to which it counts as dependent: the
@@ -60,10 +55,8 @@ def room(rows: int, columns: int, processes: int = 1) -> Room:
 
     The file is in the folder of the environment variable TMPDIR, else in /var/tmp; it has no name
     and goes with the array, also when the process is killed. So many processes set up as much on
-    this machine at the same time.
-
-    Raises:
-        SolutionError: There is room neither in memory nor in the folder.
+    this machine at the same time. SolutionError where there is room neither in memory nor in the
+    folder.
     """
     size = 8 * rows * columns
     if not size or (1 + LEFT) * size * processes <= available_memory():
@@ -103,16 +96,16 @@ class Orthonormal:
         self._chunks: list[Room] = []
 
     @all_blas_threads()
-    def append(self, X: Array, near: int | None = None) -> tuple[Array, Array]:
+    def append(
+        self, X: Array, near: int | None = None, dependent: float = DEPENDENT
+    ) -> tuple[Array, Array]:
         """Take in what X, shape (n_local, k), Fortran order, has outside the columns; it is lost.
 
+        Of a vector that has at most the part `dependent` of its length outside, nothing comes in.
         `near` is the first of the columns in which X has parts, but for rounding, which is left
         there. Without it X has parts in all, and they are taken off to rounding. Gives the
         coordinates of X in all columns, shape (count, k); and M times the new ones, shape (n_local,
-        number of new columns).
-
-        Raises:
-            SolutionError: X has values that are not numbers.
+        number of new columns). SolutionError where x has values that are not numbers.
         """
         MX = product(self.M, X)
         length = np.sqrt(np.diag(inner(self.M, X, MX)))
@@ -123,7 +116,7 @@ class Orthonormal:
         # Twice is enough, and needed: what is left of a nearly dependent vector is mostly rounding.
         # Once more, where the second time takes away more than rounding; a vector that is then not
         # there any more was rounding itself.
-        first, least = near or 0, DEPENDENT * length
+        first, least = near or 0, dependent * length
         for attempt in range(3 if near is None else 1):
             known = self._subtract(first, X, MX)
             coordinates[first:] += known @ B

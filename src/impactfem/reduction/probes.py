@@ -1,21 +1,16 @@
 """Nodes of the mesh whose motion is wanted: probes, points that envelopes cover, floors, waves."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from impactfem.building.mesh import BuildingMesh, Mark, Part, parse_group, place, side_lengths
 from impactfem.case import Case
 from impactfem.case.devices import chosen
 from impactfem.case.transient import OUTSIDE
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 LINE_POINTS = 9
 """Points of the line across a floor (figure 14 of the paper)."""
@@ -36,9 +31,8 @@ class Probe:
 def checked_probes(case: Case, mesh: BuildingMesh) -> list[Probe]:
     """The probes of a case: those that are always there, and its own.
 
-    Raises:
-        InputError: One fault for each probe that is outside the building, or whose group the mesh
-            has not.
+    InputError with a fault for each probe that is outside the building, or whose group the mesh
+    has not.
     """
     probes, faults = standard_probes(mesh, case.wave_floor), []
     # What is nearer to a node than half a side of a triangle is taken for the node.
@@ -138,9 +132,8 @@ class CoveredPoints:
 def covered_points(case: Case, mesh: BuildingMesh) -> CoveredPoints:
     """Find the points that the devices of a case ask for.
 
-    Raises:
-        InputError: The mesh has none of the probes that a name or a pattern stands for, or a probe
-            of the case is not in the mesh.
+    InputError where the mesh has none of the probes that a name or a pattern stands for, or a probe
+    of the case is not in the mesh.
     """
     patterns = [
         (f"devices[{index}]", anchor.envelope)

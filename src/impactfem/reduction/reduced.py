@@ -11,21 +11,16 @@ frequency ω, for p = exp(iωt), lies in a few directions,
     r = F − (K + iωC − ω²M) x = −(σ − σ0) (1 + iωβ) (K + σ0 M) Q S Y z.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.dynamics.columns import inner
 from impactfem.dynamics.damping import DampingLaw, Rayleigh
 from impactfem.reduction.krylov import KrylovBasis
+from impactfem.system.arrays import Array, Complex
 from impactfem.system.errors import SolutionError
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

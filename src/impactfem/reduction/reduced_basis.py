@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.building.links import Displacements
 from impactfem.building.mesh import DOFS
@@ -23,13 +22,14 @@ from impactfem.reduction.error_band import (
     transfer_band,
     transfer_bound,
 )
+from impactfem.reduction.foundation import Foundation
+from impactfem.reduction.galerkin import GalerkinModes
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced import ReducedModel, Residual, residual_norms
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 from impactfem.system.log import LOGGER
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from impactfem.system.parallel import all_blas_threads
 
 AT_ONCE = 4
 """Block steps between two looks at the accuracy."""
@@ -56,42 +56,70 @@ class ReducedBasis:
     certified: Index  #: nodes for which the rigorous bound is known, ascending, shape (m,)
     norm: Array  #: ‖l‖ of their displacements (see `error_band`), shape (m, 3)
     gram: Array  #: Qᵀ (K + σ0 M) Q of the basis, shape (n_tail, n_tail)
+    #: V at the rotations of the certified nodes, shape (m, 3, size of the largest model)
+    rotations: Array
+    #: R, displacements of the nodes by a motion of the base about the origin, shape (n, 3, 6).
+    rigid: Array | None = None
+    foundation: Foundation | None = None  #: what the building stands on; None where it is clamped
+    points: int = (
+        0  #: number of the last loads that are of single points of contact, see `completed`
+    )
 
     @property
     def model(self) -> ReducedModel:
         """The reduced model itself."""
         return self.models[0]
 
-    def of(self, model: ReducedModel, nodes: Index) -> Array:
+    def of(self, model: ReducedModel, nodes: Index, *, rotations: bool = False) -> Array:
         """Φ of one of `models` or `larger` at some of the nodes, shape (m, 3, r).
+
+        Of their displacements, or of the rotations of certified ones; on soil with R of the six
+        coordinates of the base after it, shape (m, 3, r + 6).
 
         Raises:
             KeyError: The basis was not made for one of the nodes.
         """
-        rows = self.rows(nodes)
+        rows = self.rows(nodes, rotations=rotations)
         flat = rows.reshape(-1, rows.shape[2])
-        return model.shapes(flat).reshape(len(rows), 3, len(model.eigenvalue))
+        shapes = model.shapes(flat).reshape(len(rows), 3, len(model.eigenvalue))
+        return (
+            shapes
+            if self.foundation is None
+            else np.dstack([shapes, self.carried(nodes, rotations=rotations)])
+        )
 
-    def rows(self, nodes: Index) -> Array:
+    def carried(self, nodes: Index, *, rotations: bool = False) -> Array:
+        """R at some of the nodes, or that of their rotations, shape (m, 3, 6)."""
+        if rotations:
+            return np.tile(np.eye(6)[3:], (len(nodes), 1, 1))
+        if self.rigid is None:
+            raise ValueError("a basis of a building that can only be clamped")
+        return self.rigid[np.searchsorted(self.nodes, nodes)]
+
+    def rows(self, nodes: Index, *, rotations: bool = False) -> Array:
         """V at some of the nodes, shape (m, 3, size of the largest model); refuses other nodes."""
-        at = np.searchsorted(self.nodes, nodes)
-        if at.max(initial=-1) >= len(self.nodes) or np.any(self.nodes[at] != nodes):
+        known = self.certified if rotations else self.nodes
+        at = np.searchsorted(known, nodes)
+        if at.max(initial=-1) >= len(known) or np.any(known[at] != nodes):
             raise KeyError("a node that the basis was not made for")
-        return self.vectors[at]
+        return (self.rotations if rotations else self.vectors)[at]
 
     def at(self, nodes: Index) -> ReducedBasis:
         """The model with its shapes at some nodes alone, of any order, for other processes."""
         kept = np.unique(nodes)
         vectors = self.rows(kept)[..., : len(self.model.coordinates)]
-        return replace(self, models=self.models[:1], larger=(), nodes=kept, vectors=vectors)
+        rigid = None if self.rigid is None else self.carried(kept)
+        return replace(
+            self, models=self.models[:1], larger=(), nodes=kept, vectors=vectors, rigid=rigid
+        )
 
     def bound(self, nodes: Index, omega: Array, damping: DampingLaw) -> Array:
         """Rigorous bound on the error of displacements under exp(iωt) of each load.
 
         ω has the shape (n_freq,) [rad/s]. Shape (n_freq, n, 3, n_loads); infinite where nothing is
-        known, as of damping that is not Rayleigh's.
+        known, as of damping that is not Rayleigh's, and of a `completed` basis.
         """
-        if not isinstance(damping, Rayleigh):
+        if not isinstance(damping, Rayleigh) or not self.gram.size:
             return np.full((len(omega), len(nodes), 3, len(self.loads)), math.inf)
         at = np.searchsorted(self.certified, nodes)
         known = np.isin(nodes, self.certified)
@@ -102,9 +130,14 @@ class ReducedBasis:
         return found.reshape(len(omega), len(nodes), 3, -1)
 
     def error(self, probes: Index, damping: DampingLaw, maximum_frequency: float) -> float:
-        """Largest estimated error of the accelerations at probes, as of `NestedModels.error`."""
+        """Largest estimated error of the accelerations at probes, as of `NestedModels.error`.
+
+        Under all loads but those of single points of contact, which `completed` added.
+        """
         rows = self.vectors[np.searchsorted(self.nodes, np.unique(probes))]
-        return NestedModels(self.models, rows).error(damping, maximum_frequency)
+        whole = len(self.loads) - self.points
+        models = tuple(replace(one, load=one.load[:, :whole]) for one in self.models)
+        return NestedModels(models, rows).error(damping, maximum_frequency)
 
     @property
     def content(self) -> dict[str, Any]:
@@ -112,7 +145,8 @@ class ReducedBasis:
         content = {
             field.name: getattr(self, field.name)
             for field in fields(self)
-            if field.name not in ("loads", "models", "larger")
+            if field.name not in ("loads", "models", "larger", "foundation")
+            and getattr(self, field.name) is not None
         }
         return content | {
             "loads": np.array(self.loads),
@@ -129,6 +163,7 @@ class ReducedBasis:
             "models": models_of_content("models", content),
             "larger": models_of_content("larger", content),
             "difference": float(content["difference"]),
+            "points": int(content["points"]),
         }
         return cls(**values)
 
@@ -270,7 +305,8 @@ def build_basis(
             larger=larger,
             progress=progress,
         )
-    return reduced_basis(basis, grown, loads, probes, nodes, Displacements(model, nodes))
+    kept = Displacements(model, nodes), Displacements(model, probes, rotations=True)
+    return reduced_basis(basis, grown, loads, probes, nodes, *kept)
 
 
 def reduced_basis(
@@ -280,24 +316,75 @@ def reduced_basis(
     probes: Index,
     nodes: Index,
     displacements: Displacements,
+    rotations: Displacements,
+    rigid: Array | None = None,
 ) -> ReducedBasis:
     """What is kept of a basis: its models, and its vectors at nodes. Collective.
 
     Its factorisation may be gone: there may not be room for both. The probes that it was grown for,
-    and the nodes whose motion is wanted, with their displacements, are ascending.
+    and the nodes whose motion is wanted, with their displacements and R, are ascending; the
+    rotations are those of the probes.
     """
     models = grown.coarse.models
     size = max(len(model.coordinates) for model in (*models, *grown.larger))
+    kept = partial(basis.vectors.rows, first=0, last=size)
     return ReducedBasis(
         loads=loads,
         models=models,
         larger=grown.larger,
         nodes=nodes,
-        vectors=displacements.of(lambda index: basis.vectors.rows(index, 0, size)),
+        vectors=displacements.of(kept),
         difference=grown.differences[0],
         certified=probes,
         norm=grown.norm,
         gram=grown.gram,
+        rotations=rotations.of(kept),
+        rigid=rigid,
+    )
+
+
+@all_blas_threads()
+def completed(
+    known: ReducedBasis,
+    modes: GalerkinModes,
+    grown: int,
+    loads: tuple[str, ...],
+    b: Array,
+    displacements: Displacements,
+    rotations: Displacements,
+) -> ReducedBasis:
+    """The same with all that its basis was completed by, for loads that act locally. Collective.
+
+    Its models are Galerkin's, on the vectors of the model and on those that completed the basis;
+    so are those nested in it and around it. The rigorous bound is not known of them.
+
+    Args:
+        known: The reduced basis of the Krylov space.
+        modes: Galerkin's modes on all vectors.
+        grown: Number of vectors of the Krylov space.
+        loads: Names of the load patterns.
+        b: Of each of them in the modes, shape (r, n_patterns).
+        displacements: Those of its nodes.
+        rotations: Those of the certified ones.
+    """
+    V_F = modes.coordinates @ b
+    number = np.arange(len(modes.coordinates))
+    kept = partial(modes.vectors.rows, first=0, last=len(number))
+
+    def model(size: int) -> ReducedModel:
+        λ, Y = modes.part((number < size) | (number >= grown))
+        return ReducedModel(λ, Y.T @ V_F, Y, known.model.shift, np.zeros((0, len(λ))))
+
+    models = tuple(model(len(one.coordinates)) for one in known.models)
+    return replace(
+        known,
+        loads=loads,
+        models=models,
+        larger=tuple(model(len(one.coordinates)) for one in known.larger),
+        vectors=displacements.of(kept),
+        rotations=rotations.of(kept),
+        gram=np.zeros((0, 0)),
+        points=len(loads) - len(known.loads),
     )
 
 
@@ -309,10 +396,8 @@ def _grow_until_accurate(
     largest: int,
     progress: Callable[[float], None],
 ) -> tuple[NestedModels, float]:
-    """Grow a basis until nested models agree on the probes' accelerations. Collective.
-
-    `known` is V at the probes, as far as it is known; None before the first growth.
-    """
+    """Grow a basis until nested models agree on the probes' accelerations. Collective."""
+    # `known` is V at the probes, as far as it is known; None before the first growth.
     omega = _omega(accuracy.maximum_frequency)
     tolerance = accuracy.tolerance
     grown = basis.grow(AT_ONCE) if known is None else 1

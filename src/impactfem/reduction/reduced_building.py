@@ -27,27 +27,35 @@ from impactfem.building.links import BasePlate, Displacements, carried, linked
 from impactfem.building.mesh import DOFS, BuildingMesh, rigid_body
 from impactfem.building.model import BuildingModel
 from impactfem.case.transient import LARGEST_BASIS, SHIFT
+from impactfem.dynamics.damping import DampingLaw
+from impactfem.dynamics.soil import Soil
 from impactfem.reduction.edge_force import EdgeForce, even, inward
-from impactfem.reduction.galerkin import GalerkinModes, append_contacts, append_responses
+from impactfem.reduction.foundation import GROUND, Foundation
+from impactfem.reduction.galerkin import (
+    GalerkinModes,
+    append_contacts,
+    append_responses,
+    independent,
+)
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.loads import Loads
+from impactfem.reduction.modal_response import ModalHistory, modal_response
 from impactfem.reduction.reduced import ReducedModel
 from impactfem.reduction.reduced_basis import (
     Accuracy,
     NestedModels,
     ReducedBasis,
+    completed,
     grow_basis,
     models_content,
     models_of_content,
     reduced_basis,
 )
 from impactfem.reduction.wall import Wall, WallModel, WallPatterns
+from impactfem.system.arrays import Array, Index
 from impactfem.system.files import read_archive, write_archive
 from impactfem.system.log import LOGGER
 from impactfem.system.memory import give_back
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 PUSH = "push"
 """Name of the load pattern that holds the displaced floor of the wall experiment."""
@@ -61,11 +69,14 @@ class ReductionPlan:
     nodes: Index  #: nodes whose motion is wanted, probes included, ascending
     #: How accurate: first the model of `ReducedBasis`, then the whole space.
     accuracies: tuple[Accuracy, ...]
-    directions: tuple[int, ...] = ()  #: components (0, 1, 2) in which the ground moves
+    #: Components in which the ground, or on soil the base, moves: 0 to 2, or 5.
+    directions: tuple[int, ...] = ()
     edges: tuple[EdgeForce, ...] = ()  #: patterns of the forces that may act
     base_plates: tuple[BasePlate, ...] = ()  #: of the devices, in the order of their anchors
     points: tuple[int, ...] = ()  #: nodes whose six components the complete model keeps
     wall: Wall | None = None  #: the wall that the building may hit; None without one
+    #: Forces of the points along the edges that may touch those of other buildings.
+    contacts: tuple[EdgeForce, ...] = ()
     shift: float = SHIFT  #: frequency that the basis is expanded about [Hz]
     largest: int = LARGEST_BASIS  #: most vectors of the Krylov space
     larger: bool = False  #: whether larger models are made, for the error band
@@ -73,7 +84,7 @@ class ReductionPlan:
     @property
     def loads(self) -> tuple[str, ...]:
         """Names of the load patterns in their order."""
-        names = [f"ground {'xyz'[c]}" for c in self.directions]
+        names = [GROUND[c] for c in self.directions]
         names += [edge.name for edge in self.edges]
         if self.wall is None:
             return tuple(names)
@@ -87,13 +98,20 @@ class CompleteModel:
     """Modal equations z̈ + d ż + λ z = b p for any damping."""
 
     eigenvalue: Array  #: λ, shape (r,) [1/s2]
-    ground: Array  #: b of a unit ground acceleration along x, y, z, shape (r, 3)
-    names: NDArray[np.str_]  #: of the patterns of forces, shape (n_patterns,)
+    ground: Array  #: b of a unit acceleration of the base about the origin, shape (r, 6)
+    #: Of the patterns of forces, those of contacts in 3D last, shape (n_patterns,).
+    names: NDArray[np.str_]
     edges: Array  #: b of each of them for the amplitude 1, shape (r, n_patterns)
     anchors: Array  #: Φ of the anchors' six components, shape (n_anchors, 6, r)
     points: Array  #: Φ of the six components of further points, shape (n_points, 6, r)
     difference: float  #: estimated error of the transfer functions of the free building
     wall: WallModel | None  #: the same with the contacts of the wall experiment; None without one
+    rigid_mass: Array  #: of the building about the origin, shape (6, 6) [kg, kg m, kg m2]
+    wrench: Array  #: resultant of each pattern of forces about the origin, shape (n_patterns, 6)
+    anchors_carried: Array  #: R of the anchors by a motion of the base, shape (n_anchors, 6, 6)
+    points_carried: Array  #: R of the further points, shape (n_points, 6, 6)
+    base: Array  #: middle of the base [m], shape (3,)
+    foundation: Foundation | None = None  #: what the building stands on; None where it is clamped
 
     def load(self, loads: Loads) -> Array:
         """The b of the patterns of loads, shape (r, n_patterns); KeyError for others."""
@@ -101,10 +119,28 @@ class CompleteModel:
         edges = [self.edges[:, column[edge.name]] for edge in loads.edges]
         return np.column_stack([*(self.ground[:, c] for c in loads.directions), *edges])
 
-    def model(self, loads: Loads) -> ReducedModel:
-        """The modal equations under these loads."""
+    def response(self, loads: Loads, damping: DampingLaw) -> ModalHistory:
+        """Modal coordinates under loads; on soil the six coordinates of the base follow them."""
         r = len(self.eigenvalue)
-        return ReducedModel(self.eigenvalue, self.load(loads), np.eye(r), 0.0, np.zeros((0, r)))
+
+        def model(load: Array) -> ReducedModel:
+            return ReducedModel(self.eigenvalue, load, np.eye(r), 0.0, np.zeros((0, r)))
+
+        if self.foundation is None:
+            return modal_response(
+                model(self.load(loads)), loads.amplitudes, loads.time_step, damping
+            )
+        names = (*GROUND, *map(str, self.names))
+        return self.foundation.history(
+            model(np.hstack([self.ground, self.edges])), names, loads, damping
+        )
+
+    def shapes(self, anchors: bool = True) -> Array:
+        """Φ of anchors or points, shape (n, 6, r); on soil with R of the base, (n, 6, r + 6)."""
+        Φ, R = (
+            (self.anchors, self.anchors_carried) if anchors else (self.points, self.points_carried)
+        )
+        return Φ if self.foundation is None else np.dstack([Φ, R])
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +159,8 @@ class ReducedBuilding:
         it was made for; or None and what it lacks.
         """
         basis = self.basis
-        lacking = sorted(set(plan.loads) - set(basis.loads))
+        wanted = {*plan.loads, *(one.name for one in plan.contacts)}
+        lacking = sorted(wanted - set(basis.loads))
         if lacking:
             return None, f"without {', '.join(lacking)}"
         if not np.isin(plan.nodes, basis.nodes).all():
@@ -148,6 +185,20 @@ class ReducedBuilding:
             errors=errors,
         ), ""
 
+    def on(self, soil: Soil) -> ReducedBuilding:
+        """The same on soil, which is about the middle of the base."""
+        one = self.complete
+        foundation = Foundation(
+            soil.moved(rigid_body(one.base[None], np.zeros(3))),
+            one.rigid_mass,
+            dict(zip(map(str, one.names), one.wrench, strict=True)),
+        )
+        return replace(
+            self,
+            basis=replace(self.basis, foundation=foundation),
+            complete=replace(one, foundation=foundation),
+        )
+
     def write(self, path: Path, key: str) -> None:
         """Write it as NumPy's archive, in one piece.
 
@@ -158,6 +209,7 @@ class ReducedBuilding:
             field.name: getattr(self.complete, field.name) for field in fields(CompleteModel)
         }
         wall = complete.pop("wall")
+        del complete["foundation"]  # not part of the building
         content = {f"basis.{name}": value for name, value in self.basis.content.items()}
         content |= {f"complete.{name}": value for name, value in complete.items()}
         content |= models_content("fine", self.fine.models)
@@ -230,7 +282,11 @@ def reduce_building(
             pressed = even(floor, facade, inward(facade))
             edges.setdefault(pressed.name, pressed.vector(building, mesh))
     edges = {name: carried(T, load[:, None])[:, 0] for name, load in edges.items()}
-    patterns = {f"ground {'xyz'[c]}": -model.ground[:, c] for c in range(3)}
+    touching = _carried_forces(building, mesh, plan.contacts, T)
+    patterns = {name: -model.ground[:, c] for c, name in enumerate(GROUND)}
+    carriers = model.rigid_body()
+    resultants = [*(carriers.T @ load for load in edges.values()), *(touching.T @ carriers)]
+    wrench = np.array(model.comm.allreduce(np.array(resultants).reshape(-1, 6)))
     patterns |= edges
     wall = state = None
     if plan.wall is not None:
@@ -256,15 +312,20 @@ def reduce_building(
             len(grown.coarse.models[0].eigenvalue),
             100.0 * grown.differences[0],
         )
-        if wall is not None:
-            append_contacts(basis, wall.contact)
+        contacts = [] if wall is None else [wall.contact]
+        contacts += [touching] if plan.contacts else []
+        if contacts:
+            append_contacts(basis, independent(contacts, model.mass.getComm().tompi4py()))
         anchors = _components(model, [(p.master, p.carried) for p in plan.base_plates])
         append_responses(basis, anchors)
         if state is not None:
             basis.vectors.append(np.asfortranarray(state[:, None]))
     # The factor is gone now: there may not be room for it and what follows.
     modes = GalerkinModes.of(basis)
-    kept = Displacements(model, plan.nodes, links, mesh.nodes)
+    kept = (
+        Displacements(model, plan.nodes, links, mesh.nodes),
+        Displacements(model, plan.probes, links, mesh.nodes, rotations=True),
+    )
     # A point that follows a base plate moves as its master does, one of the base does not move.
     points = []
     for node in plan.points:
@@ -273,25 +334,61 @@ def reduce_building(
     rows = _components(model, points)
     r = len(modes.eigenvalue)
     at_anchors, at_points = (modes.rows(L).T.reshape(-1, DOFS, r) for L in (anchors, rows))
+    anchored = [(p.master, p.carried) for p in plan.base_plates]
+    carried_by_base = [
+        np.array([motion @ rigid_body(mesh.nodes[[node]], np.zeros(3)) for node, motion in places])
+        for places in (anchored, points)
+    ]
+    at_nodes = rigid_body(mesh.nodes[plan.nodes], np.zeros(3)).reshape(-1, DOFS, DOFS)[:, :3]
+    standing = mesh.nodes[np.unique(mesh.base)]
+    known = reduced_basis(basis, grown, plan.loads, plan.probes, plan.nodes, *kept, at_nodes)
+    names, ground = list(edges), modes.rows(-model.ground)
+    loads = modes.rows(np.column_stack(list(edges.values()) or [np.zeros((rows.shape[0], 0))]))
+    if plan.contacts:
+        # Local forces are many: the Krylov space does not hold them, what it was completed by does.
+        names += [one.name for one in plan.contacts]
+        loads = np.hstack([loads, modes.rows(touching)])
+        b = dict(zip(GROUND, ground.T, strict=False)) | dict(zip(names, loads.T, strict=True))
+        if wall is not None:
+            b[PUSH] = modes.rows(patterns[PUSH][:, None])[:, 0]
+        acting = tuple(dict.fromkeys([*plan.loads, *(one.name for one in plan.contacts)]))
+        known = completed(
+            known, modes, basis.size, acting, np.column_stack([b[name] for name in acting]), *kept
+        )
     return ReducedBuilding(
-        basis=reduced_basis(basis, grown, plan.loads, plan.probes, plan.nodes, kept),
+        basis=known,
         complete=CompleteModel(
             eigenvalue=modes.eigenvalue,
-            ground=modes.rows(-model.ground[:, :3]),
-            names=np.array(list(edges), dtype=np.str_),
-            edges=modes.rows(
-                np.column_stack(list(edges.values()) or [np.zeros((rows.shape[0], 0))])
-            ),
+            ground=ground,
+            names=np.array(names, dtype=np.str_),
+            edges=loads,
             anchors=np.ascontiguousarray(at_anchors),
             points=np.ascontiguousarray(at_points),
             difference=max(grown.differences),
             wall=None
             if wall is None
             else WallModel.of(modes, wall, patterns[PUSH], grown.differences[0]),
+            rigid_mass=model.total,
+            wrench=wrench,
+            anchors_carried=carried_by_base[0].reshape(-1, DOFS, DOFS),
+            points_carried=carried_by_base[1].reshape(-1, DOFS, DOFS),
+            base=0.5 * (standing.min(axis=0) + standing.max(axis=0)),
         ),
         fine=grown.fine,
         errors=grown.differences,
     )
+
+
+def _carried_forces(
+    building: BuildingModel, mesh: BuildingMesh, forces: Sequence[EdgeForce], T: Any
+) -> scipy.sparse.csr_matrix:
+    """Columns of forces at this rank's rows with the rigid links of T, sparse. Collective."""
+    # One by one: all of them are too many for a dense array of the building's size.
+    found = [
+        scipy.sparse.csr_matrix(carried(T, one.vector(building, mesh)[:, None])) for one in forces
+    ]
+    none = scipy.sparse.csr_matrix((T.getLocalSize()[1], 0))
+    return scipy.sparse.csr_matrix(scipy.sparse.hstack([none, *found]))
 
 
 def _components(

@@ -27,10 +27,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.case import Spectra
 from impactfem.dynamics.damping import DampingLaw
@@ -40,11 +39,8 @@ from impactfem.reduction.modal_response import ModalHistory, modal_response
 from impactfem.reduction.reduced import ReducedModel
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.spectra import ResponseSpectra, response_spectra
+from impactfem.system.arrays import Array, Complex, Index
 from impactfem.system.parallel import threads
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.int64]
 
 LARGER, SMALLER = "larger", "smaller"
 WIDTH = {LARGER: 1.0 / 6.0, SMALLER: 1.0 / 3.0}
@@ -56,11 +52,11 @@ LOWEST, COUNT = 0.5, 600
 
 @dataclass(frozen=True, eq=False)
 class NodeResponse:
-    """Histories at nodes."""
+    """Histories at nodes, of their displacements or of their rotations."""
 
     time_step: float  #: Δt [s].
-    displacement: Array  #: Relative to the ground, shape (n_t, n_nodes, 3) [m].
-    acceleration: Array  #: Absolute, same shape [m/s2].
+    displacement: Array  #: Relative to the ground, shape (n_t, n_nodes, 3) [m, rad].
+    acceleration: Array  #: Absolute, same shape [m/s2, rad/s2].
 
 
 def modal_histories(
@@ -73,9 +69,14 @@ def modal_histories(
 ) -> ModalHistory:
     """Modal coordinates of a model of the basis, the finest when None, by "exact" or "newmark".
 
+    On soil the six coordinates of the base follow them.
+
     Raises:
         KeyError: The basis has no pattern of one of the loads.
     """
+    if basis.foundation is not None:
+        used = model or basis.model
+        return basis.foundation.history(used, basis.loads, loads, damping, scheme)
     amplitudes = np.zeros((len(loads.ground), len(basis.loads)))
     for name, history in zip(loads.names, loads.amplitudes.T, strict=True):
         if name not in basis.loads:
@@ -91,18 +92,21 @@ def node_response(
     nodes: Index,
     *,
     model: ReducedModel | None = None,
+    rotations: bool = False,
 ) -> NodeResponse:
     """Histories at nodes that the basis was made for, shape (n,).
 
     The history is that of the model, the finest when None; the loads give the ground's motion.
+    With `rotations` they are those of the nodes' rotations; the ground has none.
     """
-    shapes = basis.of(model or basis.model, nodes)
+    shapes = basis.of(model or basis.model, nodes, rotations=rotations)
     flat = shapes.reshape(-1, shapes.shape[2])
     shape = (-1, len(nodes), 3)
+    relative = (flat @ history.acceleration).T.reshape(shape)
     return NodeResponse(
         time_step=loads.time_step,
         displacement=(flat @ history.displacement).T.reshape(shape),
-        acceleration=(flat @ history.acceleration).T.reshape(shape) + loads.ground[:, None, :],
+        acceleration=relative if rotations else relative + loads.ground[:, None, :],
     )
 
 
@@ -152,7 +156,9 @@ class Transfer:
         frequency = np.asarray(np.geomspace(LOWEST, highest, COUNT), dtype=np.float64)
         omega = 2.0 * math.pi * frequency
         chosen = [k for k, name in enumerate(basis.loads) if name in loads]
-        shapes = basis.of(basis.model, nodes).reshape(3 * len(nodes), -1)
+        # On soil, too, those of the building on its base.
+        clamped = replace(basis, foundation=None)
+        shapes = clamped.of(basis.model, nodes).reshape(3 * len(nodes), -1)
         value = np.empty((COUNT, len(chosen), len(nodes), 3), dtype=np.complex128)
         # One frequency at a time: the amplitudes of all are larger than what comes out.
         for k, w in enumerate(omega):
@@ -167,8 +173,9 @@ class Transfer:
 class Band:
     """Half widths of the error band."""
 
-    psa: Array  #: Of each pseudo-acceleration, shape (n_dampings, 3 n_nodes, n_frequencies) [m/s2].
-    #: Of the acceleration at any time, and so of its peak, shape (n_nodes, 3) [m/s2].
+    #: Of each pseudo-acceleration, shape (n_dampings, 3 n_nodes, n_frequencies) [m/s2, rad/s2].
+    psa: Array
+    #: Of the acceleration at any time, and so of its peak, shape (n_nodes, 3) [m/s2, rad/s2].
     acceleration: Array
 
 
@@ -183,12 +190,13 @@ def response_band(
     *,
     kind: str = LARGER,
     scheme: str = "exact",
+    rotations: bool = False,
 ) -> Band:
     """The band of the response at nodes that the basis was made for, shape (n,).
 
     By histories there and their spectra, shape (n_dampings, 3 n, n_frequencies) [m/s2], of the
     model of the basis, and the case's spectra; from its LARGER models or the SMALLER ones, by the
-    scheme of the response, "exact" or "newmark".
+    scheme of the response, "exact" or "newmark". Of displacements, or of `rotations`.
 
     Raises:
         ValueError: The basis has no such models.
@@ -199,7 +207,7 @@ def response_band(
     spectra, apart = [], []
     for model in others:
         history = modal_histories(basis, loads, damping, scheme=scheme, model=model)
-        other = node_response(basis, history, loads, nodes, model=model)
+        other = node_response(basis, history, loads, nodes, model=model, rotations=rotations)
         apart.append(response.acceleration - other.acceleration)
         spectra.append(node_spectra(other, shown).psa)
     frequency = np.array(shown.frequency_values)

@@ -9,26 +9,30 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.building.facade import facades
 from impactfem.building.mesh import BuildingMesh
-from impactfem.case import Case
+from impactfem.case import Case, ContactPoint
 from impactfem.case.contact_checks import calibrated_only, moved_beside, strike_fault
 from impactfem.case.contacts import Vector
-from impactfem.case.facade import ALIGNED, Point, moved_into_plan, struck, words_of
+from impactfem.case.facade import ALIGNED, Facade, Point, moved_into_plan, struck, words_of
 from impactfem.case.transient import Transient
 from impactfem.reduction.edge_force import (
+    EdgeForce,
     Shares,
     floor_shares,
+    hat_force,
     inward,
     missing,
     storey_share,
     wall_contacts,
 )
+from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault
 
-Array = NDArray[np.float64]
+FLUSH = 0.3
+"""Distance from the middle of a wall up to which the point of a pair is on its face: half of the
+thickness of a wall of 60 cm [m]."""
 Impulses = Mapping[int, Array]
 """Impulse of each point of contact along the edge of a floor, by floor."""
 
@@ -42,6 +46,14 @@ class PairEnd:
     relative_height: float | None  #: Height in the storey, 0 to 1; None for a point of a floor.
     outward: Array  #: Unit vector towards the other end, shape (3,).
     offset: Vector | None = None  #: From the stick's axis to it [m]; None where it is not known.
+    #: Of a point of contact of edges, positions along the side where its hat begins, is highest and
+    #: ends [m], inside a storey three times where it acts; None for a pair of points.
+    hat: tuple[float, float, float] | None = None
+
+    @classmethod
+    def of(cls, point: ContactPoint, outward: Array) -> PairEnd:
+        """A point of the case, with the unit vector towards the other end, shape (3,)."""
+        return cls(point.building, point.level, point.relative_height, outward, point.offset)
 
     @property
     def place(self) -> str:
@@ -51,6 +63,16 @@ class PairEnd:
         if self.relative_height is None:
             return f"floor {self.floor} of {self.building}"
         return f"storey {self.floor} of {self.building} at {self.relative_height:g} of its height"
+
+
+def push(end: PairEnd, facade: Facade) -> Vector:
+    """Unit vector along which the force of a pair pushes a building.
+
+    At right angles to the side where it is meant so: all such pairs share their patterns.
+    """
+    x, y = (-float(component) + 0.0 for component in end.outward[:2])
+    direction = (x, y, 0.0)
+    return inward(facade) if math.dist(direction, inward(facade)) <= ALIGNED else direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,19 +104,21 @@ class Sides:
         position = 0.5 * facade.length + transient.eccentricity
         return floor_shares(floor, facade, inward(facade), position, uniform)
 
-    def shares(self, path: Path, pair: str, end: PairEnd) -> Shares | Fault:
-        """The patterns of the force of a pair; what the building cannot take of it is a fault."""
-        transient, inside = self.spread, end.relative_height is not None
+    def point(self, end: PairEnd) -> Point:
+        """An end of a pair in the plan of the mesh [m]; the axis of the stick where unknown."""
+        axis = self.case.building(end.building).axis
+        return moved_into_plan(axis, end.offset or (0.0, 0.0, 0.0), *self.plan)
+
+    def met(self, path: Path, pair: str, end: PairEnd) -> tuple[Facade, float] | Fault:
+        """The side that a pair strikes, and where [m]; none that it does is a fault."""
+        inside = end.relative_height is not None
         x, y, z = (float(component) for component in end.outward)
         sides = [one for one, _ in facades(self.mesh, end.floor).values()]
         if not sides:
             known = ", ".join(map(str, self.mesh.floors)) or "none"
             expected = f"expected a floor that is in the mesh, which has {known}"
             return Fault(path, f"pair {pair}", end.place, expected)
-        low, high = self.plan
-        axis = self.case.building(end.building).axis
-        point = moved_into_plan(axis, end.offset or (0.0, 0.0, 0.0), low, high)
-        met = struck(sides, point, (x, y, 0.0)) if abs(z) <= ALIGNED else None
+        met = struck(sides, self.point(end), (x, y, 0.0)) if abs(z) <= ALIGNED else None
         wrong = strike_fault(
             (x, y, z),
             end.offset or (0.0, 0.0, 0.0),
@@ -109,19 +133,48 @@ class Sides:
             else:
                 key, value = f"offset on {end.building}", words_of(end.offset or ())
             return Fault(path, f"pair {pair}, {key}", value, expected)
+        return met
+
+    def point_force(self, end: PairEnd, facade: Facade) -> EdgeForce | str:
+        """The force of a point of contact along a side, or why nothing takes it, in words."""
+        before, at, behind = end.hat or (0.0, 0.0, 0.0)
+        direction = push(end, facade)
+        if end.relative_height is None:
+            return hat_force(end.floor, facade, direction, before, at, behind)
+        height = self.elevation(end)
+        shares = storey_share(end.floor, facade, direction, at, height, self.spread)
+        if lacking := missing(self.mesh, shares):
+            return lacking
+        force, outward = shares[0][0], np.array(facade.outward[:2])
+        # What stands farther behind the pair's point, as behind a loggia, has another gap.
+        nodes = self.mesh.nodes[force.load(self.mesh).nodes, :2]
+        depth = outward @ self.point(end) - float((nodes @ outward).max())
+        if abs(depth) <= FLUSH:
+            return force
+        where = "behind" if depth > 0.0 else "in front of"
+        return f"its walls and columns stand {abs(depth):.3g} m {where} the point of the pair"
+
+    def shares(self, path: Path, pair: str, end: PairEnd) -> Shares | Fault:
+        """The patterns of the force of a pair; what the building cannot take of it is a fault."""
+        transient, inside = self.spread, end.relative_height is not None
+        met = self.met(path, pair, end)
+        if isinstance(met, Fault):
+            return met
         facade, position = met
         if end.offset is None:
             position = 0.5 * facade.length
+        if end.hat is not None:
+            force = self.point_force(end, facade)
+            if not isinstance(force, str):
+                return ((force, 1.0),)
+            return Fault(path, f"pair {pair}", end.place, force)
         if expected := moved_beside((facade, position), transient.eccentricity):
             value = f"{transient.eccentricity:g} m"
             return Fault(self.case.path, "transient.eccentricity", value, expected)
         position += transient.eccentricity
-        # At right angles to the side where it is meant so: all such pairs share their patterns.
-        direction = (-x + 0.0, -y + 0.0, 0.0)
-        if math.dist(direction, inward(facade)) <= ALIGNED:
-            direction = inward(facade)
+        direction = push(end, facade)
         if inside:
-            height = self._elevation(end)
+            height = self.elevation(end)
             found = storey_share(end.floor, facade, direction, position, height, transient)
             if there := missing(self.mesh, found):
                 expected = (
@@ -146,7 +199,7 @@ class Sides:
                 return Fault(self.case.path, "transient.spread", "calibrated", expected)
         return floor_shares(end.floor, facade, direction, position, transient, contacts)
 
-    def _elevation(self, end: PairEnd) -> float:
+    def elevation(self, end: PairEnd) -> float:
         """Elevation of a point inside a storey, between its rigid zones, in the mesh [m]."""
         building, levels = self.case.building(end.building), self.mesh.elevations
         below = [level for floor, level in levels.items() if floor < end.floor]

@@ -34,10 +34,9 @@ from impactfem.case.calibration import Pull
 from impactfem.dynamics.columns import product, wrapped
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.reduction.galerkin import GalerkinModes
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 Side = Literal["x-", "x+", "y-", "y+"]
 

@@ -116,11 +116,44 @@ def test_a_limit(checked, words, name, limits):
         assert one(checked(**{name: value}), words)[0] is good
 
 
+@pytest.mark.parametrize(("left", "good"), [(0.9e-4, True), (1.1e-4, False)])
+def test_what_waves_that_pass_leave(checked, left, good):
+    """At most 1 % of the gap of 1 cm, by the velocity at the end of the motions."""
+    of = {"delay": -0.0312, "apart": 3.1e-3, "left": left}
+    found = checked(**{f"motion.passage.two.{name}": value for name, value in of.items()})
+    met, text = one(found, "waves reach two")
+    assert met is good and ("baseline = 'rest'" in text) is not good
+    assert "31.2 ms sooner than the first building" in text and "up to 3.1 mm" in text
+    assert not any("waves" in text for _, text in checked())
+
+
 def test_the_steps_asked_are_those_of_the_case(checked):
     assert [one(checked(points=n), "steps:")[0] for n in (16, 100)] == [True, False]
     # With fewer steps an impact, or none measured, nothing is said of the speeds.
     assert any("effective restitution" in text for _, text in checked())
     assert not any("effective restitution" in text for _, text in checked(points=100))
+
+
+@pytest.mark.parametrize(
+    ("change", "good", "words"),
+    [
+        (0.03, True, "125 points in 3D; half of them change the largest force by 3 % (limit 5 %)"),
+        (0.12, False, "125 points in 3D; half of them change the largest force by 12 % (limit"),
+        (None, None, "125 points in 3D; too few, or no force, to see what half of them change"),
+    ],
+)
+def test_edges_that_touch_in_3d(checked, change, good, words):
+    """Without a law there is no defect of its energy, and no impact of two free floors."""
+    scalars = {name: x for name, x in SCALARS.items() if "energy_defect" not in name}
+    in_3d = {"contact_points": 125.0, "complementarity": 1e-14, "halved_force_change": change}
+    of = {f"pounding.{name}": x for name, x in in_3d.items()}
+    found = checked(scalars=scalars, **of)
+    assert one(found, words)[0] is good
+    assert one(found, "complementarity")[0]
+    assert not one(checked(scalars=scalars, **of | {"pounding.complementarity": 1e-6}), "compl")[0]
+    few = of | {"pounding.steps_per_impact_min": 9.0, "pounding.steps_per_impact_observed": 2.0}
+    steps = one(checked(scalars=scalars, **few), "steps:")
+    assert steps == (False, "steps: in the larger impacts 9 (at least 16)")
 
 
 def test_without_an_impact_or_a_pair(checked):

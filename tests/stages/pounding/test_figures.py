@@ -104,6 +104,7 @@ CASES = {
     "along x": (direction("x"), ALL),
     "vertical": (direction("z"), ALL),
     "floor on storey": (before("# A floor that meets", STOREY_CONTACT), ALL),
+    "a rigid wall": (changed(('b = { building = "east", fl', 'wall = "pit" # fl')), ALL),
     "one frequency": (changed((GRID, 'frequencies = ["5 Hz"]')), ALL),
     "one floor": (changed(("[1, 2, 3]", "1"), ("small_floors", "one_floor")), ALL),
 }
@@ -155,6 +156,28 @@ def test_the_law_of_figure_5(draw, tmp_path, hertz):
     draw(changed((linear, other)) if hertz else changed(), "contact_figure")
     words = read_words(tmp_path / "one.svg")
     assert ("The laws are hunt-crossley" in words.caption) == hertz
+
+
+def test_3d_models_are_no_sticks(draw, tmp_path, monkeypatch):
+    """Slabs in figure 5, no modes of sticks, no figure 3."""
+    draw(changed(), "contact_figure")
+    store = xr.load_dataset(tmp_path / "pounding.nc", engine="h5netcdf")
+    laws = ["unilateral"] * store.sizes["pair"]
+    sticks = store.assign_coords(pair_law=("pair", laws))
+    store = sticks.assign_coords(building_model=("building", ["structure"] * 2))
+    drawn = list[str]()
+    for name in ("_draw_slabs", "_draw_stick"):
+        monkeypatch.setattr(figures, name, lambda *_, name=name: drawn.append(name))
+    forces = xr.load_dataset(tmp_path / "forces.nc", engine="h5netcdf")
+    figures.contact_figure(tmp_path / "one.svg", store, forces)
+    assert drawn == ["_draw_slabs"] * store.sizes["building"]
+    words = read_words(tmp_path / "one.svg")
+    assert "no dashpot" in words.caption and "spring" not in words.seen
+    assert "sticks" not in figures._damping(store).caption
+    assert (
+        "sticks"
+        in figures._damping(store.assign(building_model=("building", ["stick"] * 2))).caption
+    )
 
 
 @pytest.mark.parametrize("gap", ["2 cm", "2 mm"])

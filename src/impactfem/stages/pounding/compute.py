@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.case import Case
 from impactfem.case.facing import facing_floors
-from impactfem.coupling.from_case import calibration_of, loads_of, system_of
+from impactfem.coupling.contact import UNILATERAL
+from impactfem.coupling.from_case import calibration_of, ground_of, loads_of, system_of
+from impactfem.coupling.ground import Ground
 from impactfem.coupling.impacts import (
     Approach,
     Impact,
@@ -22,14 +24,25 @@ from impactfem.coupling.impacts import (
     impacts,
     separations,
 )
-from impactfem.coupling.pounding import Response, System, interpolate_ground, simulate
+from impactfem.coupling.pounding import Load, Response, System, simulate
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.spectra import ResponseSpectra, response_spectra
+from impactfem.stages.pounding.foundation import Foundation, foundations
 from impactfem.sticks.calibration import Calibration
+from impactfem.sticks.element import COMPONENTS
 from impactfem.sticks.modes import Modes, modes
+from impactfem.system.arrays import Array, Index
 from impactfem.system.parallel import threads
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from impactfem.reduction.pounding_3d import Models3D
+
+FEW = 4
+"""Points of a line with which half of them is no line any more."""
+SMALL = 0.1
+"""Part of the largest force below which an impact is too short to count its steps."""
+STILL = 1e-9
+"""A component moves if its largest value is above this part of the largest of its kind."""
 STEPS = {"motions": 1.0, "sticks": 3.0, "pounding": 2.0, "spectra": 4.0}
 """Steps of the stage and their expected share of its time, for the progress bar."""
 
@@ -38,11 +51,12 @@ STEPS = {"motions": 1.0, "sticks": 3.0, "pounding": 2.0, "spectra": 4.0}
 class FloorSpectra:
     """Spectra of all floors in the directions in which they move."""
 
-    directions: tuple[str, ...]  #: "x", "y", "z": those in which a floor moves
-    #: Pseudo-acceleration, shape (n_dampings, n_stations, n_directions, n_frequencies) [m/s2].
+    directions: tuple[str, ...]  #: "x" to "z", or "rx" to "rz": those in which a floor moves
+    #: Pseudo-acceleration [m/s2, rad/s2], shape (n_dampings, n_stations, n_directions,
+    #: n_frequencies).
     psa: Array
-    sd: Array  #: relative displacement, same shape [m]
-    pfa: Array  #: peak floor acceleration, shape (n_stations, n_directions) [m/s2]
+    sd: Array  #: relative displacement, same shape [m, rad]
+    pfa: Array  #: peak floor acceleration, shape (n_stations, n_directions) [m/s2, rad/s2]
     spectra: ResponseSpectra  #: as computed, with frequencies, dampings and the sampling bound
 
 
@@ -64,6 +78,11 @@ class StickStudy:
     facing: tuple[Approach, ...]
     floors: FloorSpectra  #: floor spectra with contact
     floors_free: FloorSpectra  #: floor spectra without contact
+    #: Of the floors' rotations, with contact; None where none turns, or only some are wanted.
+    turning: FloorSpectra | None
+    foundations: tuple[Foundation, ...] = ()  #: of the buildings on soil
+    #: Largest force of a line with about half of its points [N]; None where it was not computed.
+    halved: float | None = None
 
     @property
     def main_impact(self) -> Impact | None:
@@ -74,10 +93,19 @@ class StickStudy:
     def steps_of_law(self) -> float:
         """Fewest steps of an impact by the laws' own durations, over all impacts [-].
 
-        nan without an impact, and where every contact began at rest.
+        Of unilateral contact, which has none, by those of the impacts with at least a tenth of the
+        largest force. nan without an impact, and where every contact began at rest.
         """
+        if self.unilateral:
+            least = SMALL * max((i.peak_force for i in self.impacts), default=0.0)
+            return float(min((i.steps for i in self.impacts if i.peak_force >= least), default=0))
         durations = [i.pair.law.duration(i.approach) for i in self.impacts if i.approach > 0.0]
         return min(durations, default=np.nan) / self.response.time_step
+
+    @property
+    def unilateral(self) -> bool:
+        """Whether contact has no law."""
+        return any(pair.law.code == UNILATERAL for pair in self.system.pairs)
 
     @property
     def stations(self) -> list[tuple[str, int]]:
@@ -93,6 +121,7 @@ def run_sticks(
     *,
     ready: tuple[Calibration | None, System] | None = None,
     buildings: int | None = None,
+    models: Models3D | None = None,
 ) -> StickStudy:
     """Run the stage.
 
@@ -103,6 +132,7 @@ def run_sticks(
             from the case when None.
         buildings: Number of buildings, from the first on, whose floor spectra are made; all when
             None.
+        models: The 3D models that pound, and their lines; None where all buildings are sticks.
 
     Raises:
         InputError: A record of the motion is not usable.
@@ -111,10 +141,8 @@ def run_sticks(
     dt = case.pounding.time_step
     with step("motions"):
         motions = ground_motions(case.motions, accept=ready is None)
-        longest = max(motion.accelerogram.duration for motion in motions)
-        # Rounded, so that a step printed with four digits still gives the steps that were meant.
-        n_t = round((case.pounding.duration or longest) / dt) + 1
-        ground = interpolate_ground([motion.history for motion in motions], dt, n_t)
+        ground = ground_of(case, [motion.history for motion in motions], dt)
+        n_t = len(ground.acceleration)
     with step("sticks"):
         if ready is None:
             calibration = calibration_of(case)
@@ -122,10 +150,21 @@ def run_sticks(
         else:
             calibration, system = ready
         all_modes = tuple(modes(stick) for stick in system.sticks)
+    halved = None
     with step("pounding"):
         loads = loads_of(case, system, dt, n_t)
-        response = simulate(system, ground, dt, update=case.pounding.update, loads=loads)
-        free = simulate(system.without_contact(), ground, dt, loads=loads)
+        if models is None:
+            response = simulate(system, ground, dt, update=case.pounding.update, loads=loads)
+            free = simulate(system.without_contact(), ground, dt, loads=loads)
+        else:
+            from impactfem.reduction.pounding_3d import Pounding3D
+
+            in_3d = Pounding3D(case, system, models)
+            response, free = in_3d.respond(ground, dt, loads), in_3d.free(ground, dt, loads)
+            if ready is None and all(len(line) > FEW for line in models.lines):
+                fewer = Pounding3D(case, system, models, halved=True)
+                halved = float(fewer.respond(ground, dt, loads).force.max())
+            system = response.system
         found = tuple(impacts(response))
         strength = {b.name: b.material.compressive_strength for b in case.buildings}
         checks = tuple(impact_checks(response, found, strength))
@@ -134,6 +173,10 @@ def run_sticks(
     with step("spectra"):
         floors = floor_spectra(case, response, buildings=buildings)
         floors_free = floor_spectra(case, free, floors.directions, buildings=buildings)
+        axes = moving(response.absolute_acceleration, station_dofs(system))[1]
+        turning = None
+        if axes and buildings is None:  # not for the members of an ensemble
+            turning = floor_spectra(case, response, axes)
     return StickStudy(
         case,
         motions,
@@ -148,12 +191,29 @@ def run_sticks(
         facing,
         floors,
         floors_free,
+        turning,
+        foundations(case, response),
+        halved,
     )
 
 
-def station_dofs(system: System, buildings: int | None = None) -> NDArray[np.int64]:
+def station_dofs(system: System, buildings: int | None = None) -> Index:
     """Degrees of freedom of the floors of the first buildings or all, shape (n_stations, 6)."""
     return np.vstack([system.floor_dofs(stick.name) for stick in system.sticks[:buildings]])
+
+
+def moving(history: Array, dofs: Index) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The translations and the rotations in which a floor moves by more than rounding.
+
+    Of a history of all degrees of freedom, shape (n_t, n_dofs), of those of the floors, shape
+    (n_stations, 6).
+    """
+    largest = np.abs(history[:, dofs]).max(axis=(0, 1))
+    translations, rotations = (
+        tuple(COMPONENTS[k] for k in kind if largest[k] > STILL * largest[kind].max())
+        for kind in (np.arange(3), np.arange(3, 6))
+    )
+    return translations, rotations
 
 
 def floor_spectra(
@@ -165,16 +225,13 @@ def floor_spectra(
 ) -> FloorSpectra:
     """Floor response spectra at the mass centres of the first buildings, of all when None.
 
-    Along the directions in which a floor moves, or along these.
+    Along the directions in which a floor moves, or along these, of `COMPONENTS`.
     """
     dofs = station_dofs(response.system, buildings)
-    acceleration = response.absolute_acceleration
     if directions is None:
-        directions = tuple(
-            name for i, name in enumerate("xyz") if np.any(acceleration[:, dofs[:, i]])
-        )
-    columns = dofs[:, ["xyz".index(name) for name in directions]]
-    records = acceleration[:, columns.ravel()].T
+        directions = moving(response.absolute_acceleration, dofs)[0]
+    columns = dofs[:, [COMPONENTS.index(name) for name in directions]]
+    records = response.absolute_acceleration[:, columns.ravel()].T
     spectra = response_spectra(
         records,
         response.time_step,
@@ -200,8 +257,9 @@ def pounded(
     calibration: Calibration | None,
     motions: Sequence[GroundMotion],
     duration: float,
+    models: Models3D | None = None,
 ) -> Response:
-    """Run the pounding of the sticks alone, under given ground motions.
+    """Run the pounding alone, of sticks or of 3D models, under given ground motions.
 
     The calibration does not depend on damping; damping and laws are those of the case.
 
@@ -209,7 +267,35 @@ def pounded(
         SolutionError: The contact forces do not converge, or lagged ones create energy.
     """
     dt = case.pounding.time_step
-    ground = interpolate_ground([m.history for m in motions], dt, int(duration / dt) + 2)
+    ground = ground_of(case, [m.history for m in motions], dt, int(duration / dt) + 2)
     system = system_of(case, calibration)
-    loads = loads_of(case, system, dt, len(ground))
-    return simulate(system, ground, dt, update=case.pounding.update, loads=loads)
+    loads = loads_of(case, system, dt, len(ground.acceleration))
+    return respond(case, system, ground, loads, models)
+
+
+def respond(
+    case: Case,
+    system: System,
+    ground: Ground,
+    loads: Sequence[Load] = (),
+    models: Models3D | None = None,
+) -> Response:
+    """The response of the sticks of a case, or of those and the 3D models that pound.
+
+    Args:
+        case: The case, of which step and rule count.
+        system: The sticks and pairs.
+        ground: The ground at every step.
+        loads: Further forces.
+        models: The 3D models; None where all buildings are sticks.
+
+    Raises:
+        SolutionError: The start penetrates, the contact forces do not converge, or lagged ones
+            create energy.
+    """
+    dt = case.pounding.time_step
+    if models is None:
+        return simulate(system, ground, dt, update=case.pounding.update, loads=loads)
+    from impactfem.reduction.pounding_3d import Pounding3D
+
+    return Pounding3D(case, system, models).respond(ground, dt, loads)

@@ -16,7 +16,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
-from numpy.typing import NDArray
 
 from impactfem.plot.curves import NONE, Curve, CurveFigure, Panel, published_point
 from impactfem.plot.style import (
@@ -30,38 +29,47 @@ from impactfem.plot.style import (
     floor_looks,
     letter,
 )
-from impactfem.stages.stores import damping_of, names_of, open_store
+from impactfem.stages.pounding.edge_forces import edge_force_figure
+from impactfem.stages.stores import by_line, damping_of, names_of, open_store
+from impactfem.system.arrays import Array, Index
 
-Array = NDArray[np.float64]
 GREY = "0.35"
 OTHERS = (RED, GREEN, ORANGE, "#CC79A7", "black")
 """Colours of pairs that touch in addition to the one with the largest force."""
 Point = tuple[float, float]
 MOST_ROOM = 4.0
 """Of a pair of points in figure 5 [m]."""
+HALF_WIDTH = 0.35
+"""Of a 3D model there; buildings are 2 apart."""
 
 
 def stick_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[Path]:
     """Draw figures 2, 3, 5, 8, 9, 10 and that of the damping into `figures/`; the files.
 
-    Those about impacts are left out when nothing can touch. Published values, in SI by the name of
-    the result, are drawn with ours.
+    Those about impacts are left out when nothing can touch, that of edges where no 3D model does,
+    figure 3 where no stick pounds.
+    Published values, in SI by the name of the result, are drawn with ours.
     """
     target = folder / "figures"
     target.mkdir(exist_ok=True)
-    drawn = [target / name for name in ("figure_02_case.svg", "figure_03_stick.svg")]
+    drawn = [target / "figure_02_case.svg"]
     with (
         open_store(folder / "motion.nc") as motion,
         open_store(folder / "pounding.nc") as sticks,
-        open_store(folder / "forces.nc") as forces,
+        open_store(folder / "forces.nc") as points,
     ):
+        forces = by_line(points)
         case_figure(drawn[0], motion, sticks, forces)
-        stick_figure(drawn[1], sticks)
+        if any(not one.in_3d for one in _elevations(sticks)):
+            drawn.append(target / "figure_03_stick.svg")
+            stick_figure(drawn[-1], sticks)
         curves = [_response(sticks), _floor_spectra(sticks, published), _damping(sticks)]
         if sticks.sizes["pair"]:
             drawn.append(target / "figure_05_contact.svg")
             contact_figure(drawn[-1], sticks, forces)
             curves.append(_forces(sticks, forces, published))
+        if "line" in points and sticks.sizes["impact"]:
+            drawn += edge_force_figure(target / "edge_forces.png", sticks, points)
         return [*drawn, *(one.write(target) for one in curves)]
 
 
@@ -103,9 +111,10 @@ def _response(sticks: xr.Dataset) -> CurveFigure:
         curve = Curve(time, 1e2 * gap.values, _pair(str(gap.pair.item())), "black", width=0.8)
         contact = Curve(time[[0, -1]], 0.0 * time[[0, -1]], "contact", GREEN, "--", width=0.8)
         panels.append(Panel("time [s]", "gap [cm]", [curve, contact], room=0.2))
+    under = " under the first building" if "ground_apart" in sticks else ""
     caption = (
-        "Figure 8: Displacement (a) and velocity (b) relative to the ground, absolute acceleration "
-        f"(c) along $e_{direction}$ of the top floors{last}, over time."
+        f"Figure 8: Displacement (a) and velocity (b) relative to the ground{under}, absolute "
+        f"acceleration (c) along $e_{direction}$ of the top floors{last}, over time."
     )
     return CurveFigure("figure_08_response", caption, panels, size=(9.0, 5.6))
 
@@ -180,7 +189,7 @@ def _floor_spectra(sticks: xr.Dataset, published: Mapping[str, float]) -> CurveF
 
 
 def _damping(sticks: xr.Dataset) -> CurveFigure:
-    """The damping ratio by the law of each building, and those of the modes of its stick."""
+    """The damping ratio by the law of each building, and those of the modes of each stick."""
     highest = float(sticks["frequency"][-1])
     lowest = 0.5 * min(float(sticks["mode_frequency"].min()), highest)
     frequency = np.geomspace(lowest, highest, 400)
@@ -195,13 +204,18 @@ def _damping(sticks: xr.Dataset) -> CurveFigure:
             words.append(f"{which} {low:.3g} % at {2.0 * lowest:.3g} Hz, {high:.3g} % at the end")
     for (name, _), colour in zip(laws.items(), itertools.cycle(BUILDINGS)):
         modes = sticks.sel(building=name)
+        if modes["building_model"].item() != "stick":
+            continue
         shown = modes.isel(mode=(modes["mode_frequency"] <= highest).values)
         ratio = 100.0 * shown["mode_ratio"].values
         f, label = shown["mode_frequency"].values, f"modes of {name}"
         curves.append(Curve(f, ratio, label, colour, dash="", marker="o"))
+    of_modes = (
+        ", and of the modes of the sticks on a clamped base" if len(curves) > len(words) else ""
+    )
     caption = (
-        "Damping ratio of the buildings over the frequency, up to the highest of the spectra, and "
-        f"of the modes of their sticks: {'; '.join(words)}."
+        "Damping ratio of the buildings over the frequency, up to the highest of the spectra"
+        f"{of_modes}: {'; '.join(words)}."
     )
     # A law may have modes without damping, which a logarithmic axis does not show.
     log = "xy" if min(float(np.nanmin(curve.y)) for curve in curves) > 0.0 else "x"
@@ -216,10 +230,11 @@ class Elevation:
     name: str
     centre: float
     base: float
+    in_3d: bool  #: whether its 3D model pounds, not its stick
     floors: Array
     below: Array
     above: Array
-    numbers: NDArray[np.int64]
+    numbers: Index
 
     @property
     def top(self) -> float:
@@ -235,7 +250,9 @@ def _elevations(sticks: xr.Dataset) -> list[Elevation]:
         one = along.sel(building=name).isel(station=sticks["station_building"] == name)
         parts = ("elevation", "rigid_below", "rigid_above", "station_floor")
         place = float(one["building_axis"]), float(one["building_base"])
-        result.append(Elevation(str(name), *place, *(one[part].values for part in parts)))
+        values = [one[part].values for part in parts]
+        in_3d = one["building_model"].item() == "structure"
+        result.append(Elevation(str(name), *place, in_3d, *values))
     return result
 
 
@@ -308,13 +325,23 @@ def _draw_buildings(panel: Axes, sticks: xr.Dataset, forces: xr.Dataset) -> None
             panel.text(left + 0.03 * width, z - 0.25, f"{number}", **small)
         panel.text(building.centre, building.top + 0.8, building.name, ha="center", color=colour)
     low, high = min(one.base for one in drawn), max(one.top for one in drawn)
-    if len(drawn) > 1 and gap > 0.0:
-        nearest = forces.isel(pair=int(sticks["pair_rest_gap"].argmin("pair")))
-        named = {building.name: building for building in drawn}
-        a, b = (named[str(nearest[f"building_{side}"].item())] for side in "ab")
-        way = np.sign(b.centre - a.centre)
-        faces = a.centre + 0.5 * way * widths[a.name], b.centre - 0.5 * way * widths[b.name]
-        between = 0.5 * sum(faces)
+    # Where the points of each pair are, at the face of a building or of a rigid wall.
+    named, faces, walls = {building.name: building for building in drawn}, [], list[float]()
+    for k in range(forces.sizes["pair"]):
+        names = [str(forces[f"building_{side}"].values[k]) for side in "ab"]
+        a, b = named[names[0]], named.get(names[1])
+        way = np.sign(
+            forces["normal"].sel(axis=along).values[k] if b is None else b.centre - a.centre
+        )
+        face = a.centre + 0.5 * way * widths[a.name]
+        rest = way * float(sticks["pair_rest_gap"].values[k])
+        walls += [face + rest] if b is None else []
+        faces.append((face, face + rest if b is None else b.centre - 0.5 * way * widths[b.name]))
+    for place in set(walls):
+        panel.plot([place, place], [low, high], color="black", lw=3.0)
+        panel.text(place, low - 0.2, "rigid wall", ha="center", va="top")
+    if faces and gap > 0.0:
+        between = 0.5 * sum(faces[int(sticks["pair_rest_gap"].argmin("pair"))])
         panel.annotate(
             f"gap {100 * gap:g} cm",
             (between, high),
@@ -325,7 +352,10 @@ def _draw_buildings(panel: Axes, sticks: xr.Dataset, forces: xr.Dataset) -> None
     panel.axhline(low, color="black", lw=2.0)
     panel.set_ylim(low - 1.0, high + 6.5)
     left = min(one.centre - 0.65 * widths[one.name] for one in drawn)
-    panel.set_xlim(left, max(one.centre + 0.65 * widths[one.name] for one in drawn))
+    right = max(one.centre + 0.65 * widths[one.name] for one in drawn)
+    margin = 0.35 * max(widths.values())
+    ends = [x + way * margin for x in walls for way in (-1.0, 1.0)]
+    panel.set_xlim(min([left, *ends]), max([right, *ends]))
     panel.set_aspect("equal")
     panel.set_xlabel(f"{along} [m]")
     panel.set_ylabel("z [m]")
@@ -333,8 +363,8 @@ def _draw_buildings(panel: Axes, sticks: xr.Dataset, forces: xr.Dataset) -> None
 
 
 def stick_figure(path: Path, sticks: xr.Dataset) -> None:
-    """Figure 3 (b) and (c): the stick of the studied building and its first bending mode."""
-    building = _elevations(sticks)[0]
+    """Figure 3 (b) and (c): the first stick that pounds and its first bending mode."""
+    building = next(one for one in _elevations(sticks) if not one.in_3d)
     direction = str(sticks.attrs["shown_direction"])
     if direction not in "xy":
         direction = str(sticks.attrs["elevation_direction"])
@@ -346,7 +376,7 @@ def stick_figure(path: Path, sticks: xr.Dataset) -> None:
     caption = (
         f"Figure 3: Stick model of building {building.name} (b), with the rigid zones of the "
         "floors, their mass centres and the Timoshenko storeys between them, and its first mode "
-        f"of bending along $e_{direction}$, about $e_{axis}$ (c)."
+        f"of bending along $e_{direction}$, about $e_{axis}$, on a clamped base (c)."
     )
     seen = (
         f"A vertical line with {len(building.floors)} floors between heights of "
@@ -393,39 +423,51 @@ def _draw_stick(
 
 
 def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
-    """Figure 5: which points of which sticks face each other, and what acts between them."""
+    """Figure 5: which points or edges of the buildings may touch, and what acts between them."""
     drawn = {building.name: building for building in _elevations(sticks)}
     names = list(drawn)
     laws = list(dict.fromkeys(str(name) for name in sticks["pair_law"].values))
+    rigid = laws == ["unilateral"]
     caption = (
         "Figure 5: Pairs of points that may touch. Each pair k carries a gap g and, in contact, a "
         "stiffness K and a dashpot C; the force is zero while the gap is open."
     )
-    if any(not name.startswith("kelvin-voigt") for name in laws):
+    if rigid:
+        caption = (
+            "Figure 5: Floors whose edges may touch along a line. They do not penetrate: there is "
+            "no stiffness and no dashpot between them."
+        )
+    elif any(not name.startswith("kelvin-voigt") for name in laws):
         caption += (
             f" The laws are {' and '.join(laws)}: where not kelvin-voigt, K and C stand for forces "
             "that go with powers of the penetration."
         )
     seen = (
-        f"The sticks of {', '.join(names)}, with {forces.sizes['pair']} pairs of points between "
-        "them, each a spring above a dashpot and a gap."
+        f"Buildings {', '.join(names)}, with {forces.sizes['pair']} pairs between them, each "
+        f"{'' if rigid else 'a spring above a dashpot and '}a gap."
     )
+    along = forces["normal"].sel(axis=str(sticks.attrs["elevation_direction"])).values
     with figure(path, (1, 1), (6.5, 4.6), caption, seen) as (_, axes):
         panel = axes[0]
         for position, name in enumerate(names):
             building = drawn[name]
-            _draw_stick(panel, building, 2.0 * position)
+            draw = _draw_slabs if building.in_3d else _draw_stick
+            draw(panel, building, 2.0 * position)
             panel.text(2.0 * position, building.top + 0.8, name, ha="center")
-        # The pairs between two buildings: ends from left to right, and number.
-        pairs = []
+        # The pairs: ends from left to right, and number. A rigid wall stands beyond all buildings.
+        pairs, beyond = [], {1.0: 2.0 * len(names), -1.0: -2.0}
         for k in range(forces.sizes["pair"]):
             ends: list[Point] = []
-            for side in "ab":
+            pair = [str(forces[f"building_{side}"].values[k]) for side in "ab"]
+            wall = beyond[float(np.sign(along[k]) or 1.0)]
+            at = [2.0 * names.index(name) if name in drawn else wall for name in pair]
+            for side, x in zip("ab", at, strict=True):
                 name, floor_number, s, offset = (
                     forces[f"{of}_{side}"].values[k]
                     for of in ("building", "floor", "relative_height", "offset")
                 )
                 if name not in drawn:
+                    ends.append((x, ends[0][1]))
                     continue
                 one = drawn[name]
                 floor = int(np.flatnonzero(one.numbers == floor_number)[0])
@@ -434,29 +476,55 @@ def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
                     high = z - float(one.below[floor])
                     low = float(one.floors[floor - 1] + one.above[floor - 1]) if floor else one.base
                     z = low + float(s) * (high - low)
-                ends.append((2.0 * names.index(name), z + float(offset[2])))
-            if len(ends) == 2:
-                pairs.append((min(ends), max(ends), k + 1))
+                # To the right of what is on the left.
+                out = HALF_WIDTH * one.in_3d * (1.0 if x == min(at) else -1.0)
+                ends.append((x + out, z + float(offset[2])))
+            pairs.append((min(ends), max(ends), k + 1))
         # Rounded: pairs side by side at one height need no room above each other.
         heights = np.unique(np.round([0.5 * (left[1] + right[1]) for left, right, _ in pairs], 6))
         room = float(np.diff(heights).min(initial=MOST_ROOM))
         for left, right, number in pairs:
-            _draw_pair(panel, left, right, f"{number}", room)
-        panel.set_xlim(-0.6, 2.0 * (len(names) - 1) + 0.6)
+            _draw_pair(panel, left, right, f"{number}", room, rigid)
+        places = [x for ends in pairs for x, _ in ends[:2]]
+        for x in {*places} & {*beyond.values()}:
+            panel.axvline(x, color="black", lw=3.0)
+            panel.annotate("rigid wall", (x, 1.02), xycoords=("data", "axes fraction"), ha="center")
+        panel.set_xlim(min([0.0, *places]) - 0.6, max([2.0 * (len(names) - 1), *places]) + 0.6)
         panel.set_ylim(top=panel.get_ylim()[1] + 1.5)
         panel.set_xticks([])
         panel.set_ylabel("z [m]")
         panel.grid(False)
 
 
-def _draw_pair(panel: Axes, left: Point, right: Point, label: str, room: float) -> None:
-    """A spring K above a dashpot C, and a gap g, with `room` [m] to the next pair.
+def _draw_slabs(panel: Axes, building: Elevation, origin: float = 0.0) -> None:
+    """The slabs and outer walls of a 3D model about `origin`."""
+    sides = np.array([origin - HALF_WIDTH, origin + HALF_WIDTH])
+    for z in building.floors:
+        panel.plot(sides, [z, z], color=BLUE, lw=2.5)
+    for x in sides:
+        panel.plot([x, x], [building.base, building.floors[-1]], color=BLUE)
+    panel.plot(sides, [building.base] * 2, color="black", lw=3.0)
+
+
+def _draw_pair(
+    panel: Axes, left: Point, right: Point, label: str, room: float, rigid: bool
+) -> None:
+    """A spring K above a dashpot C unless `rigid`, and a gap g, with `room` [m] to the next pair.
 
     Between two ends (x, z) at unequal heights they are drawn in the middle.
     """
     (x0, z0), (x1, z1) = left, right
-    z = 0.5 * (z0 + z1)
-    start, end, u = x0 + 0.45, x0 + 1.2, 0.25 * room
+    z, u = 0.5 * (z0 + z1), 0.25 * room
+    if rigid:
+        middle = 0.5 * (x0 + x1)
+        for x, outer, height in ((middle - 0.07, x0, z0), (middle + 0.07, x1, z1)):
+            panel.plot([outer, x], [height, z], color=GREY, lw=0.8)
+            panel.plot([x, x], [z - 0.8 * u, z + 0.8 * u], color=GREY, lw=1.5)
+        panel.text(middle, z + 0.9 * u, "g", ha="center", va="bottom", fontsize=7.0)
+        panel.text(0.5 * (x0 + middle), z + 0.3 * u, label, ha="center", va="bottom", fontsize=7.5)
+        return
+    w = 0.5 * (x1 - x0)
+    start, end = x0 + 0.45 * w, x0 + 1.2 * w
     middle = 0.5 * (start + end)
     panel.plot([x0, start], [z0, z], color=GREY, lw=0.8)
     for x in (start, end):
@@ -469,11 +537,11 @@ def _draw_pair(panel: Axes, left: Point, right: Point, label: str, room: float) 
     edge = np.array([-0.5, -0.5, -0.5, -1.5, -1.5, -1.5])
     panel.plot(middle + 0.1 * (cup - 0.7), z + u * edge, color=ORANGE)
     panel.plot([middle, end], [z - u] * 2, color=ORANGE)
-    panel.plot([end, end + 0.15], [z, z], color=GREY, lw=0.8)
-    for x in (end + 0.15, end + 0.3):
+    panel.plot([end, end + 0.15 * w], [z, z], color=GREY, lw=0.8)
+    for x in (end + 0.15 * w, end + 0.3 * w):
         panel.plot([x, x], [z - 0.8 * u, z + 0.8 * u], color=GREY, lw=1.5)
-    panel.plot([end + 0.3, x1], [z, z1], color=GREY, lw=0.8)
-    panel.text(x0 + 0.22, z + 0.3 * u, label, ha="center", va="bottom", fontsize=7.5)
+    panel.plot([end + 0.3 * w, x1], [z, z1], color=GREY, lw=0.8)
+    panel.text(x0 + 0.22 * w, z + 0.3 * u, label, ha="center", va="bottom", fontsize=7.5)
     for x, height, name in ((start - 0.05, z + u, "K"), (start - 0.05, z - u, "C")):
         panel.text(x, height, name, ha="center", va="center", fontsize=7.0)
-    panel.text(end + 0.225, z + 0.9 * u, "g", ha="center", va="bottom", fontsize=7.0)
+    panel.text(end + 0.225 * w, z + 0.9 * u, "g", ha="center", va="bottom", fontsize=7.0)

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from itertools import combinations
 
 import numpy as np
 
+from impactfem.case import Case
 from impactfem.motion import CORRELATION_LIMIT, pair_correlation
 from impactfem.stages.pounding.compute import StickStudy
+from impactfem.stages.pounding.foundation import DIRECTIONS
 from impactfem.sticks.element import COMPONENTS
+from impactfem.sticks.modes import Modes
+from impactfem.sticks.stick import Stick
 from impactfem.system.scalar import Scalar
 
 Row = tuple[str, float | None, str, str]
@@ -50,7 +56,7 @@ def stick_scalars(study: StickStudy) -> list[Scalar]:
     Names without a building are those of the first building of the case file, the one that is
     studied; `floor_k` in `pounding.*` stands for the pairs on its floor k.
     """
-    parts = (_motion, _modes, _calibration, _pounding, _checks, _spectra)
+    parts = (_motion, _modes, _calibration, _pounding, _foundations, _checks, _spectra)
     return [Scalar(*row) for part in parts for row in part(study)]
 
 
@@ -87,14 +93,39 @@ def _motion(study: StickStudy) -> list[Row]:
             word = "met" if abs(rho) <= CORRELATION_LIMIT else "missed"
             note = f"{word}: at most {CORRELATION_LIMIT:g} in size is required"
             rows.append((f"motion.correlation.{a.direction}_{b.direction}", rho, "-", note))
+    delays, relative = study.case.delays, study.response.relative
+    first = study.system.sticks[0].name
+    for building, moved in relative.items():
+        name, later = f"motion.passage.{building}", delays[building] - delays[first]
+        left = later * math.hypot(*(one.measures.end_velocity for one in study.motions))
+        rows += [
+            (f"{name}.delay", later, "s", f"of the waves after {first}; negative: before it"),
+            (
+                f"{name}.apart",
+                float(np.linalg.norm(moved[0], axis=1).max()),
+                "m",
+                f"largest way of the ground under it from that under {first}",
+            ),
+            (
+                f"{name}.left",
+                abs(left),
+                "m",
+                "of it, by the velocity at the end",
+            ),
+        ]
     return rows
 
 
 def _modes(study: StickStudy) -> list[Row]:
-    direction = study.case.calibration.direction if study.case.calibration else "y"
+    return mode_rows(study.case, study.system.sticks, study.modes)
+
+
+def mode_rows(case: Case, sticks: Iterable[Stick], modes: Iterable[Modes]) -> list[Row]:
+    """Frequencies, effective masses and masses of sticks, of which the modes are given."""
+    direction = case.calibration.direction if case.calibration else "y"
     axis, component = {"x": "y", "y": "x"}[direction], COMPONENTS.index(direction)
     rows: list[Row] = []
-    for stick, found in zip(study.system.sticks, study.modes, strict=True):
+    for stick, found in zip(sticks, modes, strict=True):
         name = f"sticks.{stick.name}"
         for number, index in enumerate(found.of_family(direction)[:6], start=1):
             note = f"mode {number} of the family bending about e_{axis}, natural order"
@@ -154,11 +185,14 @@ def _pounding(study: StickStudy) -> list[Row]:
                 (f"pounding.force_over_acceleration.{name}", force / peak, "kg", LARGEST),
                 (f"pounding.penetration_over_force.{name}", depth / force, "m/N", LARGEST),
             ]
-    note = "top floor, relative to the ground"
+    note = "top floor, relative to the ground under it"
     for stick in system.sticks:
         top = system.floor_dofs(stick.name)[-1, :3]
         for label, run in (("", response), ("_no_contact", study.free)):
-            peak = float(np.linalg.norm(run.u[:, top], axis=1).max())
+            moved = run.u[:, top]
+            if stick.name in run.relative:
+                moved = moved - run.relative[stick.name][0]
+            peak = float(np.linalg.norm(moved, axis=1).max())
             rows.append((f"pounding.peak_displacement{label}.{stick.name}", peak, "m", note))
     main = study.main_impact
     note = f"pair {main.pair.name}" if main else "no impact"
@@ -167,6 +201,28 @@ def _pounding(study: StickStudy) -> list[Row]:
         for name, (field, unit) in MAIN_IMPACT.items()
     ]
     return [*rows, ("pounding.impacts", float(len(study.impacts)), "-", "")]
+
+
+def _foundations(study: StickStudy) -> list[Row]:
+    rows: list[Row] = []
+    for one in study.foundations:
+        name, least = f"soil.{one.building}", float(one.pressure.min())
+        for k, axis in enumerate(DIRECTIONS):
+            note = f"first mode along {axis}"
+            lengthened = float(one.clamped_frequency[k] / one.frequency[k])
+            rows += [
+                (f"{name}.frequency.{axis}", float(one.frequency[k]), "Hz", note),
+                (f"{name}.period_ratio.{axis}", lengthened, "-", f"over clamped, {note}"),
+                (f"{name}.damping.{axis}", float(one.ratio[k]), "-", f"soil included, {note}"),
+            ]
+        note = "of the underside, over that by gravity; negative: the raft would lift there"
+        rows += [
+            (f"{name}.radiated", one.radiated, "J", "energy"),
+            (f"{name}.least_pressure", least, "Pa", "of the underside; negative: tension"),
+            (f"{name}.least_pressure_ratio", least / one.static_pressure, "-", note),
+            (f"{name}.model_error", float(one.error.max()), "-", "of the model of the soil"),
+        ]
+    return rows
 
 
 def _checks(study: StickStudy) -> list[Row]:
@@ -179,6 +235,8 @@ def _checks(study: StickStudy) -> list[Row]:
         f"pairs, not with the mass of one floor; {study.case.pounding.points_per_impact} are "
         "required"
     )
+    if study.unilateral:
+        of_law = "fewest of the impacts with at least a tenth of the largest force"
     of_run = "fewest of an impact in the run; one that other forces cut short counts, too"
     apart = "largest approach of a pair without contact: the gap that would have prevented it"
     rows: list[Row] = [
@@ -187,12 +245,27 @@ def _checks(study: StickStudy) -> list[Row]:
         ("energy_residual", energy.residual, "-", "of the discrete identity"),
         ("required_separation", separation, "m", apart),
     ]
+    if study.response.in_3d:
+        points = len(study.response.exerted[0])
+        change = None
+        if study.halved is not None and study.response.force.any():
+            change = abs(study.halved / float(study.response.force.max()) - 1.0)
+        of_lines = f"{len(study.system.pairs)} lines along which 3D models touch"
+        note = "largest force of a line with about half of its points, over that with all, less 1"
+        residual = study.response.residual
+        rows += [
+            ("contact_points", float(points), "-", of_lines),
+            ("halved_force_change", change, "-", note),
+            ("complementarity", residual, "-", "of forces and speeds, over the largest speed"),
+        ]
     if study.facing:
         nearest = min(study.facing, key=lambda approach: approach.distance)
         note = f"{nearest.facing.name}, in no contact pair; negative: one inside the other"
         rows.append(("facing_distance_min", nearest.distance, "m", note))
     if found:
-        defect = sum(impact.defect for impact in found) / float(np.max(energy.kinetic))
+        # Of unilateral contact there is none: what it takes is what the scheme takes.
+        lost = sum(impact.defect for impact in found) / float(np.max(energy.kinetic))
+        defect = None if study.unilateral else lost
         note = "energy that the time stepping lost in contact, over the largest kinetic energy"
         over = max((i.penetration / i.pair.gap for i in found if i.pair.gap > 0.0), default=None)
         rows += [

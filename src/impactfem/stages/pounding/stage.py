@@ -18,13 +18,14 @@ from impactfem.stages.pounding.compute import STEPS, run_sticks
 from impactfem.stages.pounding.figures import stick_figures
 from impactfem.stages.pounding.store import write_motion, write_sticks
 from impactfem.stages.pounding.tables import stick_tables
+from impactfem.stages.reduce.stage import REDUCE, models_of_run
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.system.log import Steps
 
 
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     case = with_contact_of_run(with_structure_targets(case, folder), folder)
-    study = run_sticks(case, steps.step)
+    study = run_sticks(case, steps.step, models=models_of_run(case, folder))
     files = [folder / name for name in POUNDING.stores.values()]
     files.append(folder / "forces.csv")
     with steps.step("stores"):
@@ -47,7 +48,11 @@ def _draw(case: Case, folder: Path) -> list[Path]:
 
 
 def _needs(case: Case) -> tuple[Stage, ...]:
-    return (*target_models(case), *((CALIBRATE,) if asks_calibration(case) else ()))
+    return (
+        *target_models(case),
+        *((CALIBRATE,) if asks_calibration(case) else ()),
+        *((REDUCE,) if case.pounding_in_3d else ()),
+    )
 
 
 def _facing(case: Case) -> str:
@@ -58,8 +63,8 @@ def _facing(case: Case) -> str:
 
 POUNDING = Stage(
     name="pounding",
-    title="Pounding of the sticks",
-    about="Ground motion, sticks, impact forces, floor spectra.",
+    title="Pounding",
+    about="Ground motion, sticks or 3D models that pound, impact forces, floor spectra.",
     headlines=(
         "ground {motion.pga}, spectrum {motion.sa_max}",
         "{pounding.impacts} impacts, the largest {pounding.main_impact_force}",
@@ -71,8 +76,10 @@ POUNDING = Stage(
         "materials",
         "damping",
         "buildings",
+        "soil",
         "calibration",
         "motions",
+        "wave_passage",
         "loads",
         "contact_laws",
         "contacts",

@@ -1,7 +1,8 @@
 """The stores of the stage: `motion.nc` and `pounding.nc`.
 
 Stations are the floors of all buildings. Names that end in `_free` belong to the run without
-contact. Displacements and velocities are relative to the ground, accelerations absolute.
+contact. Displacements and velocities are relative to the ground under the first building,
+accelerations absolute.
 """
 
 from __future__ import annotations
@@ -11,23 +12,24 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.case.contact_checks import pair_distance
-from impactfem.stages.pounding.compute import StickStudy, station_dofs
+from impactfem.stages.pounding.compute import FloorSpectra, StickStudy, moving, station_dofs
+from impactfem.stages.pounding.foundation import DIRECTIONS
 from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.stages.stores import Output, damping_outputs, damping_values, dataset
 from impactfem.sticks.element import COMPONENTS
+from impactfem.system.arrays import Array
 from impactfem.system.files import write_netcdf
-
-Array = NDArray[np.float64]
 
 _HISTORY = "time station component"
 _SPECTRUM = "damping station direction frequency"
+_FOUNDATION = "foundation foundation_component"
+_FIRST = "foundation foundation_direction"
 OUTPUTS = {
     "time": Output("time", "s"),
     "axis": Output("axis"),
-    "ground": Output("time axis", "m/s2", "ground acceleration"),
+    "ground": Output("time axis", "m/s2", "ground acceleration under the first building"),
     "component": Output("component", "", "those of x, y, z, rx, ry, rz in which anything moves"),
     "station": Output("station", "", "building and floor"),
     "station_building": Output("station", label=True),
@@ -36,8 +38,8 @@ OUTPUTS = {
     "floor_mass": Output("station", "kg"),
     "rigid_below": Output("station", "m", "rigid depth below the mass centre"),
     "rigid_above": Output("station", "m", "rigid depth above the mass centre"),
-    "displacement": Output(_HISTORY, "m, rad", "relative to the ground"),
-    "velocity": Output(_HISTORY, "m/s, rad/s", "relative to the ground"),
+    "displacement": Output(_HISTORY, "m, rad", "relative to the ground under the first building"),
+    "velocity": Output(_HISTORY, "m/s, rad/s", "relative to the ground under the first building"),
     "acceleration": Output(_HISTORY, "m/s2, rad/s2", "absolute"),
     "displacement_free": Output(_HISTORY, "m, rad", "without contact"),
     "velocity_free": Output(_HISTORY, "m/s, rad/s", "without contact"),
@@ -51,10 +53,19 @@ OUTPUTS = {
     "psa_free": Output(_SPECTRUM, "m/s2", "pseudo-acceleration without contact"),
     "sd_free": Output(_SPECTRUM, "m", "spectral displacement without contact"),
     "pfa_free": Output("station direction", "m/s2", "peak floor acceleration without contact"),
+    "rotation": Output("rotation", "", "those of rx, ry, rz in which anything moves"),
+    "rotational_psa": Output(
+        "damping station rotation frequency", "rad/s2", "pseudo-acceleration of a rotation"
+    ),
+    "rotational_pfa": Output("station rotation", "rad/s2", "peak acceleration of a rotation"),
     "building": Output("building"),
     "plan": Output("plan"),
+    "ground_apart": Output(
+        "building time axis", "m", "displacement of the ground under it, less under the first one"
+    ),
     "building_axis": Output("building plan", "m", "place of its stick"),
     "building_base": Output("building", "m", "elevation of its base"),
+    "building_model": Output("building", "", "what pounds: stick or structure", label=True),
     "mode_direction": Output("mode_direction"),
     "mode_component": Output("mode_component"),
     "mode_frequency": Output("building mode", "Hz"),
@@ -82,6 +93,7 @@ OUTPUTS = {
     "impact_storey_shear": Output("impact", "N", "the largest meanwhile"),
     "impact_shear_stress": Output("impact", "Pa"),
     "impact_cracking_ratio": Output("impact", "-", "that over the tensile strength"),
+    "impact_building_restitution": Output("impact", "-", "of the buildings' centres of mass"),
     "pair": Output("pair"),
     "pair_building_a": Output("pair", label=True),
     "pair_floor_a": Output("pair", label=True),
@@ -110,6 +122,21 @@ OUTPUTS = {
     "facing_rest_gap": Output("facing", "m", "distance at rest"),
     "facing_distance_min": Output("facing", "m", "smallest distance; negative: they overlap"),
     "facing_time": Output("facing", "s", "when they are nearest"),
+    "foundation": Output("foundation", "", "building on soil"),
+    "foundation_component": Output("foundation_component"),
+    "foundation_stiffness": Output(_FOUNDATION, "N/m, N m/rad", "of the soil, at rest"),
+    "foundation_dashpot": Output(_FOUNDATION, "N s/m, N m s/rad", "at the first frequency"),
+    "foundation_error": Output(_FOUNDATION, "-", "of the model of the soil"),
+    "foundation_direction": Output("foundation_direction"),
+    "foundation_clamped_frequency": Output(_FIRST, "Hz", "first mode on a clamped base"),
+    "foundation_frequency": Output(_FIRST, "Hz", "of this mode on soil"),
+    "foundation_clamped_ratio": Output(_FIRST, "-", "damping ratio on a clamped base"),
+    "foundation_ratio": Output(_FIRST, "-", "damping ratio on soil"),
+    "foundation_radiated": Output("foundation", "J", "energy radiated"),
+    "foundation_weight": Output("foundation", "N", "of building and raft"),
+    "foundation_static_pressure": Output("foundation", "Pa", "by gravity, mean"),
+    "foundation_pressure": Output("time foundation", "Pa", "least of the underside"),
+    "base_displacement": Output("time foundation foundation_component", "m, rad", "of the base"),
     "target_building": Output("target", label=True),
     "target_mode": Output("target", "", "number in its family", label=True),
     "target_frequency": Output("target", "Hz"),
@@ -167,9 +194,11 @@ def write_sticks(path: Path, study: StickStudy, key: str) -> None:
         "direction": with_contact.directions,
         **{name: getattr(with_contact, name) for name in ("psa", "sd", "pfa")},
         **{f"{name}_free": getattr(free, name) for name in ("psa", "sd", "pfa")},
+        **_rotations(study.turning),
         **_modes(study),
         **_impacts(study),
         **_pairs(study),
+        **_foundations(study),
     }
     if study.facing:
         values |= {
@@ -209,14 +238,15 @@ def write_sticks(path: Path, study: StickStudy, key: str) -> None:
 
 def _histories(study: StickStudy) -> dict[str, Any]:
     dofs = station_dofs(study.system)
-    moving = [c for c in range(6) if np.any(study.response.u[:, dofs[:, c]])]
+    components = sum(moving(study.response.u, dofs), ())
+    columns = dofs[:, [COMPONENTS.index(name) for name in components]]
     sticks = study.system.sticks
     floors = [floor for stick in sticks for floor in stick.floors]
     values: dict[str, Any] = {
         "time": study.response.time,
         "axis": ["x", "y", "z"],
         "ground": study.response.ground,
-        "component": [COMPONENTS[c] for c in moving],
+        "component": components,
         "station": [f"{building}.floor_{number}" for building, number in study.stations],
         "station_building": [building for building, _ in study.stations],
         "station_floor": [number for _, number in study.stations],
@@ -225,11 +255,21 @@ def _histories(study: StickStudy) -> dict[str, Any]:
         "rigid_below": [floor.below for floor in floors],
         "rigid_above": [floor.above for floor in floors],
     }
+    if apart := study.response.relative:
+        still = np.zeros_like(study.response.ground)
+        values["ground_apart"] = [apart[s.name][0] if s.name in apart else still for s in sticks]
     for suffix, run in (("", study.response), ("_free", study.free)):
-        values[f"displacement{suffix}"] = run.u[:, dofs[:, moving]]
-        values[f"velocity{suffix}"] = run.v[:, dofs[:, moving]]
-        values[f"acceleration{suffix}"] = run.absolute_acceleration[:, dofs[:, moving]]
+        values[f"displacement{suffix}"] = run.u[:, columns]
+        values[f"velocity{suffix}"] = run.v[:, columns]
+        values[f"acceleration{suffix}"] = run.absolute_acceleration[:, columns]
     return values
+
+
+def _rotations(turning: FloorSpectra | None) -> dict[str, Any]:
+    if turning is None:
+        return {}
+    values = {"rotation": turning.directions}
+    return values | {f"rotational_{name}": getattr(turning, name) for name in ("psa", "pfa")}
 
 
 def _modes(study: StickStudy) -> dict[str, Any]:
@@ -255,6 +295,9 @@ def _modes(study: StickStudy) -> dict[str, Any]:
         "plan": ["x", "y"],
         "building_axis": [stick.axis for stick in sticks],
         "building_base": [stick.base for stick in sticks],
+        "building_model": [
+            "structure" if stick.name in study.case.pounding_in_3d else "stick" for stick in sticks
+        ],
         "mode_direction": COMPONENTS,
         "mode_component": COMPONENTS,
         "mode_frequency": frequency,
@@ -265,18 +308,40 @@ def _modes(study: StickStudy) -> dict[str, Any]:
     }
 
 
+def _foundations(study: StickStudy) -> dict[str, Any]:
+    found = study.foundations
+    if not found:
+        return {}
+    of_each = (
+        *("stiffness", "dashpot", "error", "clamped_frequency", "frequency", "clamped_ratio"),
+        *("ratio", "radiated", "weight", "static_pressure"),
+    )
+    bases = [study.response.bases[one.building] for one in found]
+    return {
+        "foundation": [one.building for one in found],
+        "foundation_component": COMPONENTS,
+        "foundation_direction": DIRECTIONS,
+        **{f"foundation_{name}": [getattr(one, name) for one in found] for name in of_each},
+        "foundation_pressure": np.stack([one.pressure for one in found], axis=1),
+        "base_displacement": np.stack([base.u for base in bases], axis=1),
+    }
+
+
 def _impacts(study: StickStudy) -> dict[str, Any]:
     of_impact = (
         *("end", "peak_time", "peak_force", "impulse", "duration", "penetration", "approach"),
         *("separation", "restitution", "dissipated", "defect", "steps"),
     )
-    of_check = ("bearing_pressure", "bearing_ratio", "storey_shear", "shear_stress")
+    of_check = (
+        *("bearing_pressure", "bearing_ratio", "storey_shear", "shear_stress", "cracking_ratio"),
+        "building_restitution",
+    )
     found, checks = study.impacts, study.checks
     return {
         "impact_pair": [impact.pair.name for impact in found],
         "impact_first_contact": [impact.start for impact in found],
         **{f"impact_{name}": [getattr(i, name) for i in found] for name in of_impact},
-        **{f"impact_{n}": [getattr(c, n) for c in checks] for n in (*of_check, "cracking_ratio")},
+        **{f"impact_{n}": [getattr(c, n) for c in checks] for n in of_check},
     }
 
 
@@ -284,7 +349,13 @@ def _pairs(study: StickStudy) -> dict[str, Any]:
     pairs, names = study.system.pairs, [pair.name for pair in study.system.pairs]
     laws = [pair.law for pair in pairs]
     materials = [study.case.building(pair.a.building).material for pair in pairs]
-    distances = {c.name: pair_distance(c, study.case) for c in study.case.contacts}
+    # Of a line the distance is that of its first pair: where its gap varies it says nothing.
+    rest = {pair.name: pair.gap for pair in pairs}
+    distances = {
+        c.name: pair_distance(c, study.case)
+        for c in study.case.contacts
+        if abs(rest.get(c.name, c.gap) - c.gap) <= 1e-9
+    }
     # Largest speed of approach; nan where no impact had one.
     speeds = dict.fromkeys(names, np.nan)
     for impact in study.impacts:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from impactfem.plot.table import Table, columns_of, write_tables
-from impactfem.stages.stores import open_store, time_step
+from impactfem.stages.stores import names_of, open_store, time_step
 
 TITLES = {
     "contact_parameters": "Contact parameters; durations of the laws with the effective mass of "
@@ -17,6 +18,8 @@ TITLES = {
     "impact_checks": "What each impact asks of the buildings; linear analysis needs ratios below 1",
     "separation": "Required separation: largest approach without contact",
     "calibration": "Calibration of the sticks on the case's targets",
+    "foundations": "First modes on soil and on a clamped base",
+    "soil": "Soil under the rafts, about the middle of the underside",
     "facing_floors": "Floors that face each other and are in no contact pair: closest approach",
 }
 COLUMNS = {
@@ -47,6 +50,7 @@ COLUMNS = {
         ("impact_approach", "approach", "m/s"),
         ("impact_separation", "separation", "m/s"),
         ("impact_restitution", "restitution", "-"),
+        ("impact_building_restitution", "of the buildings", "-"),
         ("impact_penetration", "penetration", "mm"),
         ("impact_steps", "steps", "-"),
     ),
@@ -79,6 +83,22 @@ COLUMNS = {
         ("target_effective_mass", "target", "t"),
         ("effective_mass_error", "error", "%"),
     ),
+    "foundations": (
+        ("foundation", "building", ""),
+        ("foundation_direction", "direction", ""),
+        ("foundation_clamped_frequency", "clamped", "Hz"),
+        ("foundation_frequency", "on soil", "Hz"),
+        ("period_ratio", "period over clamped", "-"),
+        ("foundation_clamped_ratio", "damping clamped", "%"),
+        ("foundation_ratio", "on soil", "%"),
+    ),
+    "soil": (
+        ("foundation", "building", ""),
+        ("foundation_component", "component", ""),
+        ("foundation_stiffness", "stiffness at rest", "N/m, N m/rad"),
+        ("foundation_dashpot", "dashpot at the first frequency", "N s/m, N m s/rad"),
+        ("foundation_error", "error of the model", "%"),
+    ),
     "facing_floors": (
         ("facing_a", "floor", ""),
         ("facing_b", "faces", ""),
@@ -106,15 +126,28 @@ def stick_tables(folder: Path) -> list[Path]:
             for of in ("frequency", "effective_mass"):
                 error = store[f"calibrated_{of}"] / store[f"target_{of}"] - 1.0
                 content[f"{of}_error"] = error
+        if "foundation" in store.dims:
+            names += ["foundations", "soil"]
+            content["period_ratio"] = (
+                store["foundation_clamped_frequency"] / store["foundation_frequency"]
+            )
         if "facing" in store.dims:
             names.append("facing_floors")
             content["overlap"] = store["facing_distance_min"] < 0.0
         tables = [
-            columns_of(content, name, TITLES[name], columns)
+            columns_of(_rows(content, columns), name, TITLES[name], columns)
             for name, columns in COLUMNS.items()
             if name in names
         ]
     return write_tables(folder, [modes, *tables])
+
+
+def _rows(store: xr.Dataset, columns: Sequence[tuple[str, str, str]]) -> xr.Dataset:
+    """The variables of columns, those over two dimensions with a row for each pair of places."""
+    chosen = store[[name for name, _, _ in columns]]
+    if len(chosen.dims) < 2:
+        return chosen
+    return xr.Dataset.from_dataframe(chosen.to_dataframe().reset_index())
 
 
 def _modes(store: xr.Dataset) -> Table:
@@ -134,10 +167,13 @@ def _modes(store: xr.Dataset) -> Table:
     frame = frame[frame["family"] != ""]
     # Buildings in the order of the case, modes in natural order.
     frame["number"] = frame.groupby(["building", "family"]).cumcount() + 1
+    model = store["building_model"]
+    in_3d = names_of(store.isel(building=(model == "structure").values), "building")
+    other = f"; not as a stick, but with its 3D model, pounds: {', '.join(in_3d)}" if in_3d else ""
     return columns_of(
         xr.Dataset.from_dataframe(frame.reset_index(drop=True)),
         "modes",
-        "Modes of the sticks",
+        f"Modes of the sticks on a clamped base{other}",
         [
             ("building", "building", ""),
             ("family", "family", ""),

@@ -1,0 +1,370 @@
+"""Lines along which buildings touch in 3D: the points of contact, and how each acts on both sides.
+
+Where a building pounds by its 3D model, a pair of the case is no point but the whole length over
+which both sides face each other, or a side faces a rigid wall. With the hat functions N_i of points
+along it and w_i = ∫ N_i ds, the gap of point i is a weighted mean, and its force F_i a line load on
+both sides,
+
+    δ_i = ∫ N_i (g + n · (u_b - u_a)) ds / w_i,    q_i = F_i N_i / w_i,
+
+integrated on each mesh by its own shape functions: the meshes need not match, and resultant and
+moment of what acts on a are those of what acts on b. A floor of a stick is rigid: for it the mean
+is the motion at the middle of the hat. Inside a storey the force acts on walls and columns over a
+patch; where there are none, nothing touches.
+
+The gap g is that of the pair at its point, straight between the points of several pairs, and grows
+with the distance from it where the sides are not parallel.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from impactfem.building.floor import contact_edge
+from impactfem.building.mesh import BuildingMesh
+from impactfem.case import Building, Case, Contact, ContactPoint
+from impactfem.case.contacts import Vector
+from impactfem.case.facade import Facade
+from impactfem.reduction.edge_force import EdgeForce
+from impactfem.reduction.sides import PairEnd, Sides
+from impactfem.system.arrays import Array
+from impactfem.system.errors import Fault, InputError
+
+Struck = tuple[Facade, float]
+OPPOSITE = 0.01
+"""How far from each other along the edges the two points of a pair may be [m]."""
+SHORTEST = 0.5
+"""Part of the distance of points up to which one is too near to the end of a line."""
+SHORT = 1e-6
+"""Length up to which sides do not face each other [m]."""
+CLOSED = 1e-9
+"""Up to which a negative gap is rounding [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class LineEnd:
+    """One side of a line."""
+
+    point: ContactPoint  #: the point of its first pair
+    offset: Array  #: from the stick's axis to each point of contact, shape (m, 3) [m]
+    #: Where the hat of each begins, is highest and ends on the side of a 3D model, shape (m, 3)
+    #: [m]; nan for a stick.
+    hats: Array
+    #: What the force of each point does to the 3D model for 1 N; none for a stick.
+    forces: tuple[EdgeForce, ...]
+
+    @property
+    def floor(self) -> int:
+        """Number of the floor, or of the one above the storey."""
+        return self.point.level
+
+
+@dataclass(frozen=True, eq=False)
+class ContactLine:
+    """A line along which two buildings touch."""
+
+    name: str  #: that of its first pair
+    normal: Array  #: unit vector n from a to b, shape (3,)
+    a: LineEnd  #: the side of the first building
+    b: LineEnd | None  #: that of the second one; None for a rigid wall
+    position: Array  #: of the points along it, from its first pair, ascending, shape (m,) [m]
+    weight: Array  #: w_i, shape (m,) [m]
+    gap: Array  #: δ_i at rest, shape (m,) [m]
+    pair_names: tuple[str, ...]  #: of its pairs
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    @property
+    def length(self) -> float:
+        """Length over which the sides face each other [m]."""
+        return float(np.ptp(self.position))
+
+    def forces_on(self, building: str) -> tuple[EdgeForce, ...]:
+        """What its points do to the 3D model of a building; none where that is not touched."""
+        return tuple(
+            force
+            for end in (self.a, self.b)
+            if end is not None and end.point.building == building
+            for force in end.forces
+        )
+
+    @cached_property
+    def halved(self) -> tuple[Array, Array]:
+        """Shares of the points in those of a line with about half as many, shape (m, fewer), and w.
+
+        A hat of the latter is the sum of the hats that it covers: N_I = Σ_i N_I(s_i) N_i.
+        """
+        s = self.position
+        kept = s[np.append(np.arange(0, len(self) - 1, 2), len(self) - 1)]
+        hats = np.array([np.interp(s, kept, one) for one in np.eye(len(kept))]).T
+        w = hats.T @ self.weight
+        return np.asarray(self.weight[:, None] * hats / w), np.asarray(w)
+
+
+def contact_lines(case: Case, meshes: Mapping[str, BuildingMesh]) -> tuple[ContactLine, ...]:
+    """The lines of a case along which 3D models touch, with their meshes by building.
+
+    Pairs of the same sides of floors or storeys with the same normal are one line.
+
+    Raises:
+        InputError: With every fault: sides that do not face each other, points that are not on a
+            side or do not face each other, several laws along one line, a gap that is negative
+            somewhere, walls that take no force.
+    """
+    whole, faults = case.whole, list[Fault]()
+    sides = {name: Sides(whole, mesh) for name, mesh in meshes.items()}
+    groups: dict[tuple[object, ...], tuple[list[Contact], list[_End]]] = {}
+    for contact in whole.contacts:
+        if not case.touches_in_3d(contact):
+            continue
+        n = np.array(contact.normal)
+        found = [
+            _end(whole, contact, point, sign * n, _along(n), sides) for point, sign in contact.ends
+        ]
+        ends = [end for end in found if not isinstance(end, Fault)]
+        wrong = [end for end in found if isinstance(end, Fault)]
+        table = f"contacts[{contact.table}]"
+        if expected := _apart(whole, contact, _along(n)):
+            wrong.append(Fault(whole.path, table, contact.name, expected))
+        if wrong:
+            faults += wrong
+            continue
+        normal = tuple(np.round(n, 9).tolist())
+        places = (ends[0].place, (contact.wall,) if contact.b is None else ends[1].place)
+        key = *places, normal
+        if (*places[::-1], tuple(-x + 0.0 for x in normal)) in groups:
+            expected = "expected the same building as a in all pairs along the same edges"
+            faults.append(Fault(whole.path, table, contact.name, expected))
+            continue
+        pairs, _ = groups.setdefault(key, ([], ends))
+        pairs.append(contact)
+        if contact.law != pairs[0].law:
+            expected = f"expected '{pairs[0].law}', the law of {pairs[0].name} along the same edges"
+            faults.append(Fault(whole.path, f"{table}.law", contact.law, expected))
+    made = [_line(whole, pairs, ends, faults) for pairs, ends in groups.values()]
+    if faults:
+        raise InputError(faults)
+    return tuple(line for line in made if line is not None)
+
+
+def _along(n: Array) -> Array:
+    """Unit vector at right angles to a normal in plan."""
+    return np.array([-n[1], n[0], 0.0])
+
+
+def _apart(case: Case, contact: Contact, t: Array) -> str:
+    """What is expected of the points of a pair that do not face each other; else empty."""
+    places = []
+    for point, _ in contact.ends:
+        axis = case.building(point.building).axis
+        places.append(np.array(point.offset) + np.array([*axis, 0.0]))
+    apart = float(t @ (places[-1] - places[0]))
+    if abs(apart) <= OPPOSITE:
+        return ""
+    return (
+        f"expected points that face each other along the normal: by axis and offset they are "
+        f"{abs(apart):.4g} m apart along the edges"
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _End:
+    """One side of a line before its points are known."""
+
+    point: ContactPoint
+    outward: Vector  #: unit vector towards the other side
+    sides: Sides | None  #: of its 3D model; None for a stick
+    met: Struck | None  #: the side that it is on, and where the first pair is along it
+    sense: float  #: ds along the side for 1 m along the line
+    span: tuple[float, float]  #: from where to where it reaches along the line [m]
+
+    @property
+    def place(self) -> tuple[object, ...]:
+        """The side that it is on, of a floor or a storey."""
+        p, side = self.point, "" if self.met is None else self.met[0].side
+        return p.building, p.floor, p.storey, p.relative_height, side
+
+    @property
+    def vertices(self) -> Array | None:
+        """Where constraints could be along the line, as `contact_edge` has them; None without."""
+        if self.sides is None or self.met is None or self.point.floor is None:
+            return None
+        facade, first = self.met
+        spacing = self.sides.case.pounding.contact_spacing
+        edge = contact_edge(self.sides.mesh, self.point.floor, spacing, facade.side)
+        return np.sort((edge.position - first) / self.sense)
+
+    def hats(self, s: Array, middle: Array) -> Array:
+        """Where the hat of each point begins, is highest and ends on the side, shape (m, 3) [m].
+
+        Inside a storey, where its middle is.
+        """
+        if self.met is None:
+            return np.full((len(s), 3), np.nan)
+        if self.point.floor is None:
+            return np.tile((self.met[1] + self.sense * middle)[:, None], 3)
+        ends = self.met[1] + self.sense * np.concatenate([s[:1], s, s[-1:]])
+        return np.sort(np.column_stack([ends[:-2], ends[1:-1], ends[2:]]), axis=1)
+
+    def forces(self, hats: Array) -> list[EdgeForce | str]:
+        """The force of each point on the 3D model, or why nothing takes it; none for a stick."""
+        if self.sides is None or self.met is None:
+            return []
+        facade = self.met[0]
+        return [
+            self.sides.point_force(replace(self.end, hat=tuple(hat)), facade)
+            for hat in hats.tolist()
+        ]
+
+    @property
+    def end(self) -> PairEnd:
+        """The end of its first pair."""
+        return PairEnd.of(self.point, np.array(self.outward))
+
+
+def _line(
+    case: Case, pairs: Sequence[Contact], ends: Sequence[_End], faults: list[Fault]
+) -> ContactLine | None:
+    one = pairs[0]
+    n = np.array(one.normal)
+    t = _along(n)
+    key = f"contacts[{one.table}]"
+    low, high = max(end.span[0] for end in ends), min(end.span[1] for end in ends)
+    if not high - low > SHORT:
+        spans = " and ".join(
+            f"{end.point.label} from {end.span[0]:.4g} to {end.span[1]:.4g} m" for end in ends
+        )
+        expected = f"expected sides that face each other; along them, from the pair, are {spans}"
+        faults.append(Fault(case.path, key, one.name, expected))
+        return None
+    vertices = [known for end in ends if (known := end.vertices) is not None]
+    if vertices:
+        s = min((_within(known, low, high) for known in vertices), key=len)
+    else:
+        # The floor of a stick against walls: as many patches as have room.
+        spread = next(end.sides.spread for end in ends if end.sides is not None)
+        spacing = case.pounding.contact_spacing or spread.patch_width
+        s = np.linspace(low, high, 1 + max(1, math.ceil((high - low) / spacing)))
+    before, behind = np.append(0.0, np.diff(s)), np.append(np.diff(s), 0.0)
+    # The mean of what is straight along a hat is its value at the middle of the hat.
+    middle = s + (behind - before) / 3.0
+    hats = [end.hats(s, middle) for end in ends]
+    acting = [end.forces(one) for end, one in zip(ends, hats, strict=True)]
+    lacking = [one for forces in acting for one in forces if isinstance(one, str)]
+    taken = np.array(
+        [all(isinstance(one[k], EdgeForce) for one in acting if one) for k in range(len(s))]
+    )
+    if not taken.any():
+        expected = (
+            "expected walls or columns that take the force: "
+            f"{lacking[len(lacking) // 2]}; see offset of the pair and [transient] patch_width"
+        )
+        faults.append(Fault(case.path, key, one.name, expected))
+        return None
+    gap = _gap(pairs, ends, n, t, middle)
+    if gap is None:
+        expected = "expected one gap at one place along the edges"
+        faults.append(Fault(case.path, key, one.name, expected))
+        return None
+    if gap.min() < -CLOSED:
+        expected = (
+            f"expected sides that do not overlap: {middle[gap.argmin()]:.4g} m along them from the "
+            f"pair their gap is {gap.min():.4g} m"
+        )
+        faults.append(Fault(case.path, key, one.name, expected))
+        return None
+    made = [
+        LineEnd(
+            end.point,
+            (np.array(end.point.offset) + middle[:, None] * t)[taken],
+            hat[taken],
+            tuple(
+                one
+                for one, good in zip(forces, taken, strict=False)
+                if good and isinstance(one, EdgeForce)
+            ),
+        )
+        for end, hat, forces in zip(ends, hats, acting, strict=True)
+    ]
+    weight = 0.5 * (before + behind)
+    return ContactLine(
+        *(one.name, n, made[0], made[1] if len(made) > 1 else None, s[taken], weight[taken]),
+        *(np.maximum(gap, 0.0)[taken], tuple(pair.name for pair in pairs)),
+    )
+
+
+def _end(
+    case: Case,
+    contact: Contact,
+    point: ContactPoint,
+    outward: Array,
+    t: Array,
+    sides: Mapping[str, Sides],
+) -> _End | Fault:
+    """A side of a line along t, the unit vector at right angles to the normal in plan."""
+    x, y, z = (float(component) + 0.0 for component in outward)
+    building = case.building(point.building)
+    if point.building not in case.pounding_in_3d:
+        reach = _half_length(building, point, t)
+        middle = -float(t @ point.offset)
+        return _End(point, (x, y, z), None, None, 1.0, (middle - reach, middle + reach))
+    own = sides[point.building]
+    end = _End(point, (x, y, z), own, None, 1.0, (0.0, 0.0))
+    met = own.met(case.path, contact.name, end.end)
+    if isinstance(met, Fault):
+        return met
+    facade, first = met
+    # A metre along the line is this far along the side, which need not be parallel to it.
+    sense = 1.0 / float(t @ facade.along)
+    low, high = sorted(((0.0 - first) / sense, (facade.length - first) / sense))
+    return replace(end, met=met, sense=sense, span=(low, high))
+
+
+def _half_length(building: Building, point: ContactPoint, t: Array) -> float:
+    """Half of how long a floor of a stick is along t [m]; infinite where its plan is not known."""
+    row = next(floor for floor in building.floors if floor.floor == point.level)
+    size = [
+        getattr(row, name) or getattr(building, name) or math.inf for name in ("length", "width")
+    ]
+    along = np.abs(t[:2])
+    return 0.5 * float(size[int(along.argmax())])
+
+
+def _within(vertices: Array, low: float, high: float) -> Array:
+    """Both ends of a line, and the vertices of a side between that are not too near to these."""
+    nearest = SHORTEST * float(np.diff(vertices).min())
+    inside = vertices[(vertices > low + nearest) & (vertices < high - nearest)]
+    return np.concatenate([[low], inside, [high]])
+
+
+def _gap(
+    pairs: Sequence[Contact], ends: Sequence[_End], n: Array, t: Array, s: Array
+) -> Array | None:
+    """The gap along a line, straight between its pairs and along sides that are not parallel.
+
+    A wall is at right angles to the normal. None where two pairs at one place have different gaps.
+    """
+    at = np.array([t @ (np.array(pair.a.offset) - pairs[0].a.offset) for pair in pairs])
+    order = np.argsort(at)
+    known = np.array([pair.gap for pair in pairs])[order]
+    if len(pairs) > 1:
+        place, first = np.unique(np.round(at[order], 6), return_index=True)
+        if any(np.ptp(known[np.abs(at[order] - one) < SHORT]) > CLOSED for one in place):
+            return None
+        known = known[first]
+        if len(place) == 1:
+            return np.full(len(s), known[0])
+        found = np.interp(s, place, known)
+        # Beyond the outermost pairs it goes on as between them.
+        for end, inner, beyond in ((0, 1, s < place[0]), (-1, -2, s > place[-1])):
+            slope = (known[end] - known[inner]) / (place[end] - place[inner])
+            found = np.where(beyond, known[end] + slope * (s - place[end]), found)
+        return np.asarray(found)
+    away = [0.0 if end.met is None else float(n @ end.met[0].along) * end.sense for end in ends]
+    return np.asarray(known[0] + (sum(away[1:]) - away[0]) * s)

@@ -1,0 +1,562 @@
+"""3D models that pound along lines, against walls, sticks and themselves."""
+
+import importlib.util
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import impactfem.building.read_mesh as read_mesh_module
+from impactfem import study
+from impactfem.building.facade import facades
+from impactfem.building.from_case import geometry_of, read_parts
+from impactfem.building.generate import generate
+from impactfem.building.mesh import outward_normal
+from impactfem.building.model import assemble_building
+from impactfem.building.read_mesh import read_mesh
+from impactfem.case import load_case
+from impactfem.case.analysis import Pounding
+from impactfem.coupling.contact import hertz, kelvin_voigt
+from impactfem.coupling.force_history import ForceHistory, read_forces, write_forces
+from impactfem.coupling.from_case import system_of
+from impactfem.coupling.ground import Ground
+from impactfem.coupling.impacts import impacts
+from impactfem.coupling.implicit import respond
+from impactfem.coupling.links import Assembly
+from impactfem.coupling.pounding import End, Load, simulate
+from impactfem.coupling.unilateral import ModalMotion, body_before_walls, unilateral_response
+from impactfem.dynamics.factorisation import Factorisation
+from impactfem.reduction.contact_line import ContactLine, LineEnd, contact_lines
+from impactfem.reduction.edge_force import EdgeForce, even, inward
+from impactfem.reduction.forces import checked_forces
+from impactfem.reduction.pounding_3d import Models3D, Pounding3D
+from impactfem.reduction.reduced_building import CompleteModel, reduce_building
+from impactfem.run.check import check
+from impactfem.stages.building.compute import mesh_of_run
+from impactfem.stages.reduce.compute import prepare
+from impactfem.stages.reduce.stage import models_of_run, storey_factor
+from impactfem.system.errors import InputError
+from impactfem.system.parallel import communicator
+from no_pictures import no_pictures
+from two_models import write_case
+
+MODELS = '[pounding]\nmodels = {{ A = "structure", B = "{}" }}\n'
+LAW = 'type = "kelvin-voigt"\nstiffness = "5e8 N/m"\nrestitution = 0.5\n'
+STEP = 5e-4
+
+
+def in_3d(folder, *changes, b="structure", law='type = "unilateral"\n'):
+    """The case of both buildings, touching in 3D."""
+    path = write_case(folder)
+    text = path.read_text(encoding="utf-8").replace(LAW, law)
+    for old, new in (("[pounding]\n", MODELS.format(b)), *changes):
+        assert old in text
+        text = text.replace(old, new)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory):
+    """The case, its sticks and its reduced 3D models."""
+    folder = tmp_path_factory.mktemp("in_3d")
+    path = in_3d(folder)
+    with pytest.MonkeyPatch.context() as patch:
+        no_pictures(patch)
+        study.run(path, out=folder / "out", stage="reduce")
+    case = load_case(path)
+    return case, system_of(case, None), models_of_run(case, folder / "out"), folder / "out"
+
+
+@pytest.fixture
+def shaken():
+    """Half a second of ground motion along y."""
+    t = STEP * np.arange(1001)
+    return np.outer(
+        4.0 * np.sin(2.0 * np.pi * 3.0 * t) * np.sin(np.pi * t / t[-1]), [0.0, 1.0, 0.0]
+    )
+
+
+def with_law(case, law):
+    """The case with another contact law."""
+    from impactfem.case.contacts import KelvinVoigtLaw
+
+    laws = {"floor": KelvinVoigtLaw.model_construct(**law, type="kelvin-voigt")}
+    return case.model_copy(update={"contact_laws": laws})
+
+
+AT_WALL = Pounding.model_construct(models={"A": "structure"}, time_step=STEP)
+SMOOTH = {"stiffness": 5e8, "restitution": 0.5, "damping_ratio": None, "tension": False}
+
+
+def with_meshes(path):
+    """A case with the meshes of its buildings by name."""
+    case, meshes = load_case(path), {}
+    for view in case.views:
+        file = path.with_name(f"{view.structure.building}.msh")
+        generate(geometry_of(view), file, source=str(path))
+        meshes[file.stem] = read_mesh(file)
+    return case, meshes
+
+
+def test_both_sides_of_a_line_take_the_same_force_and_moment(tmp_path):
+    """On meshes that do not match, of another length and shifted along each other."""
+    plan = 'length = "{} m"\nwidth = "4 m"\nslab_thickness = "20 cm"\nwalls = "walls.csv"\n'
+    plan += 'columns = "columns.csv"\nimpact_edge = "y+"'
+    changes = [
+        (plan.format(6), plan.format(7)),
+        ('impact_edge = "y-"\nsize = "2 m"', 'impact_edge = "y-"\nsize = "1.3 m"'),
+        ('offset = ["0 m", "2 m", "0 m"]', 'offset = ["1.4 m", "2 m", "0 m"]'),
+        ('axis = ["3 m", "6.001 m"]', 'axis = ["5 m", "6.001 m"]'),
+        ('offset = ["0 m", "-2 m", "0 m"]', 'offset = ["-0.6 m", "-2 m", "0 m"]'),
+    ]
+    case, meshes = with_meshes(in_3d(tmp_path, *changes))
+    lines = contact_lines(case, meshes)
+    assert [line.name for line in lines] == [contact.name for contact in case.contacts]
+    for line in lines:
+        # A reaches from -2.6 m to 4.4 m of the pair, B from -3.6 m to 2.4 m.
+        assert line.length == pytest.approx(5.0)
+        assert line.weight.sum() == pytest.approx(line.length)
+        share, w = line.halved
+        assert w.sum() == pytest.approx(line.length) and np.allclose(share.sum(axis=0), 1.0)
+        arms = []
+        for end in (line.a, line.b):
+            mesh = meshes[end.point.building]
+            facade, _ = facades(mesh, end.floor, "")[""]
+            middle = end.hats.mean(axis=1)
+            for force, s in zip(end.forces, middle, strict=True):
+                load = force.load(mesh)
+                along = (mesh.nodes[load.nodes] - [*facade.start, 0.0]) @ facade.along
+                assert load.forces.sum() == pytest.approx(1.0, abs=1e-12)
+                assert load.forces @ along == pytest.approx(s, abs=1e-12 * facade.length)
+            # From the point of the pair.
+            arms.append(middle - (4.4 if end is line.a else 2.4))
+        assert np.allclose(*arms, rtol=0.0, atol=1e-12)
+        assert not np.allclose(arms[0] + 0.01, arms[1], rtol=0.0, atol=1e-12)
+
+
+def test_one_with_its_mirror_image_is_one_before_a_wall(pair):
+    """Every force, unilateral and by two laws; with another gap or another law it is not."""
+    case, system, given, _ = pair
+    mine = given.models["A"]
+    mirror = []
+    for line in given.lines:
+        columns = {f.name: k for k, f in enumerate(line.a.forces)}
+        assert len(columns) == len(line.b.forces)
+        mirror += zip((f.name for f in line.b.forces), (f.name for f in line.a.forces), strict=True)
+    names = [str(name) for name in mine.names]
+    edges = mine.edges[:, [names.index(of_a) for _, of_a in mirror]]
+    other = replace(mine, names=np.array([of_b for of_b, _ in mirror]), edges=edges)
+    both = Pounding3D(case, system, Models3D(given.lines, {"A": mine, "B": other}))
+    one = both.assembly
+    contact = -mine.edges[:, [names.index(f.name) for line in given.lines for f in line.a.forces]]
+    # Drawn aside, away from the wall, as by an even push.
+    z0 = contact.sum(axis=1) / mine.eigenvalue
+    z0 *= -0.01 / (contact.T @ z0).max()
+    law = case.building("A").damping.law
+    r, steps = len(z0), 1000
+    # As the wall of a case: B, a stick then, touches nothing.
+    walls = tuple(one.model_copy(update={"b": None, "wall": "pit"}) for one in case.contacts)
+    alone = case.model_copy(update={"contacts": walls, "pounding": AT_WALL})
+    lines = tuple(replace(line, b=None) for line in given.lines)
+    pit = Pounding3D(alone, system_of(alone, None), Models3D(lines, {"A": mine})).assembly
+    at_rest = np.concatenate([z0, np.zeros(len(pit) - r)])
+
+    def before_wall(gap):
+        wall = body_before_walls(mine.eigenvalue, contact, law)
+        force = unilateral_response(ModalMotion(wall, STEP), gap, steps, displacement=z0).force
+        motion = ModalMotion(pit, STEP)
+        of_case = unilateral_response(motion, gap, steps, displacement=at_rest).force
+        assert np.abs(of_case - force).max() < 1e-9 * force.max()
+        return force
+
+    motion = ModalMotion(one, STEP)
+    found = unilateral_response(motion, one.gaps, steps, displacement=np.tile(z0, 2))
+    expected = before_wall(one.gaps / 2.0)
+    largest = expected.max()
+    assert np.count_nonzero(expected) > 20
+    assert np.abs(found.force - expected).max() < 1e-8 * largest
+    assert np.abs(found.force - before_wall(one.gaps)).max() > 0.1 * largest
+    # F(p) between both is F(2 p) at the wall.
+    none = np.zeros((steps, 3))
+
+    def between(law_of_pair):
+        links = [replace(link, law=law_of_pair) for link in one.links]
+        pounding = Assembly(list(one.bodies.values()), links)
+        return respond(pounding, np.zeros((steps, 2 * r)), none, STEP, u0=np.tile(z0, 2)).force
+
+    def at_wall(law_of_wall):
+        links = [replace(link, gap=link.gap / 2.0, law=law_of_wall) for link in pit.links]
+        wall = Assembly(list(pit.bodies.values()), links)
+        return respond(wall, np.zeros((steps, len(pit))), none, STEP, u0=at_rest).force
+
+    for make, factor in (
+        (lambda k: kelvin_voigt(k * 1e8, 0.1, 1e4 * k, tension=False), 2.0),
+        (lambda k: hertz(k * 1e10, 1e4), 2.0**1.5),
+    ):
+        F, expected = between(make(1.0)), at_wall(make(factor))
+        assert np.abs(F - expected).max() < 1e-8 * np.abs(expected).max()
+        assert np.abs(F - at_wall(make(1.0))).max() > 0.01 * np.abs(expected).max()
+
+
+def test_what_is_reported_of_a_run_under_waves_that_pass(pair, shaken):
+    """Complementary, energies in balance; the gap without contact until they touch, no other."""
+    case, system, given, _ = pair
+    model, ground = Pounding3D(case, system, given), later(shaken)
+    response, free = model.respond(ground, STEP), model.free(ground, STEP)
+    assert response.residual < 1e-10 and response.energy.residual < 1e-10
+    # A wall that moves with changing speed gives a little: its way is exact, not the scheme's.
+    assert np.max(np.diff(response.energy.contact)) < 1e-7 * response.energy.scale
+    first = int(response.force.any(axis=1).argmax())
+    assert first > 100
+    reach = np.abs(free.gap[:first]).max()
+    assert np.abs(response.gap - free.gap)[:first].max() < 1e-9 * reach
+    alike = model.free(shaken, STEP)
+    assert np.abs(alike.gap - free.gap)[:first].max() > 1e-2 * reach
+
+
+def test_what_is_reported_of_a_run(pair, shaken):
+    """Complementary, energies in balance, resultants and impulses those of the points."""
+    case, system, given, _ = pair
+    response = Pounding3D(case, system, given).respond(shaken, STEP)
+    assert response.residual < 1e-10
+    assert response.energy.residual < 1e-10
+    assert np.max(np.diff(response.energy.contact)) <= 1e-12 * response.energy.scale
+    points, force = response.exerted
+    assert len(points) == sum(map(len, given.lines)) > len(given.lines)
+    for k, line in enumerate(given.lines):
+        mine = [j for j, point in enumerate(points) if point.name.startswith(f"{line.name} at ")]
+        assert np.allclose(force[:, mine].sum(axis=1), response.force[:, k])
+    found = impacts(response)
+    assert found
+    assert 0.0 < found[0].restitution < 1.0
+    taken = sum(impact.dissipated for impact in found)
+    assert taken == pytest.approx(-response.energy.contact[-1], rel=1e-6)
+    # The scheme stops what closes: it goes no further behind than in a step or two.
+    assert -response.gap.min() < 2.0 * np.abs(np.diff(response.gap, axis=0)).max()
+    # What is handed on has the impulses of the steps, and begins and ends with them.
+    one = Pounding3D(case, system, given).assembly
+    motion = ModalMotion(one, STEP, load=one.ground)
+    steps = unilateral_response(motion, one.gaps, len(shaken) - 1, amplitudes=shaken).impulse
+    handed = ForceHistory.of_response(response)
+    assert np.abs(handed.impulse - steps.sum(axis=0)).max() < 1e-9 * steps.sum()
+    begins = steps.any(axis=1).argmax()
+    assert handed.force.any(axis=1).argmax() == begins - 1
+
+
+@pytest.mark.skipif(
+    importlib.util.find_spec("siconos") is None,
+    reason="siconos is not installed (Debian 12 has it)",
+)
+def test_siconos_gives_the_same(pair, tmp_path):
+    """The first impact under a constant acceleration of the ground; with another gap it does not.
+
+    What closes again from a little behind the edge is another law there: ours makes no energy.
+    """
+    case, system, given, _ = pair
+    one, steps = Pounding3D(case, system, given).assembly, 600
+    ground = np.tile([0.0, 8.0, 0.0], (steps + 1, 1))
+    ours = unilateral_response(
+        ModalMotion(one, STEP, load=one.ground), one.gaps, steps, amplitudes=ground
+    ).impulse
+    np.savez(
+        tmp_path / "case.npz",
+        M=np.eye(len(one)),
+        K=np.diag(one.eigenvalue),
+        C=np.diag(one.damping),
+        G=-one.gamma.T,
+        gap=one.gaps,
+        e=np.zeros(len(one.gaps)),
+        h=STEP,
+        u=np.zeros(len(one)),
+        v=np.zeros(len(one)),
+        f=one.ground @ ground[0],
+        steps=steps,
+    )
+    script = Path(__file__).parents[1] / "coupling" / "with_siconos.py"
+    arguments = [sys.executable, script, tmp_path / "case.npz", tmp_path / "results.npz"]
+    done = subprocess.run(arguments, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stdout + done.stderr
+    with np.load(tmp_path / "results.npz") as results:
+        theirs = results["impulse"]
+    touching = ours.any(axis=1)
+    begin = int(touching.argmax())
+    first = slice(0, begin + int((~touching[begin:]).argmax()) + 1)
+    assert first.stop - begin > 5 and np.count_nonzero(ours[first].any(axis=0)) > 3
+    assert np.abs(ours - theirs)[first].max() < 1e-8 * ours[first].max()
+    wider = unilateral_response(
+        ModalMotion(one, STEP, load=one.ground), 1.1 * one.gaps, steps, amplitudes=ground
+    ).impulse
+    assert np.abs(wider - theirs)[first].max() > 1e-2 * ours[first].max()
+
+
+@pytest.mark.parametrize("law", [None, SMOOTH], ids=["unilateral", "smooth"])
+def test_buildings_and_ends_of_pairs_change_places(pair, shaken, law, tmp_path):
+    """The forces are the same; another order is another order of sums, which contact amplifies."""
+    case, _, given, _ = pair
+    case = case if law is None else with_law(case, law)
+    turned = []
+    for contact in case.contacts:
+        (a, b), (x, y, z) = (contact.b, contact.a), contact.normal
+        turned.append(contact.model_copy(update={"a": a, "b": b, "normal": (-x, -y, -z)}))
+    lines = tuple(replace(one, a=one.b, b=one.a, normal=-one.normal) for one in given.lines)
+    other = case.model_copy(update={"contacts": tuple(turned), "buildings": case.buildings[::-1]})
+    first = Pounding3D(case, system_of(case, None), given).respond(shaken, STEP)
+    second = Pounding3D(other, system_of(other, None), replace(given, lines=lines)).respond(
+        shaken, STEP
+    )
+    assert first.force.max() > 1e4
+    assert np.abs(first.point_force - second.point_force).max() < 1e-10 * first.force.max()
+
+
+AT_A = 'a = {{ building = "A", floor = [1, 2], offset = ["0 m", "{} m"'
+AT_B = 'b = {{ building = "B", floor = [1, 2], offset = ["0 m", "{} m"'
+ROUND = [
+    ('axis = ["3 m", "6.001 m"]', 'axis = ["3 m", "-2.001 m"]'),
+    (AT_A.format(2), AT_A.format(-2)),
+    (AT_B.format(-2), AT_B.format(2)),
+    ("normal = [0, 1, 0]", "normal = [0, -1, 0]"),
+]
+
+
+def test_the_pair_turned_by_180_degrees(pair, shaken, tmp_path, monkeypatch):
+    """Both meshes turned about the axis of A, and reduced anew: what differs is rounding alone.
+
+    With vectors of the held buildings whose direction is rounding it would be 2e-6.
+    """
+    case, _, given, out = pair
+    turned = load_case(in_3d(tmp_path, *ROUND))
+    of_file = read_mesh_module._read_mesh
+
+    def turn(path, digest):
+        mesh = of_file(path, digest)
+        return replace(mesh, nodes=mesh.nodes * [-1.0, -1.0, 1.0] + [6.0, 4.0, 0.0])
+
+    monkeypatch.setattr(read_mesh_module, "_read_mesh", turn)
+    files = {view.structure.building: mesh_of_run(view, view.folder(out)) for view in case.views}
+    models = {}
+    for view in turned.views:
+        name, folder = view.structure.building, view.folder(out)
+        prepared = prepare(view, files[name], storey_factor(folder), files)
+        building = assemble_building(communicator(), prepared.parts)
+        factor = prepared.storey_factor
+        reduced = reduce_building(building, prepared.parts.mesh, factor, prepared.plan)
+        models[name] = reduced.complete
+    lines = contact_lines(turned, {name: read_mesh(file) for name, file in files.items()})
+    for law, close in ((None, 1e-8), (SMOOTH, 1e-9)):
+        one, other = ((k if law is None else with_law(k, law)) for k in (case, turned))
+        expected = Pounding3D(one, system_of(one, None), given).respond(shaken, STEP).force
+        opposite = Pounding3D(other, system_of(other, None), Models3D(lines, models))
+        assert expected.max() > 1e5
+        found = opposite.respond(-shaken, STEP).force
+        assert np.abs(found - expected).max() < close * expected.max()
+        # Shaken the same way as before, the turned pair is another one.
+        assert np.abs(opposite.respond(shaken, STEP).force - expected).max() > 0.1 * expected.max()
+
+
+def test_a_constant_load_gives_the_static_displacement(pair):
+    """On the edge of the roof of A, after its oscillations have died, against K u = F."""
+    case, system, given, out = pair
+    view, direction, h = case.views[0], np.array([0.0, -1.0, 0.0]), 5e-3
+    mesh = read_mesh(mesh_of_run(view, out))
+    facade, _ = facades(mesh, 2, "")[""]
+    push = even(2, facade, inward(facade))
+    pushes = {("A", 2): (outward_normal(mesh, 2), ((push, 1.0),))}
+    load = Load(End.of_floor(system.stick("A"), 2), direction, np.full(2001, 1e5))
+    row = Pounding3D(case, system, Models3D(given.lines, given.models, pushes))
+    found = row.free(np.zeros((2001, 3)), h, [load]).u[-1, [7, 1]]
+    parts = read_parts(view, mesh_of_run(view, out))[0]
+    building = assemble_building(communicator(), parts)
+    with Factorisation(building.take_stiffness(storey_factor(out)), name="the stiffness") as K:
+        u = K.solve_block(1e5 * push.vector(building, mesh)[:, None])[:, 0]
+    expected = u[building.rows(np.array([mesh.centres[2], mesh.centres[1]])) + 1]
+    assert expected.max() < -1e-5
+    # The basis is accurate to 5 %.
+    assert found == pytest.approx(expected, rel=0.01)
+    assert found != pytest.approx(1.05 * expected, rel=0.01)
+    assert not row.free(np.zeros((2001, 3)), h).u.any()
+
+
+def later(ground):
+    """The same ground, 20.5 steps later under B than under A."""
+    delays = {"A": 0.0, "B": 20.5 * STEP}
+    return Ground.under([(1, STEP, ground[:, 1])], STEP, len(ground), delays)
+
+
+@pytest.mark.parametrize("passing", [False, True])
+def test_a_stick_in_the_place_of_a_3d_model(pair, shaken, passing):
+    """A model of all modes of a stick, with rigid floors, gives the pounding of the sticks."""
+    ground = later(10.0 * shaken) if passing else 10.0 * shaken
+    case = with_law(pair[0], SMOOTH)
+    system = system_of(case, None)
+    models, lines = {}, []
+    for contact, line in zip(case.contacts, pair[2].lines, strict=True):
+        ends = []
+        for end, sign in ((line.a, -1.0), (line.b, 1.0)):
+            direction = (0.0, sign, 0.0)
+            forces = tuple(
+                EdgeForce(f"{line.name} {k} {sign}", end.floor, direction) for k in range(len(line))
+            )
+            ends.append(LineEnd(end.point, end.offset, end.hats, forces))
+        lines.append(replace(line, a=ends[0], b=ends[1]))
+        assert isinstance(lines[-1], ContactLine) and contact.name == line.name
+    for stick, (basis, body) in zip(system.sticks, system.modes, strict=True):
+        ends = [
+            (end, force, offset)
+            for line in lines
+            for end in (line.a, line.b)
+            if end.point.building == stick.name
+            for force, offset in zip(end.forces, end.offset, strict=True)
+        ]
+        rows = [
+            np.array(force.direction) @ stick.translation(stick.floor_master(end.floor), offset)
+            for end, force, offset in ends
+        ]
+        models[stick.name] = CompleteModel(
+            eigenvalue=body.eigenvalue,
+            ground=-body.participation,
+            names=np.array([force.name for _, force, _ in ends]),
+            edges=(np.array(rows) @ basis).T,
+            anchors=np.zeros((0, 6, len(basis))),
+            points=basis[: 6 * len(stick.floors)].reshape(-1, 6, len(basis)),
+            difference=0.0,
+            wall=None,
+            rigid_mass=body.rigid_mass,
+            wrench=np.zeros((len(ends), 6)),
+            anchors_carried=np.zeros((0, 6, 6)),
+            points_carried=np.zeros((len(stick.floors), 6, 6)),
+            base=np.zeros(3),
+        )
+    expected = simulate(system, ground, STEP)
+    scale = np.abs(expected.force).max()
+    for in_models in (("A",), ("A", "B")):
+        given = Models3D(tuple(lines), {name: models[name] for name in in_models})
+        found = Pounding3D(case, system, given).respond(ground, STEP)
+        free = Pounding3D(case, system, given).free(ground, STEP)
+        assert np.abs(found.force - expected.force).max() < 1e-7 * scale
+        moved = np.abs(expected.u).max(axis=0)
+        good = moved > 1e-6 * moved.max()
+        assert np.abs(found.u - expected.u)[:, good].max() < 1e-7 * moved.max()
+        a, b = (one.absolute_acceleration[:, good] for one in (found, expected))
+        assert np.abs(a - b).max() < 1e-6 * np.abs(b).max()
+        assert found.energy.residual < 1e-10
+        alone = simulate(system.without_contact(), ground, STEP)
+        assert np.abs(free.u - alone.u).max() < 1e-9 * np.abs(alone.u).max()
+        ours, theirs = (
+            [(i.impulse, i.dissipated, i.defect) for i in impacts(one)[:3]]
+            for one in (found, expected)
+        )
+        assert np.allclose(ours, theirs, rtol=1e-3, atol=1e-3 * abs(theirs[0][1]))
+
+
+def test_forces_find_their_patterns_again(pair, shaken, tmp_path):
+    """Through the file: the same patterns, on the building that they push."""
+    case, system, given, out = pair
+    response = Pounding3D(case, system, given).respond(shaken, STEP)
+    write_forces(tmp_path / "forces.nc", response, case.content_hash())
+    for history in (read_forces(tmp_path / "forces.nc"), ForceHistory.of_response(response)):
+        for view in case.views:
+            mesh = read_mesh(view.folder(out) / "building.msh")
+            _, shares = checked_forces(history, tmp_path / "forces.nc", view, mesh, 0.4)
+            name = view.structure.building
+            patterns = [force for line in given.lines for force in line.forces_on(name)]
+            assert shares == [((force, 1.0),) for force in patterns]
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ([('B = "structure"', 'C = "structure"')], "pounding.models.C"),
+        ([('B = "structure"', 'B = "shell"')], "'stick' or 'structure'"),
+        ([('A = "structure", B = "structure"', 'A = "stick"')], "a law with a restitution"),
+        ([('models =', 'update = "lagged"\nmodels =')], "expected 'implicit'"),
+        ([('[transient]\n', '[transient]\neccentricity = "1 m"\n')], "where edges touch"),
+        ([('floor = [1, 2], off', 'storey = [1, 2], relative_height = 0.5, off')],
+         "a floor on one side"),
+    ],
+)  # fmt: skip
+def test_models_that_are_refused(tmp_path, changes, expected):
+    with pytest.raises(InputError, match=expected):
+        load_case(in_3d(tmp_path, *changes))
+
+
+PAIR = """[[contacts]]
+a = {{ building = "A", floor = [1, 2], offset = ["{0} m", "2 m", "0 m"] }}
+b = {{ building = "B", floor = [1, 2], offset = ["{0} m", "-2 m", "0 m"] }}
+normal = [0, 1, 0]
+gap = "{1} mm"
+law = "{2}"
+"""
+TURNED = """[[contacts]]
+a = { building = "B", floor = [1, 2], offset = ["1 m", "-2 m", "0 m"] }
+b = { building = "A", floor = [1, 2], offset = ["1 m", "2 m", "0 m"] }
+normal = [0, -1, 0]
+gap = "1 mm"
+law = "floor"
+"""
+OTHER = '[contact_laws.other]\ntype = "unilateral"\n'
+
+
+def before(more):
+    """The change that puts further sections ahead of that on the pounding."""
+    return "[pounding]\n", f"{more}[pounding]\n"
+
+
+def test_the_gap_is_straight_between_the_pairs_of_an_edge(tmp_path):
+    """1 mm in the middle and 1.2 mm at 2 m are 0.7 mm at -3 m."""
+    case, meshes = with_meshes(in_3d(tmp_path, before(PAIR.format(2, 1.2, "floor"))))
+    lines = contact_lines(case, meshes)
+    assert len(lines) == 2 and all(len(line.pair_names) == 2 for line in lines)
+    for line in lines:
+        assert line.gap == pytest.approx(1e-3 + 1e-4 * line.a.offset[:, 0], abs=1e-12)
+        assert line.gap.min() < 0.8e-3 and line.gap.max() > 1.2e-3
+
+
+STOREY = 'storey = [1, 2], relative_height = 0.5, offset = ["0 m", "{} m"'
+ON_STOREY = 'floor = [1, 2], offset = ["0 m", "-2 m"'
+
+
+def test_a_floor_meets_what_stands_in_a_storey(tmp_path):
+    """A wall 1.5 m behind the edge, by a pair at its face; there is nothing at the ends."""
+    changes = (ON_STOREY, STOREY.format(-0.5)), ('gap = "1 mm"', 'gap = "1.501 m"')
+    case, meshes = with_meshes(in_3d(tmp_path, *changes))
+    for line in contact_lines(case, meshes):
+        assert line.position == pytest.approx([-1.0, 1.0])
+        assert line.gap == pytest.approx([1.501, 1.501])
+        mesh = meshes["B"]
+        for force, place in zip(line.b.forces, line.b.hats[:, 1], strict=True):
+            load = force.load(mesh)
+            assert load.forces.sum() == pytest.approx(1.0, abs=1e-12)
+            assert load.forces @ mesh.nodes[load.nodes, 0] == pytest.approx(place, abs=1e-9)
+            assert mesh.nodes[load.nodes, 1] == pytest.approx(1.5)
+        # In the middle of the flexible part: 0.1 m above the floor below, 0.2 m below this one.
+        low = 3.0 * (line.b.floor - 1) + 0.1 * (line.b.floor > 1)
+        assert line.b.forces[0].height == pytest.approx(0.5 * (low + 3.0 * line.b.floor - 0.2))
+
+
+def test_check_finds_lines_that_are_refused(tmp_path):
+    """Without [transient] too, whose own checks look at each building alone."""
+    path = in_3d(tmp_path, ('["0 m", "-2 m", "0 m"]', '["1 m", "-2 m", "0 m"]'))
+    with pytest.raises(InputError, match="1 m apart along the edges"):
+        check(path, mesh=True)
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ([('["0 m", "-2 m", "0 m"]', '["9 m", "-2 m", "0 m"]')], "on the side of the floor"),
+        ([('["0 m", "2 m", "0 m"] }', '["0 m", "1 m", "1 m"] }')], "above the floor's mass centre"),
+        ([before(TURNED)], "the same building as a"),
+        ([before(PAIR.format(1, 1, "other") + OTHER)], "expected 'floor', the law of"),
+        ([before(PAIR.format(1, 5, "floor"))], "sides that do not overlap"),
+        ([before(PAIR.format(1e-7, 2, "floor"))], "one gap at one place"),
+        ([(ON_STOREY, STOREY.format(-2))], "stand 1.5 m behind the point of the pair"),
+        ([(ON_STOREY, STOREY.format(0.5))], "stand 1 m in front of the point of the pair"),
+    ],
+)
+def test_lines_that_are_refused(tmp_path, changes, expected):
+    with pytest.raises(InputError, match=expected):
+        contact_lines(*with_meshes(in_3d(tmp_path, *changes)))
