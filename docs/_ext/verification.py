@@ -1,7 +1,8 @@
 """The page of the verification manual, made from the rows of one run, or of several.
 
 ``impactfem verify --json FILE`` and then ``python docs/_ext/verification.py FILE`` write
-``docs/verification.md``; further files are those of heavy benchmarks, run by themselves.
+``docs/verification.md``; further files are those of heavy benchmarks, run by themselves. A file of
+``impactfem verify --validation`` makes ``docs/validation.md``, from its template here.
 """
 
 from __future__ import annotations
@@ -16,12 +17,14 @@ from pathlib import Path
 from typing import Any
 
 from impactfem.system.errors import Fault, ImpactfemError, InputError
+from impactfem.verify import validation
 from impactfem.verify.manual import BENCHMARKS, FULL, GROUPS
 from impactfem.verify.row import Row
 
 Entry = Mapping[str, Any]
 
 PAGE = Path(__file__).parents[1] / "verification.md"
+VALIDATION = PAGE.with_name("validation.md")
 KEYS = {"benchmark", "error", "passed", *(field.name for field in fields(Row))}
 _INTRODUCTION = """\
 <!-- Written by `python docs/_ext/verification.py FILE`; edit the benchmarks, not this page. -->
@@ -91,9 +94,22 @@ def page(entries: Sequence[Entry]) -> str:
     return "".join([_INTRODUCTION, *overview, "\n", *sections]).rstrip() + "\n"
 
 
+def validation_page(entries: Sequence[Entry]) -> str:
+    """The page of the cases beside other programs, in Markdown; their rows as of `page`."""
+    sections = [
+        section(name, [entry for entry in entries if entry["benchmark"] == name])
+        for name in dict.fromkeys(entry["benchmark"] for entry in entries)
+    ]
+    passed = sum(bool(entry["passed"]) for entry in entries)
+    count = f"{len(entries)} rows of {len(sections)} cases, {passed} within what is allowed."
+    template = Path(__file__).with_name("validation.md.in").read_text(encoding="utf-8")
+    text = template.replace("{{ count }}", count).replace("{{ cases }}", "".join(sections))
+    return text.rstrip() + "\n"
+
+
 def section(name: str, entries: Sequence[Entry]) -> str:
     """What the page says of one benchmark, with its rows."""
-    run = BENCHMARKS.get(name) or FULL[name]
+    run = BENCHMARKS.get(name) or FULL.get(name) or validation.cases()[name]
     heading = f"### `{name}`\n\n{_as_markdown(inspect.getdoc(run) or '')}\n\n"
     if not entries:
         return heading + "Runs with `--full` only.\n\n"
@@ -174,12 +190,14 @@ def main(files: Iterable[str]) -> int:
         sys.stderr.write("usage: python docs/_ext/verification.py FILE...\n")
         return 2
     try:
-        text = page([entry for path in paths for entry in read_entries(path)])
+        entries = [entry for path in paths for entry in read_entries(path)]
+        beside = {entry["benchmark"] for entry in entries} == set(validation.cases())
+        file, text = (VALIDATION, validation_page(entries)) if beside else (PAGE, page(entries))
     except ImpactfemError as error:
         sys.stderr.write(f"error: {error}\n")
         return 2 if isinstance(error, InputError) else 1
-    PAGE.write_text(text, encoding="utf-8")
-    sys.stdout.write(f"{PAGE}\n")
+    file.write_text(text, encoding="utf-8")
+    sys.stdout.write(f"{file}\n")
     return 0
 
 

@@ -138,8 +138,8 @@ def test_a_part_of_the_names(monkeypatch):
 
 
 @pytest.mark.slow
-# One of them takes half an hour: waves/test_paper.py runs it on a coarse mesh.
-@pytest.mark.parametrize("name", sorted({*manual.FULL} - {"paper_reduced_against_full"}))
+# Two of them take long: tests in waves run them on coarse meshes.
+@pytest.mark.parametrize("name", sorted(k for k in manual.FULL if "reduced_against_full" not in k))
 def test_a_heavy_benchmark(name):
     rows = manual.FULL[name]()
     assert rows and [row.quantity for row in rows if not row.passed] == []

@@ -3,12 +3,9 @@
 `collision` and `against_wall` are the collisions of masses that benchmarks and tests share.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.case import Building, Case, ContactPoint, Damping, load_case
 from impactfem.case.facing import facing_floors
@@ -21,10 +18,9 @@ from impactfem.coupling.pounding import End, Pair, Response, System, Update, sim
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.sticks.element import Section
 from impactfem.sticks.stick import Floor, Stick, build_stick, mass_on_spring
+from impactfem.system.arrays import Array
 from impactfem.system.files import in_source_tree
 from impactfem.verify.row import Rows, benchmark, fitted_order
-
-Array = NDArray[np.float64]
 
 Y = np.array([0.0, 1.0, 0.0])
 
@@ -41,14 +37,8 @@ def collision(
 ) -> Response:
     """Two free masses [kg], 1 towards 2 at rest, followed until the law has let them go.
 
-    Args:
-        law: The contact law.
-        m1: First mass.
-        m2: Second mass.
-        speed: Speed of approach [m/s].
-        dt: Time step [s].
-        phase: Part of a step after which the gap closes, 0 to 1 [-].
-        update: How the contact force is taken.
+    At a speed of approach [m/s] in steps dt [s], the gap closing after a part of a step, 0 to 1
+    [-].
     """
     one, other = mass_on_spring("1", m1, 0.0), mass_on_spring("2", m2, 0.0)
     pair = Pair("1-2", End.of_floor(one, 1), End.of_floor(other, 1), Y, speed * dt * phase, law)

@@ -1,7 +1,5 @@
 """All benchmarks of the manual, run and shown."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
@@ -12,20 +10,21 @@ from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import write_json
 from impactfem.system.log import Steps
 from impactfem.system.parallel import one_blas_thread, rank
-from impactfem.verify import contact, devices, motion, spectra, sticks, unilateral
+from impactfem.verify import contact, devices, motion, soil, spectra, sticks, unilateral, validation
 from impactfem.verify.devices import spectra as device_spectra
 from impactfem.verify.row import HEAVY, REGISTERED, Row, Rows
 from impactfem.verify.shells import beams, curved, plates
-from impactfem.verify.waves import floor_bar, forced, frame, in_time, paper, slab
+from impactfem.verify.waves import floor_bar, forced, frame, in_time, paper, pounding, slab
 
 GROUPS: Mapping[str, Sequence[ModuleType]] = {
     "Contact between sticks": (contact,),
     "Sticks and their time integration": (sticks,),
+    "Soil under rafts, waves that pass": (soil,),
     "Ground motion": (motion,),
     "Oscillators and spectra": (spectra,),
     "Shells": (plates, curved),
     "Beams and frames": (beams,),
-    "Waves and the 3D building in time": (slab, in_time, forced, frame, floor_bar, paper),
+    "Waves and the 3D building in time": (slab, in_time, forced, frame, floor_bar, pounding, paper),
     "Unilateral contact": (unilateral,),
     "Devices and response spectrum analysis": (devices, device_spectra),
 }
@@ -45,23 +44,29 @@ FULL = _in_order(HEAVY)
 """The last one takes about half an hour, the others some minutes."""
 
 
-def verify(only: str | None = None, json_file: Path | None = None, full: bool = False) -> list[Row]:
+def verify(
+    only: str | None = None,
+    json_file: Path | None = None,
+    full: bool = False,
+    beside: bool = False,
+) -> list[Row]:
     """Run the benchmarks.
 
     Args:
         only: Only those with this in their name; all when None.
         json_file: Where to write the rows as JSON.
         full: Whether the heavy ones run, too.
+        beside: Whether the cases beside other programs and experiments run, and they alone.
 
     Raises:
-        InputError: No benchmark has `only` in its name.
-        ImpactfemError: The file cannot be written.
+        InputError: No benchmark has `only` in its name; a case of these is not usable.
+        ImpactfemError: The file cannot be written; these cases are not there.
     """
-    known = {**BENCHMARKS, **FULL} if full else BENCHMARKS
+    known = validation.cases() if beside else {**BENCHMARKS, **FULL} if full else BENCHMARKS
     chosen = {name: run for name, run in known.items() if only is None or only in name}
     if not chosen:
         expected = f"expected a part of one of the names {', '.join(known)}"
-        if not full:
+        if not full and not beside:
             expected += f"; or with --full of {', '.join(FULL)}"
         raise InputError([Fault("command line", "--only", only, expected)])
     found: list[tuple[str, Row]] = []
@@ -75,11 +80,12 @@ def verify(only: str | None = None, json_file: Path | None = None, full: bool = 
     return [row for _, row in found]
 
 
-def as_table(rows: list[Row]) -> Table:
-    """The rows for a terminal."""
-    table = Table("benchmark", "quantity", "reference", "computed", "unit", "error", "allowed", "")
+def as_table(rows: list[Row], sources: bool = False) -> Table:
+    """The rows for a terminal, with where each reference comes from on request."""
+    heads = "benchmark", "quantity", "reference", "computed", "unit", "error", "allowed", ""
+    table = Table(*heads, *(["source"] if sources else []))
     for row in rows:
         values = f"{row.reference:.6g}", f"{row.computed:.6g}", row.unit
         errors = f"{row.error:.1e}", f"{row.tolerance:.2g}", "pass" if row.passed else "FAIL"
-        table.add_row(row.name, row.quantity, *values, *errors)
+        table.add_row(row.name, row.quantity, *values, *errors, *([row.source] if sources else []))
     return table

@@ -5,8 +5,6 @@ among the test data of the USGS program gmprocess and on NIED's page on the K-NE
 content is made up.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -71,16 +69,11 @@ def cosmos_text(
     columns: str = "(8F10.5)",
     integrals: bool = True,
 ) -> str:
-    """A COSMOS 1.20 file.
+    """A COSMOS 1.20 file of the orientation, code and samples of each channel, at steps in s.
 
-    Args:
-        channels: Orientation, code and samples of each channel.
-        step: Time step [s].
-        unit: Of the samples.
-        unit_code: Its number in COSMOS table 2.
-        columns: "(8F10.5)" or "(1E15.6)".
-        integrals: Whether a velocity and a displacement follow each acceleration, the first with a
-            header of its own, the second without.
+    The unit has a number in COSMOS table 2; columns are "(8F10.5)" or "(1E15.6)". With integrals a
+    velocity and a displacement follow each acceleration, the first with a header of its own, the
+    second without.
     """
     lines: list[str] = []
     for number, (orientation, code, samples) in enumerate(channels, start=1):
@@ -135,11 +128,7 @@ def knet_text(
 ) -> str:
     """A K-NET file: 17 lines of header, then eight whole numbers a line in columns of 9.
 
-    Args:
-        counts: The samples, whole seconds of them.
-        frequency: Sampling frequency [Hz].
-        direction: Of the component.
-        scale: Gal over counts.
+    The samples are whole seconds, at a frequency in Hz; the scale is gal over counts.
     """
     numerator, denominator = scale.replace("(gal)", "").split("/")
     a = np.asarray(counts, dtype=np.float64)

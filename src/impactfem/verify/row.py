@@ -1,7 +1,5 @@
 """One row of the verification manual, and the table of a benchmark."""
 
-from __future__ import annotations
-
 import functools
 import math
 from collections.abc import Callable, Sequence

@@ -1,9 +1,6 @@
 """Oscillators on a moving base, and spectra: frequencies, interpolation, broadening."""
 
-from __future__ import annotations
-
 import numpy as np
-import numpy.typing as npt
 
 from impactfem.spectra import (
     broaden,
@@ -15,9 +12,8 @@ from impactfem.spectra import (
     response_spectra,
     rg_1_122_frequencies,
 )
+from impactfem.system.arrays import Array
 from impactfem.verify.row import Rows, benchmark
-
-FloatArray = npt.NDArray[np.float64]
 
 SDLD25_FREQUENCY = (1.0, 3.0, 13.0, 33.0)  # Hz
 SDLD25_SPECTRA = {0.005: (1.0, 25.0, 25.0, 1.0), 0.05: (1.0, 10.0, 10.0, 1.0)}  # m/s2 by damping
@@ -44,7 +40,7 @@ def oscillator_sdll06(rows: Rows) -> None:
     rows.add(quantities, published, x[np.rint(t / dt).astype(int)], "m", digit)
 
 
-def _pulse(dt: float) -> FloatArray:
+def _pulse(dt: float) -> Array:
     """Base acceleration of SDLL06 up to 0.1 s [m/s2]."""
     time = dt * np.arange(round(0.1 / dt) + 1)
     return np.asarray(np.interp(time, [0.0, 0.025, 0.05], [0.0, 9.81, 0.0]))

@@ -1,7 +1,5 @@
 """Sticks: statics, order and energy of their time integration, and tables 2 to 4 of the paper."""
 
-from __future__ import annotations
-
 import math
 from contextlib import nullcontext
 from fnmatch import fnmatchcase

@@ -1,7 +1,5 @@
 """Unilateral contact: bars against a wall and each other, oscillators, a block on its corners."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,7 +8,6 @@ import numpy as np
 import scipy.linalg
 import scipy.optimize
 import scipy.sparse
-from numpy.typing import NDArray
 
 from impactfem.coupling.body import reduced_body
 from impactfem.coupling.links import Assembly, Link
@@ -22,9 +19,8 @@ from impactfem.coupling.unilateral import (
     unilateral_response,
 )
 from impactfem.dynamics.damping import Rayleigh
+from impactfem.system.arrays import Array
 from impactfem.verify.row import Rows, benchmark, fitted_order
-
-Array = NDArray[np.float64]
 
 E, S, L, RHO, V0 = 210e9, 3.14e-4, 1.0, 7800.0, 0.1
 """Bar of Siconos's example ImpactingBar [Pa, m2, m, kg/m3, m/s]."""

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from impactfem.device.combination import combine_modes
+from impactfem.dynamics.damping import Rayleigh
+from impactfem.verify import devices
 from impactfem.verify.devices import spectra as module
 from impactfem.verify.devices.spectra import close_pair
 
@@ -96,7 +98,7 @@ def test_supports_in_step_are_not_independent(wrong, failed, benchmark, seen, pa
     assert seen in found and not any(passes in name for name in found)
 
 
-def test_a_rotation_of_the_other_sense_is_seen(wrong, failed):
+def test_a_mass_centre_elsewhere_is_seen(wrong, failed):
     def make(right):
         return lambda name, springs, body, damping: right(
             name, springs, replace(body, centre=1.1 * body.centre), damping
@@ -104,6 +106,8 @@ def test_a_rotation_of_the_other_sense_is_seen(wrong, failed):
 
     wrong(module, "on_springs", make)
     assert "F_y under a rotation of 5/h rad/s2" in failed(module.rocking_floor())
+    seen = failed(module.block_on_a_rotating_base())
+    assert {"moment x", "force y", "moment x, base along y"} <= seen
 
 
 def test_srss_fails_for_close_modes(monkeypatch, failed):
@@ -140,3 +144,47 @@ def test_a_phase_that_is_ignored_is_seen(wrong, failed):
 
     wrong(module, "anchor_force", make)
     assert len(failed(module.harmonic_supports())) == 2
+
+
+ON_BEAM = "1500 kg on a beam of 45.9 kg"
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "seen"),
+    [
+        ("MASS", 1490.0, {"frequency of mode 1, along x", "effective mass of mode 4, along y"}),
+        ("RADIUS", 0.49, {"effective mass of mode 1, along x"}),
+    ],
+)
+def test_another_body_is_not_the_papers_device(monkeypatch, failed, name, value, seen):
+    monkeypatch.setattr(devices, name, value)
+    assert {f"{quantity}: {ON_BEAM}" for quantity in seen} <= failed(devices.device_table_6())
+
+
+def test_another_rigid_body_is_seen(wrong, failed):
+    wrong(devices, "rigid_modes", lambda right: lambda m, J: right(m, (1.0 + 1e-6) * J))
+    found = {name for name in failed(devices.device_table_6()) if "rigid body" in name}
+    assert len(found) == 8
+
+
+@pytest.mark.parametrize("benchmark", [devices.device_sdll06, devices.device_on_shaking_anchor])
+def test_a_wrong_step_is_seen(wrong, failed, benchmark):
+    wrong(
+        devices,
+        "anchor_force",
+        lambda right: lambda d, a, dt, **rest: right(d, a, 1.001 * dt, **rest),
+    )
+    assert len(failed(benchmark())) >= 3
+
+
+def test_drag_is_seen(monkeypatch, failed):
+    """Forces with mass-proportional damping left out of the modes."""
+    right = devices.PAPER_DAMPING
+    made = devices.paper_device(8.0e7)
+    light = Rayleigh(0.0, right.beta)
+    monkeypatch.setattr(devices, "PAPER_DAMPING", light)
+    changed = devices.paper_device(8.0e7)
+    monkeypatch.setattr(devices, "paper_device", lambda _: made)
+    force = devices.anchor_force
+    monkeypatch.setattr(devices, "anchor_force", lambda _, *a, **k: force(changed, *a, **k))
+    assert any("F_y" in name for name in failed(devices.device_on_shaking_anchor()))

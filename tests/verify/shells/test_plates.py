@@ -1,8 +1,11 @@
+from dataclasses import replace
+
 import pytest
 
 from impactfem.building import shell
 from impactfem.verify import shells
 from impactfem.verify.shells import curved, plates
+from impactfem.verify.shells.curved import ROOF, WEIGHT, weighed
 
 
 def test_another_shear_factor_is_seen_in_a_thick_plate_only(monkeypatch):
@@ -74,3 +77,32 @@ def test_spurious_modes_are_seen(failed, quadrature):
     assert found[0].computed > 6.0
     # Rigid motions cost nothing all the same.
     assert not {quantity for quantity in failed(rows) if "largest energy" in quantity}
+
+
+def test_the_roof_without_shear_strains():
+    """The converged value of isogeometric Kirchhoff–Love shells, Kiendl et al. 2009."""
+    rigid = replace(ROOF, shear=1e6)
+    assert weighed(rigid, WEIGHT)[0] == pytest.approx(0.300592, rel=1e-4)
+    assert weighed(ROOF, WEIGHT)[0] > 1.002 * 0.300592
+
+
+def test_wrong_symmetry_is_seen(monkeypatch):
+    """The crown may not be held against all rotations."""
+    monkeypatch.setattr(curved, "RZ", curved.RY)
+    assert not curved.scordelis_lo()[2].passed
+
+
+def test_a_missing_diaphragm_is_seen(wrong, monkeypatch):
+    """With free ends the cylinder is much softer."""
+
+    def make(right):
+        def rows(self, here, *components):
+            ends = bool((self.nodes[here, 0] == 0.0).all())
+            return right(self, here & (not ends), *components)
+
+        return rows
+
+    wrong(curved.ShellModel, "rows", make)
+    monkeypatch.setattr(curved, "CELLS", (4, 8, 16))
+    row = curved.pinched_cylinder()[0]
+    assert row.computed > 1.5 * row.reference

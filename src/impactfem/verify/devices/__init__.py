@@ -1,12 +1,9 @@
 """Devices: that of the paper, an oscillator, a shaking anchor, and models that others share."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-import numpy.typing as npt
 from numpy.typing import ArrayLike
 from scipy.signal import lsim
 
@@ -16,9 +13,8 @@ from impactfem.device.models import from_matrices, on_springs
 from impactfem.device.modes import Target, device_modes, fit_device
 from impactfem.device.parts import BaseSprings, Beam, RigidBody, solid_cylinder
 from impactfem.dynamics.damping import Rayleigh
+from impactfem.system.arrays import Array
 from impactfem.verify.row import Rows, benchmark
-
-Array = npt.NDArray[np.float64]
 
 PAPER = "Bodnar, Heitz, Clément and Richard (2022), Eng. Struct. 255, 113922, table 6"
 TABLE_6 = (Target(30.51, 1218.9), Target(82.90, 327.0))

@@ -1,8 +1,7 @@
 """Response spectrum analysis of devices: published, closed-form and direct references."""
 
-from __future__ import annotations
-
 import math
+from dataclasses import replace
 
 import numpy as np
 from scipy.linalg import solve_continuous_lyapunov
@@ -243,6 +242,33 @@ def rocking_floor(rows: Rows) -> None:
     ):
         found = spectrum_analysis(device, spectra, rules).value("force y")
         rows.add(f"F_y under {words}", mass * acceleration, found, "N", 1e-9)
+
+
+@benchmark("rigid block on a rotating base", "closed form: a step of the base's acceleration")
+def block_on_a_rotating_base(rows: Rows) -> None:
+    """A block that rocks on its base, whose angular acceleration jumps from 0 to A and stays.
+
+    With the moment of inertia I about its mass centre at the height h, I_b = I + m h² about the
+    base, ω² = k / I_b: its angle against the base is at most A (1 + e^(-π ξ / √(1 - ξ²))) / ω²,
+    from the spectrum of the history. So the moment is I_b and the force m h times the ordinate. A
+    base that moves along y by the same history, in m/s2, gives the moment m h times the ordinate.
+    """
+    m, inertia, h, A, ξ, f = 1500.0, 400.0, 0.8, 3.0, 0.05, 12.0
+    about_base = inertia + m * h**2
+    blocked = dict.fromkeys(("x", "y", "z", "ry", "rz"), math.inf)
+    springs = BaseSprings.of_directions(rx=about_base * (2.0 * math.pi * f) ** 2, **blocked)
+    block = on_springs("block", springs, RigidBody.at_height(m, h, inertia, 1.0, 1.0), ξ)
+    largest = A * (1.0 + math.exp(-math.pi * ξ / math.sqrt(1.0 - ξ**2)))
+    dt, listed = 1e-4, [0.5 * f, f, 2.0 * f]
+    jump = AnchorSpectrum.of_motion(
+        "rx", np.full(round(2.0 / dt), A), dt, listed, [0.02, ξ], method="in-step"
+    )
+    rows.add("ordinate at its frequency", largest, float(jump.curve(ξ)[1]), "rad/s2", 1e-9)
+    found = spectrum_analysis(block, [jump], Rules())
+    rows.add("moment x", about_base * largest, found.value("moment x"), "N m", 1e-9)
+    rows.add("force y", m * h * largest, found.value("force y"), "N", 1e-9)
+    along = spectrum_analysis(block, [replace(jump, component="y")], Rules())
+    rows.add("moment x, base along y", m * h * largest, along.value("moment x"), "N m", 1e-9)
 
 
 @benchmark("device on two supports", "closed form")

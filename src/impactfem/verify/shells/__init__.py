@@ -1,7 +1,5 @@
 """Shells and beams: meshes and materials that benchmarks share, without a mesh generator."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -10,9 +8,8 @@ from numpy.typing import NDArray
 from impactfem.building.mesh import sides
 from impactfem.building.section import BeamSection, Material
 from impactfem.building.shell_model import Beams
+from impactfem.system.arrays import Array, Index
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 Vector = tuple[float, float, float]
 Map = Callable[[Array, Array], tuple[Array, Array, Array]]
 
@@ -36,7 +33,7 @@ def flat(along: Vector, across: Vector, corner: Vector = (0.0, 0.0, 0.0)) -> Map
     return place
 
 
-def panel(columns: int, rows: int, place: Map, distortion: float = 0.0) -> tuple[Array, Ints]:
+def panel(columns: int, rows: int, place: Map, distortion: float = 0.0) -> tuple[Array, Index]:
     """Quadratic triangles on the image of the unit square: nodes (n, 3) [m], cells (m, 6).
 
     The cells of a regular grid are all cut along the same diagonal, on which elements lock more
@@ -58,7 +55,7 @@ def panel(columns: int, rows: int, place: Map, distortion: float = 0.0) -> tuple
 
 def rectangle(
     length: float, width: float, columns: int, rows: int, distortion: float = 0.0
-) -> tuple[Array, Ints]:
+) -> tuple[Array, Index]:
     """A panel from the origin along x and y."""
     return panel(columns, rows, flat((length, 0.0, 0.0), (0.0, width, 0.0)), distortion)
 
@@ -76,7 +73,7 @@ def mindlin(k2: Array, t: float, material: Material) -> Array:
     return np.asarray(np.sqrt(2.0 * c / (b + np.sqrt(b**2 - 4.0 * a * c))))
 
 
-def joined(panels: list[tuple[Array, Ints]]) -> tuple[Array, Ints, Ints]:
+def joined(panels: list[tuple[Array, Index]]) -> tuple[Array, Index, Index]:
     """Panels as one mesh, nodes at the same place as one; also gives each triangle's panel."""
     nodes = np.concatenate([panel[0] for panel in panels])
     starts = np.cumsum([0, *(len(panel[0]) for panel in panels)])
@@ -99,13 +96,13 @@ def straight_beam(
     return nodes, Beams(np.column_stack([first, first + 2, first + 1]), section, material)
 
 
-def lines_at(triangles: Ints, here: NDArray[np.bool_]) -> Ints:
+def lines_at(triangles: Index, here: NDArray[np.bool_]) -> Index:
     """Sides of triangles (m, 6) with all three nodes `here` (n,): ends and middle, shape (k, 3)."""
     found = sides(triangles)
     return np.asarray(np.unique(found[here[found].all(axis=1)], axis=0), dtype=np.int64)
 
 
-def quadratic(vertices: Array, triangles: Ints) -> tuple[Array, Ints]:
+def quadratic(vertices: Array, triangles: Index) -> tuple[Array, Index]:
     """Add the middles of the sides."""
     ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
     edges, inverse = np.unique(ends, axis=0, return_inverse=True)

@@ -1,7 +1,5 @@
 """Beams: cantilevers in any direction, frequencies; beams and plates that meet."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -23,11 +21,10 @@ from impactfem.building.shell_model import (
     line_load,
     shell_model,
 )
+from impactfem.system.arrays import Array
 from impactfem.verify.row import Rows, benchmark, fitted_order
 from impactfem.verify.shells import CONCRETE, SHEAR, flat, joined, lines_at, panel
 from impactfem.verify.shells.plates import rigid_body_rows
-
-Array = NDArray[np.float64]
 
 NARROW = Material(E=30e9, nu=0.0, rho=2500.0)
 """Without Poisson's ratio a narrow plate bends as a beam does."""
@@ -302,9 +299,7 @@ def _beams(paths: list[tuple[Array, Array]], elements: int, section: BeamSection
     return shell_model(points[order], Beams(lines, section, CONCRETE))
 
 
-def _at_tip(
-    model: ShellModel, share: NDArray[np.float64], clamped: NDArray[np.bool_], axis: int
-) -> float:
+def _at_tip(model: ShellModel, share: Array, clamped: NDArray[np.bool_], axis: int) -> float:
     """Mean displacement, weighted as the load, under the force along an axis [m]."""
     load = np.zeros((len(model.nodes), 6))
     load[:, axis] = TIP * share

@@ -17,15 +17,12 @@ The theory of shells and plates, 1972). Around φ the fields are sums of given f
 method of Ritz.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 from scipy.special import eval_legendre, roots_legendre
 
@@ -42,10 +39,10 @@ from impactfem.building.shell_model import (
     line_load,
     shell_model,
 )
+from impactfem.system.arrays import Array
 from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.shells import SHEAR, STEEL, lines_at, panel
 
-Array = NDArray[np.float64]
 Basis = Callable[[Array], tuple[Array, Array]]
 """Functions of φ and their derivatives at some angles, each of shape (points, functions)."""
 

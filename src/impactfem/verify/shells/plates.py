@@ -1,7 +1,5 @@
 """Plates: patch tests and rigid motions, frequencies, deflections and section forces."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -9,7 +7,6 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 import scipy.sparse.linalg
-from numpy.typing import NDArray
 from scipy.special import roots_legendre
 
 from impactfem.building.mesh import areas, rigid_body
@@ -27,6 +24,7 @@ from impactfem.building.shell_model import (
     Shells,
     shell_model,
 )
+from impactfem.system.arrays import Array, Index
 from impactfem.system.own_process import in_own_process
 from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.shells import (
@@ -42,9 +40,6 @@ from impactfem.verify.shells import (
     quadratic,
     rectangle,
 )
-
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 STATES = {"xx": (1.0, 0.0, 0.0), "yy": (0.0, 1.0, 0.0), "xy": (0.0, 0.0, 1.0)}
 """Components (xx, yy, xy) of a constant strain or curvature, the last one as tensor component."""
@@ -296,7 +291,7 @@ def clamped_plate(rows: Rows, cells: int = 16) -> None:
             rows.add("M11 at the centre", CENTRE_MOMENT, at_centre, "q L²", 0.02)
 
 
-def _square(cells: int) -> tuple[Array, Ints]:
+def _square(cells: int) -> tuple[Array, Index]:
     """Vertices and triangles of the unit square by gmsh, with a vertex at its centre."""
     with gmsh_session() as gmsh:
         occ = gmsh.model.occ

@@ -6,17 +6,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.building.shell_model import UZ, ShellModel, petsc_matrix
 from impactfem.dynamics.damping import Rayleigh
+from impactfem.system.arrays import Array, Index
 
 if TYPE_CHECKING:
     from impactfem.dynamics.history import History
     from impactfem.reduction.reduced import ReducedModel
 
-Array = NDArray[np.float64]
-Ints = NDArray[np.int64]
 BALANCE = "average acceleration conserves the discrete balance (Hughes 1983)"
 KRYLOV = "the same equations in a Krylov space"
 Motion = dict[str, Array]
@@ -26,7 +24,7 @@ Motion = dict[str, Array]
 class MovingModel:
     """A model, patterns of its loads (6 n, m) [N, N m], and the free rows of its probes."""
 
-    def __init__(self, model: ShellModel, loads: Array, probes: Ints) -> None:
+    def __init__(self, model: ShellModel, loads: Array, probes: Index) -> None:
         free = model.free
         self.model = model
         self.patterns = loads

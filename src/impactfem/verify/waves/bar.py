@@ -5,18 +5,14 @@ the program's elements, bases or contact solvers. What the bar is and where its 
 `impactfem.building.floor`.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
-
-Array = NDArray[np.float64]
+from impactfem.system.arrays import Array
 
 ELEMENTS = 60
 IN_WALL = 8

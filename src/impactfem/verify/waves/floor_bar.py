@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.optimize
-from numpy.typing import NDArray
 
 from impactfem.building.geometry import Beam, Column, Geometry, MeshSize
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.spectra import response_spectra
 from impactfem.stages.transient.physics import arrivals, crossing_time
+from impactfem.system.arrays import Array
 from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.waves.bar import Bar, EdgeWall
 from impactfem.verify.waves.paper import paper_case, prepared_building
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from impactfem.building.parts import BuildingParts
     from impactfem.reduction.loads import Loads
 
-Array = NDArray[np.float64]
 
 NAME = "floor as a bar"
 LENGTH, WIDTH, SLAB, SIZE = 15.6, 4.8, 0.3, 1.2

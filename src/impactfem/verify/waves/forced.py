@@ -1,20 +1,16 @@
 """Forces in closed form: a pulse on one mode, and a force that travels along a beam."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.building.section import BeamSection
 from impactfem.building.shell_model import RX, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
+from impactfem.system.arrays import Array
 from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.shells import CONCRETE, SHEAR, mindlin, rectangle, straight_beam
 from impactfem.verify.waves import MovingModel, apart, pressures
-
-Array = NDArray[np.float64]
 
 DAMPED = {"undamped": 0.0, "5 % damped": 0.05, "critically damped": 1.0, "overdamped": 3.0}
 """Part of critical damping, by its name."""

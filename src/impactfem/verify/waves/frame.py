@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
 from impactfem.building.shell_model import UY, ShellModel, csr
 from impactfem.case import load_case
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.spectra import response_spectra
+from impactfem.system.arrays import Array
 from impactfem.system.files import in_source_tree
 from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.waves import KRYLOV, Motion, MovingModel, apart
@@ -21,7 +21,6 @@ from impactfem.verify.waves import KRYLOV, Motion, MovingModel, apart
 if TYPE_CHECKING:
     from impactfem.reduction.error_band import Effectivity
 
-Array = NDArray[np.float64]
 Solver = Callable[[Array], Motion]
 
 NAME = "frame under forces on two edges"
@@ -148,11 +147,7 @@ def _spectra(acceleration: Array) -> Array:
 
 
 def shipped_frame() -> Frame:
-    """Assemble the frame.
-
-    Raises:
-        ImpactfemError: The program runs without its source tree.
-    """
+    """Assemble the frame; ImpactfemError where the program runs without its source tree."""
     # Only here: the manual is read, and its other benchmarks run, without dolfinx.
     from mpi4py import MPI
 

@@ -1,19 +1,15 @@
 """Order and energy in time: a plate under a step of pressure, a strip of a slab under pulses."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.dynamics.damping import Rayleigh
+from impactfem.system.arrays import Array
 from impactfem.verify.row import Rows, benchmark, fitted_order
 from impactfem.verify.shells import CONCRETE, STEEL, rectangle
 from impactfem.verify.waves import BALANCE, KRYLOV, MovingModel, apart, peak, pressures
-
-Array = NDArray[np.float64]
 
 LENGTH, THICKNESS, PRESSURE = 10.0, 0.05, 100.0
 """Of the plate [m, m, Pa]."""

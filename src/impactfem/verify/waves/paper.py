@@ -17,6 +17,7 @@ from impactfem.coupling.from_case import calibration_of
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.motion.from_case import ground_motions
 from impactfem.stages.pounding.compute import pounded
+from impactfem.system.arrays import Array
 from impactfem.system.files import in_source_tree
 from impactfem.system.log import LOGGER
 from impactfem.verify.row import Rows, benchmark
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from impactfem.reduction.error_band import Effectivity
     from impactfem.stages.transient.prepared import Prepared
 
-Array = NDArray[np.float64]
 
 CASE = "geometry/npp_pair.toml"
 TABLE_8 = {
@@ -81,7 +81,7 @@ def paper_reduced_against_full(
         node_spectra,
         response_band,
     )
-    from impactfem.stages.transient.full_run import run_full
+    from impactfem.stages.transient.compute import run_full
     from impactfem.stages.transient.prepared import transient_of
 
     case = paper_case(case_file, window, SIZE if case_file is None else None)
@@ -205,14 +205,11 @@ def prepared_building(case: Case, folder: Path, window: float) -> Prepared:
     from impactfem.building.generate import generate
     from impactfem.stages.transient.prepared import prepare
 
-    structure = case.structure
-    if structure is None:
-        raise ValueError(f"{case.path} has no structure")
     mesh, forces = folder / "building.msh", folder / "forces.nc"
     generate(geometry_of(case), mesh, source=str(case.path))
     response = pounded(case, calibration_of(case), ground_motions(case.motions), window)
     write_forces(forces, response, case.content_hash())
-    return prepare(case, mesh, forces, structure.storey_stiffness_factor, "")
+    return prepare(case, mesh, forces, case.modelled.storey_stiffness_factor, "")
 
 
 def spectrum_errors(spectra: Array, truth: Array, moved: NDArray[np.bool_]) -> Array:

@@ -8,22 +8,18 @@ and 4.2 ms. Their floor 8 is not bare: with its beams and all that it carries a 
 edge has √(EA'/m') = 1972 m/s and takes 7.9 ms, which `floor_bar` measures.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.building.section import BeamSection, Material
 from impactfem.building.shell_model import RX, RY, RZ, UX, UY, UZ, Shells, shell_model
 from impactfem.dynamics.damping import UNDAMPED
+from impactfem.system.arrays import Array
 from impactfem.verify.row import Rows, benchmark, fitted_order
 from impactfem.verify.shells import CONCRETE, rectangle, straight_beam
 from impactfem.verify.waves import KRYLOV, MovingModel, apart, peak
-
-Array = NDArray[np.float64]
 
 THICKNESS = 0.3
 LENGTH, WIDTH, SIZE = 24.0, 1.2, 0.3
