@@ -1,25 +1,19 @@
 """Small matrices by hand, and their way into PETSc."""
 
-from __future__ import annotations
-
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pytest
 import scipy.sparse as sp
 from petsc4py import PETSc
 
-from impactfem.dynamics.damping import Rayleigh
-
 
 @pytest.fixture
-def petsc() -> Iterator[Callable[[Any], PETSc.Mat]]:
+def petsc():
     """Make a PETSc matrix (AIJ, one rank) of a dense or sparse one."""
     made = []
 
-    def make(matrix: Any) -> PETSc.Mat:
+    def make(matrix):
         csr = sp.csr_matrix(matrix)
         made.append(
             PETSc.Mat().createAIJ(
@@ -34,10 +28,10 @@ def petsc() -> Iterator[Callable[[Any], PETSc.Mat]]:
 
 
 @pytest.fixture(scope="session")
-def chain() -> Callable[..., np.ndarray]:
+def chain():
     """Stiffness of n unit masses in a row, between springs of 1 N/m; free ends on request."""
 
-    def make(n: int, *, first: bool = True, last: bool = True) -> np.ndarray:
+    def make(n, *, first=True, last=True):
         K = 2.0 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
         K[0, 0] -= not first
         K[-1, -1] -= not last
@@ -61,7 +55,7 @@ class Membrane:
     ny: int
 
     @property
-    def loads(self) -> np.ndarray:
+    def loads(self):
         """Two line loads along the side x = L and one along y = 0, shape (n, 3)."""
         F = np.zeros((len(self.K), 3))
         side = slice(-(self.ny + 1), None)
@@ -70,21 +64,21 @@ class Membrane:
         F[:: self.ny + 1, 2] = np.linspace(1.0, 3.0, self.nx)
         return F
 
-    def transfer(self, omega: np.ndarray, damping: Rayleigh, F: Any) -> np.ndarray:
+    def transfer(self, omega, damping, F):
         """Displacements by a dense complex solve at each frequency, shape (n_freq, n, m)."""
         return np.stack([np.linalg.solve(self.dynamic(w, damping), F) for w in omega])
 
-    def dynamic(self, omega: float, damping: Rayleigh) -> np.ndarray:
+    def dynamic(self, omega, damping):
         """K + iωC − ω²M."""
         C = damping.matrix(self.K, self.M)
         return np.asarray(self.K + 1j * omega * C - omega**2 * self.M)
 
 
 @pytest.fixture(scope="session")
-def membrane() -> Callable[..., Membrane]:
+def membrane():
     """Make a membrane of 1 m x 0.8 m and nx x ny elements, with waves of 20 m/s."""
 
-    def string(n: int, length: float, held: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def string(n, length, held):
         h = length / n
         ends = np.ones(n + 1)
         ends[[0, -1]] = 0.5
@@ -95,7 +89,7 @@ def membrane() -> Callable[..., Membrane]:
         values = 6.0 / h**2 * (1.0 - np.cos(angle)) / (2.0 + np.cos(angle))
         return k[first:, first:], m[first:, first:], values
 
-    def make(nx: int = 14, ny: int = 11) -> Membrane:
+    def make(nx=14, ny=11):
         (kx, mx, x), (ky, my, y) = string(nx, 1.0, True), string(ny, 0.8, False)
         return Membrane(
             K=400.0 * (np.kron(kx, my) + np.kron(mx, ky)),

@@ -3,18 +3,14 @@
 Run by test_ranks.py: `mpirun -n 3 python on_ranks.py RESULTS`.
 """
 
-from __future__ import annotations
-
 import pickle
 import sys
 import traceback
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from mpi4py import MPI
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.dynamics.columns import inner, product, random_column
@@ -24,11 +20,10 @@ from impactfem.dynamics.modes import modes
 from impactfem.dynamics.newmark import Newmark
 from impactfem.system.errors import SolutionError
 
-Array = NDArray[np.float64]
 SIDE = 14  # masses along each side of the grid
 
 
-def grid(free: bool) -> sp.csr_matrix:
+def grid(free):
     """Stiffness of a grid of masses, stiffer one way than the other; in the air if free."""
     line = sp.diags([-np.ones(SIDE - 1), 2.0 * np.ones(SIDE), -np.ones(SIDE - 1)], [-1, 0, 1])
     line = line.tolil()
@@ -39,7 +34,7 @@ def grid(free: bool) -> sp.csr_matrix:
     return (sp.kron(1000.0 * line, one) + sp.kron(one, 1700.0 * line)).tocsr()
 
 
-def distributed(matrix: sp.spmatrix) -> PETSc.Mat:
+def distributed(matrix):
     """Each rank takes its rows, the same number of blocks of two as PETSc would."""
     A = PETSc.Mat().create(MPI.COMM_WORLD)
     A.setSizes(matrix.shape, bsize=2)
@@ -56,12 +51,12 @@ def distributed(matrix: sp.spmatrix) -> PETSc.Mat:
     )
 
 
-def gathered(rows: Array) -> Array | None:
+def gathered(rows):
     every = MPI.COMM_WORLD.gather(rows)
     return None if every is None else np.concatenate(every)
 
 
-def refused(A: PETSc.Mat) -> tuple[str, int]:
+def refused(A):
     try:
         Factorisation(A)
     except SolutionError as error:
@@ -69,7 +64,7 @@ def refused(A: PETSc.Mat) -> tuple[str, int]:
     return "accepted", -1
 
 
-def results() -> dict[str, Any]:
+def results():
     """What must not depend on the number of ranks."""
     stiffness = grid(free=False)
     n = stiffness.shape[0]
@@ -96,7 +91,7 @@ def results() -> dict[str, Any]:
     probes = [n - 1, 0, n // 2, n // 2 + 1]
     with Newmark(K, M, 0.01, patterns, damping=Rayleigh(0.4, 1e-3)) as system:
         state = system.start(loads[0], np.sin(np.arange(start, end)))
-        middle: list[Any] = []
+        middle = []
         history = system.march(
             state,
             loads,

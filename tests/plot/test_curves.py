@@ -116,6 +116,16 @@ def test_words_of_a_picture(tmp_path, ending):
     assert read_words(path).title == "Figure 1: Élan"
 
 
+def test_a_short_logarithmic_axis_has_plain_numbers(tmp_path):
+    """Their powers of ten would run into each other."""
+    path = tmp_path / "short.svg"
+    with style.figure(path, (1, 1), (6.0, 3.0), "Short.") as (_, (panel,)):
+        panel.loglog([1.5, 40.0], [0.2, 0.9])
+    root = ElementTree.fromstring(path.read_text())
+    ticks = {one.text for one in root.iter("{http://www.w3.org/2000/svg}text")}
+    assert {"2", "10", "20", "0.3", "0.6"} <= ticks and not any("×" in one for one in ticks)
+
+
 def test_a_file_without_words(tmp_path):
     (tmp_path / "a.svg").write_text("<svg/>")
     assert read_words(tmp_path / "a.svg") == Words("", "")

@@ -1,18 +1,11 @@
-from __future__ import annotations
-
 import csv
-from pathlib import Path
 
 import numpy as np
 import openpyxl
 import pytest
 import xarray as xr
 
-from impactfem.plot.floor_products import (
-    read_floor_spectra,
-    write_floor_products,
-    write_workbook,
-)
+from impactfem.plot.floor_products import read_floor_spectra, write_floor_products, write_workbook
 from impactfem.spectra import FloorSpectrumSet, Station, broaden, rg_1_122_frequencies
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
@@ -25,7 +18,7 @@ F = rg_1_122_frequencies(100.0, 10)
 FLOORS = (("B1", 1, 3.0), ("B1", 2, 6.0), ("B2", 1, 3.5))
 
 
-def store(path: Path, motions: int = 0, directions: str = "xy", title: str = "a pair") -> Path:
+def store(path, motions=0, directions="xy", title="a pair", *, turns=False):
     """A store in the form of the stick stage, with one narrow peak a floor."""
     rng = np.random.default_rng(4)
     dampings = np.array([0.02, 0.05])
@@ -35,7 +28,7 @@ def store(path: Path, motions: int = 0, directions: str = "xy", title: str = "a 
     for m, d, s, x in np.ndindex(*shape[:-1]):
         peak = rng.uniform(3.0, 20.0)
         psa[m, d, s, x] = pfa[m, s, x] + 8.0 / (1 + d) / (1.0 + (12.0 * (F / peak - 1.0)) ** 2)
-    dims: tuple[str, ...] = ("motion", "damping", "station", "direction", "frequency")
+    dims = ("motion", "damping", "station", "direction", "frequency")
     if not motions:
         psa, pfa, dims = psa[0], pfa[0], dims[1:]
     data = xr.Dataset(
@@ -51,6 +44,11 @@ def store(path: Path, motions: int = 0, directions: str = "xy", title: str = "a 
         },
         attrs={"title": title, "inputs": "abc"},
     )
+    if turns:
+        data["rotation"] = ("rotation", np.array(["rx", "rz"], dtype=object))
+        for name, along in (("psa", dims), ("pfa", data["pfa"].dims)):
+            axes = tuple("rotation" if one == "direction" else one for one in along)
+            data[f"rotational_{name}"] = (axes, 0.1 * data[name].values)
     if motions:
         names = np.array([f"seed {k}" for k in range(motions)], dtype=object)
         data = data.assign_coords(motion=("motion", names))
@@ -59,25 +57,25 @@ def store(path: Path, motions: int = 0, directions: str = "xy", title: str = "a 
     return path
 
 
-def rows_of(path: Path) -> list[dict[str, str]]:
+def rows_of(path):
     with path.open(newline="", encoding="utf-8") as stream:
         return list(csv.DictReader(stream))
 
 
-def of_one(rows: list[dict[str, str]]) -> list[dict[str, str]]:
+def of_one(rows):
     """Those of floor 2 of B1 along y at 5 %."""
     wanted = ["B1", "2", "y", "0.05"]
     return [row for row in rows if list(row.values())[:4] == wanted]
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
     write_floor_products(folder, store(folder / "pounding.nc"))
     return folder
 
 
-def test_files(made: Path) -> None:
+def test_files(made):
     found = sorted(str(p.relative_to(made)) for p in made.rglob("*") if p.is_file())
     assert found == [
         "figures/floor_spectra_B1.svg",
@@ -90,7 +88,7 @@ def test_files(made: Path) -> None:
     ]
 
 
-def test_table_has_labels_units_and_both_spectra(made: Path) -> None:
+def test_table_has_labels_units_and_both_spectra(made):
     rows = rows_of(made / "products/floor_spectra.csv")
     assert list(rows[0]) == [
         *("building", "floor", "direction", "damping [-]", "frequency [Hz]"),
@@ -109,7 +107,31 @@ def test_table_has_labels_units_and_both_spectra(made: Path) -> None:
     assert len(one) > len(computed) == F.size
 
 
-def test_peaks(made: Path) -> None:
+def test_rotations_have_products_of_their_own(made, tmp_path):
+    """In rad/s2; those of translations are as without them."""
+    write_floor_products(tmp_path, store(tmp_path / "pounding.nc", turns=True))
+    names = ["floor_rotation_peaks.csv"]
+    names += [f"floor_rotations.{ending}" for ending in ("csv", "nc", "xlsx")]
+    both = sorted(path.name for path in (tmp_path / "products").iterdir())
+    assert sorted(set(both) - {path.name for path in (made / "products").iterdir()}) == names
+    name = "products/floor_spectra.csv"
+    assert (tmp_path / name).read_bytes() == (made / name).read_bytes()
+    straight, turned = rows_of(tmp_path / name), rows_of(tmp_path / "products/floor_rotations.csv")
+    assert {row["direction"] for row in turned} == {"rx", "rz"}
+    ordinates = [float(row["broadened [rad/s2]"]) for row in turned]
+    known = [float(row["broadened [m/s2]"]) for row in straight]
+    np.testing.assert_allclose(ordinates, 0.1 * np.array(known), rtol=1e-4)
+    book = openpyxl.load_workbook(tmp_path / "products/floor_rotations.xlsx")
+    text = {str(cell.value) for row in book["B1 rz 5 %"].iter_rows() for cell in row}
+    assert {"raw [rad/s2]", "zero-period acceleration [rad/s2]"} <= text
+    assert not any("m/s2" in one for one in text)
+    with xr.open_dataset(tmp_path / "products/floor_rotations.nc", engine="h5netcdf") as data:
+        assert data["broadened"].attrs["units"] == data["zpa"].attrs["units"] == "rad/s2"
+    drawn = (tmp_path / "figures/floor_rotations_B1.svg").read_text(encoding="utf-8")
+    assert "[rad/s²]" in drawn and "[m/s²]" not in drawn
+
+
+def test_peaks(made):
     rows = rows_of(made / "products/floor_peaks.csv")
     assert len(rows) == len(FLOORS) * 2 * 2
     spectra, _ = read_floor_spectra(made / "pounding.nc")
@@ -123,7 +145,7 @@ def test_peaks(made: Path) -> None:
     assert 1.0 < float(first["within 5 % of it from [Hz]"]) <= 100.0
 
 
-def test_workbook_has_a_sheet_for_each_building_direction_and_damping(made: Path) -> None:
+def test_workbook_has_a_sheet_for_each_building_direction_and_damping(made):
     book = openpyxl.load_workbook(made / "products/floor_spectra.xlsx")
     assert book.sheetnames == ["contents"] + [
         f"{b} {x} {d} %" for b in ("B1", "B2") for x in "xy" for d in (2, 5)
@@ -148,7 +170,7 @@ def test_workbook_has_a_sheet_for_each_building_direction_and_damping(made: Path
     ]
 
 
-def test_store_carries_method_and_inputs(made: Path) -> None:
+def test_store_carries_method_and_inputs(made):
     with xr.open_dataset(made / "products/floor_spectra.nc", engine="h5netcdf") as data:
         assert data.attrs["inputs"] == "abc"
         assert data.attrs["title"] == "a pair"
@@ -159,7 +181,7 @@ def test_store_carries_method_and_inputs(made: Path) -> None:
         assert np.all(data["broadened"].max("design_frequency") == data["raw"].max("frequency"))
 
 
-def test_ensemble_has_fractiles(tmp_path: Path) -> None:
+def test_ensemble_has_fractiles(tmp_path):
     source = store(tmp_path / "ensemble.nc", motions=5)
     write_floor_products(tmp_path, source, statistic=0.84)
     with xr.open_dataset(tmp_path / "products/floor_spectra.nc", engine="h5netcdf") as data:
@@ -176,7 +198,7 @@ def test_ensemble_has_fractiles(tmp_path: Path) -> None:
     assert list(row)[-5:] == [f"{name} [m/s2]" for name in names]
 
 
-def test_broadening_and_clipping_reach_the_files(tmp_path: Path) -> None:
+def test_broadening_and_clipping_reach_the_files(tmp_path):
     source = store(tmp_path / "pounding.nc")
     write_floor_products(tmp_path, source, broadening=0.0, clipping=True)
     with xr.open_dataset(tmp_path / "products/floor_spectra.nc", engine="h5netcdf") as data:
@@ -189,7 +211,7 @@ def test_broadening_and_clipping_reach_the_files(tmp_path: Path) -> None:
         np.testing.assert_allclose(data["broadened"].values, data["raw"].values, rtol=1e-13)
 
 
-def test_text_in_a_workbook_is_text(tmp_path: Path) -> None:
+def test_text_in_a_workbook_is_text(tmp_path):
     stations = tuple(
         Station(name, "1", ("p",))
         for name in ("a_very_long_name_of_a_building_1", "a_very_long_name_of_a_building_2")
@@ -206,7 +228,7 @@ def test_text_in_a_workbook_is_text(tmp_path: Path) -> None:
     assert (cell.value, cell.data_type) == ("=1+1 ", "s")
 
 
-def test_store_without_spectra_is_refused(tmp_path: Path) -> None:
+def test_store_without_spectra_is_refused(tmp_path):
     write_netcdf(tmp_path / "other.nc", xr.Dataset({"a": ("b", [1.0])}))
     with pytest.raises(ImpactfemError, match=r"other\.nc holds no floor spectra.*psa"):
         write_floor_products(tmp_path, tmp_path / "other.nc")
@@ -218,7 +240,7 @@ def test_store_without_spectra_is_refused(tmp_path: Path) -> None:
     assert not (tmp_path / "products").exists()
 
 
-def test_nothing_is_written_for_a_wrong_argument(tmp_path: Path) -> None:
+def test_nothing_is_written_for_a_wrong_argument(tmp_path):
     source = store(tmp_path / "pounding.nc")
     with pytest.raises(ImpactfemError, match="ratios of at least 0"):
         write_floor_products(tmp_path, source, broadening=2.0)

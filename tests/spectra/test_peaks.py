@@ -3,11 +3,7 @@ import pytest
 
 from impactfem.spectra import oscillator_response
 from impactfem.spectra.oscillator import step_coefficients
-from impactfem.spectra.peaks import (
-    free_vibration_peak,
-    in_step_peak_responses,
-    peak_responses,
-)
+from impactfem.spectra.peaks import free_vibration_peak, in_step_peak_responses, peak_responses
 from impactfem.system.errors import ImpactfemError
 
 H = 0.01

@@ -130,7 +130,7 @@ def test_record_too_long_to_hold_is_refused():
     assert response_spectra(np.ones(1000), 0.01, [1e6], [0.05], method="in-step").sd.size == 1
 
 
-def test_without_absolute_acceleration() -> None:
+def test_without_absolute_acceleration():
     a = np.random.default_rng(5).standard_normal(300)
     whole = response_spectra(a, 0.01, [1.0, 7.0], [0.05])
     part = response_spectra(a, 0.01, [1.0, 7.0], [0.05], absolute=False)
@@ -141,7 +141,7 @@ def test_without_absolute_acceleration() -> None:
 FREQUENCY, DAMPING = 10.0, 0.02
 
 
-def resonant_loss(n: float, phase: float) -> float:
+def resonant_loss(n, phase):
     """Loss of the steady peak 1 / 2ζ under a sine of amplitude one with n samples in a cycle."""
     time = np.arange(int(100 * n)) / (n * FREQUENCY)
     record = np.sin(2.0 * np.pi * FREQUENCY * time + phase)
@@ -153,7 +153,7 @@ def resonant_loss(n: float, phase: float) -> float:
 
 
 @pytest.mark.parametrize("n", [4.0, 8.0, 20.0])
-def test_no_phase_loses_more(n: float) -> None:
+def test_no_phase_loses_more(n):
     losses = [resonant_loss(n, phase) for phase in np.linspace(0.0, 2.0 * np.pi / n, 9)]
     steady = 0.02  # of the peak is not reached within the record
     assert max(losses) <= float(sampling_loss(n)) + steady
@@ -163,7 +163,7 @@ def test_no_phase_loses_more(n: float) -> None:
         assert max(losses) > 1.0 - np.cos(np.pi / n) + 0.05
 
 
-def test_ends_of_the_bound() -> None:
+def test_ends_of_the_bound():
     assert sampling_loss([2.0, 1.0]) == pytest.approx([1.0, 1.0])
     assert float(sampling_loss(1e4)) == pytest.approx(0.0, abs=1e-6)
 

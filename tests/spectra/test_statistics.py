@@ -58,7 +58,7 @@ def test_empirical_and_lognormal_differ_where_the_sample_is_not_lognormal():
 
 
 @pytest.fixture
-def members() -> FloorSpectrumSet:
+def members():
     curve = 1.0 + 5.0 / (1.0 + (8.0 * (F / 7.0 - 1.0)) ** 2)
     psa = np.multiply.outer([1.0, 2.0, 4.0], curve)[:, None, None, None]
     return FloorSpectrumSet(

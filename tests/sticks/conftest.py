@@ -1,8 +1,5 @@
 """Small buildings and small cases that the tests of this room share."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
 from itertools import pairwise
@@ -11,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.case import Case, load_case
+from impactfem.case import load_case
 from impactfem.case.template import write_new_case
-from impactfem.coupling.contact import Law, kelvin_voigt
+from impactfem.coupling.contact import kelvin_voigt
 from impactfem.coupling.pounding import End, Pair, System
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.stages.pounding.compute import StickStudy, run_sticks
+from impactfem.stages.pounding.compute import run_sticks
 from impactfem.sticks.element import Section
 from impactfem.sticks.stick import Floor, build_stick
 
@@ -35,12 +32,12 @@ FLOOR = Floor(
 
 
 @pytest.fixture(scope="session")
-def section() -> Section:
+def section():
     return SECTION
 
 
 @pytest.fixture(scope="session")
-def floors() -> Callable[..., list[Floor]]:
+def floors():
     """Floors 1 to n, all alike, with the fields of `Floor` changed as asked."""
     return lambda n=3, **changes: [
         replace(FLOOR, **changes, number=number) for number in range(1, n + 1)
@@ -48,21 +45,13 @@ def floors() -> Callable[..., list[Floor]]:
 
 
 @pytest.fixture(scope="session")
-def row(floors: Callable[..., list[Floor]]) -> Callable[..., System]:
+def row(floors):
     """Buildings a, b, ... of two floors in a row along y, each softer than the one before.
 
     All facing floors are a pair, but at `gap` = None.
     """
 
-    def make(
-        gap: float | None = 0.01,
-        *,
-        buildings: int = 2,
-        x: float = 0.0,
-        softer: float = 0.5,
-        law: Law | None = None,
-        tension: bool = True,
-    ) -> System:
+    def make(gap=0.01, *, buildings=2, x=0.0, softer=0.5, law=None, tension=True):
         sticks = []
         for k in range(buildings):
             stiffness = SECTION.E * softer**k
@@ -85,10 +74,10 @@ def row(floors: Callable[..., list[Floor]]) -> Callable[..., System]:
 
 
 @pytest.fixture(scope="session")
-def shake() -> Callable[..., np.ndarray]:
+def shake():
     """Ground acceleration of a few seconds that makes the buildings of `row` pound."""
 
-    def make(n_t: int = 4000, dt: float = 2.5e-4, components: tuple[int, ...] = (1,)) -> np.ndarray:
+    def make(n_t=4000, dt=2.5e-4, components=(1,)):
         t = dt * np.arange(n_t)
         ground = np.zeros((n_t, 3))
         for component in components:
@@ -111,10 +100,10 @@ SHORT = (
 
 
 @pytest.fixture(scope="session")
-def small_case(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Case]:
+def small_case(tmp_path_factory):
     """The template of `impactfem new`, made short and changed as asked; further files beside it."""
 
-    def make(*edits: tuple[str, str], extra: str = "", files: dict[str, str] | None = None) -> Case:
+    def make(*edits, extra="", files=None):
         path = write_new_case(tmp_path_factory.mktemp("case") / "small")[0]
         text = path.read_text(encoding="utf-8")
         for old, new in (*SHORT, *edits):
@@ -130,12 +119,12 @@ def small_case(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Case]:
 
 
 @pytest.fixture(scope="session")
-def run() -> Callable[[Case], StickStudy]:
+def run():
     """Run the stage quietly."""
     return lambda case: run_sticks(case, lambda name: nullcontext())
 
 
 @pytest.fixture(scope="session")
-def study(small_case: Callable[..., Case], run: Callable[[Case], StickStudy]) -> StickStudy:
+def study(small_case, run):
     """The small case, run once for all tests."""
     return run(small_case())

@@ -29,16 +29,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy import constants
 
 from impactfem.device.device import Device
 from impactfem.device.modes import DeviceModes, device_modes
 from impactfem.spectra import oscillator_response
 from impactfem.sticks.element import COMPONENTS
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError, SolutionError
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,19 +38,15 @@ Below the frequency of the largest ordinate the ratio rises again although nothi
 is zero there.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-import numpy.typing as npt
 
 from impactfem.device.spectrum import AnchorSpectrum, NotRigidError
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
-
-Array = npt.NDArray[np.float64]
 
 Combination = Literal["abs", "srss", "cqc", "dsc", "dsc-abs", "ten-percent", "grouping"]
 CLOSE = 0.1 * (1.0 + 1e-9)

@@ -23,20 +23,16 @@ f holds the forces of the floor on the device in its first 6 p rows. Damping act
 rigid motion of the device alone.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from impactfem.dynamics.damping import DampingLaw, Rayleigh, as_law
 from impactfem.sticks.element import COMPONENTS
 from impactfem.sticks.modes import natural_modes
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
-
-Array = npt.NDArray[np.float64]
 
 MECHANISM = 1e-12
 """Smallest eigenvalue of the equilibrated stiffness, whose diagonal is 1, that holds a motion."""

@@ -1,7 +1,5 @@
 """From the devices of a case file to their matrices, and to the rules of their analysis."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

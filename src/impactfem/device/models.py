@@ -17,23 +17,19 @@ absolute. Without any force, q follows the anchors by r = -K_qq⁻¹ K_qa, and w
 K_a is zero when a motion of the anchors moves the device as a rigid body. Damping acts on x only.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import scipy.linalg
 
 from impactfem.device.device import Device, refuse_mechanism
 from impactfem.device.parts import BaseSprings, Beam, RigidBody
 from impactfem.dynamics.damping import DampingLaw, as_law, checked_ratio
 from impactfem.sticks.element import COMPONENTS, rigid_link
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
-
-Array = npt.NDArray[np.float64]
 
 
 def on_springs(

@@ -27,9 +27,8 @@ from scipy.optimize import least_squares
 
 from impactfem.device.device import Device
 from impactfem.sticks.modes import natural_modes
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError, SolutionError
-
-Array = npt.NDArray[np.float64]
 
 PROPORTIONAL = 1e-9
 """Damping is proportional when φᵢᵀ C φⱼ is below this part of √(φᵢᵀ C φᵢ φⱼᵀ C φⱼ)."""

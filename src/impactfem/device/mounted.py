@@ -13,15 +13,12 @@ square of the step. Once F is known, the motion of any other point is that of th
 among its loads.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 import scipy.linalg
 
 from impactfem.coupling.body import Body
@@ -32,10 +29,8 @@ from impactfem.device.device import Device, coupled
 from impactfem.device.parts import RigidBody
 from impactfem.dynamics.energy import Energy
 from impactfem.sticks.modes import WITH_MASS, natural_modes
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError, SolutionError
-
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.int64]
 
 LARGEST_RESIDUAL = 1e-6
 """How far the energies may be out of balance, of the largest energy that came in."""
@@ -189,7 +184,8 @@ def mounted_response(
             " and one sub-step or more"
         )
     assembly = Assembly(bodies, links, springs, [one.mount for one in devices])
-    motion = respond(assembly, loads, ground, time_step, substeps=substeps, record=False)
+    none = np.zeros(0, dtype=np.int64)
+    motion = respond(assembly, loads, ground, time_step, substeps=substeps, recorded=none)
     histories = mounted_histories(
         devices,
         assembly.attached,

@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from impactfem.sticks.element import COMPONENTS, bending_stiffness, rigid_link
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import ImpactfemError
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +58,7 @@ class BaseSprings:
         return cls(np.diag(np.where(blocked, 0.0, k)), blocked)
 
     @property
-    def free(self) -> npt.NDArray[np.int64]:
+    def free(self) -> Index:
         """Indices of the motions that are not blocked, in the order of COMPONENTS."""
         return np.flatnonzero(~self.blocked).astype(np.int64)
 

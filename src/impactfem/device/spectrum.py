@@ -29,10 +29,8 @@ from impactfem.spectra import (
 )
 from impactfem.spectra.design import ZPA_TOLERANCE, Ratio
 from impactfem.sticks.element import COMPONENTS
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
-
-Array = npt.NDArray[np.float64]
-
 
 MOVED = 1e-9
 """A component moves a mode whose participation is above this part of its largest one."""

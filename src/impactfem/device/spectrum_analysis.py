@@ -20,13 +20,10 @@ with, then directions. Displacements Δ of the anchors against each other, e Δ,
 own and then with the rest, by the root of the squares or as absolute values.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from impactfem.device.anchor_force import Quantities, anchor_forces
 from impactfem.device.combination import PLANES, InputRule, Rules, combine_inputs, combine_modes
@@ -34,9 +31,8 @@ from impactfem.device.device import Device
 from impactfem.device.modes import DeviceModes, device_modes
 from impactfem.device.spectrum import MOVED, AnchorSpectrum, NotRigidError
 from impactfem.sticks.element import COMPONENTS
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
-
-Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

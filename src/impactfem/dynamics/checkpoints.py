@@ -1,7 +1,5 @@
 """Checkpoints: states of all ranks at one step, and a march that an interruption does not lose."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable, Sequence
@@ -9,17 +7,12 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from impactfem.dynamics.energy import Energy
 from impactfem.dynamics.history import History, State, joined
 from impactfem.dynamics.newmark import Newmark
+from impactfem.system.arrays import Array, Index
 from impactfem.system.files import read_archive, write_archive, write_json
 from impactfem.system.log import LOGGER
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 CHUNK = 100
 """Most steps between two reports of the progress."""
@@ -42,9 +35,7 @@ class Checkpoints:
         """Write a checkpoint of a state, each rank its rows; those before go. Collective.
 
         The history is what was recorded from step 0 up to this step; that of rank 0 counts.
-
-        Raises:
-            ImpactfemError: A file cannot be written.
+        ImpactfemError where a file cannot be written.
         """
         step = state.step
         if self._comm.rank == 0:

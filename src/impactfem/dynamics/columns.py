@@ -1,12 +1,10 @@
 """Blocks of vectors as arrays: each rank holds the rows that it owns, one vector a column."""
 
-from __future__ import annotations
-
 import numpy as np
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
-Array = NDArray[np.float64]
+from impactfem.system.arrays import Array
+
 SEED = 20071221
 
 

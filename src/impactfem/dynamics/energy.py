@@ -1,13 +1,10 @@
 """Energies of a response, and how well they balance."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from impactfem.system.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -25,15 +22,17 @@ class Energy:
 
     kinetic: Array  #: ½ vᵀ M v.
     elastic: Array  #: ½ uᵀ K u.
-    damped: Array  #: What the damping has taken since step 0.
+    damped: Array  #: What the damping has taken since step 0, without what soil radiates.
     input: Array  #: Work of the loads since step 0.
     #: Work of the links on the bodies; negative when they take energy.
     contact: Array = field(default_factory=lambda: np.zeros(0))
     #: What the rule has taken, zero for θ = ½.
     numerical: Array = field(default_factory=lambda: np.zeros(0))
+    #: What the soil under rafts has radiated since step 0.
+    radiated: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
-        for name in ("contact", "numerical"):
+        for name in ("contact", "numerical", "radiated"):
             if not getattr(self, name).size:
                 object.__setattr__(self, name, np.zeros_like(self.kinetic))
 
@@ -46,7 +45,7 @@ class Energy:
     @property
     def residual(self) -> float:
         """Largest violation of the identity over the largest energy that came in [-]."""
-        balance = self.kinetic + self.elastic + self.damped + self.numerical
+        balance = self.kinetic + self.elastic + self.damped + self.numerical + self.radiated
         balance = balance - self.input - self.contact
         return float(np.max(np.abs(balance - balance[0])) / self.scale) if self.scale > 0.0 else 0.0
 

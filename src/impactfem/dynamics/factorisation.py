@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import ctypes
 from abc import ABC, abstractmethod
-from types import TracebackType
 from typing import Any, Self
 
 import numpy as np
 import scipy.sparse
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.dynamics.columns import random_column, row_of_largest, wrapped
+from impactfem.system.arrays import Array
 from impactfem.system.errors import SolutionError
 from impactfem.system.memory import give_back
 from impactfem.system.parallel import all_blas_threads
@@ -28,16 +27,9 @@ class Held(ABC):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.destroy()
 
-
-Array = NDArray[np.float64]
 
 BLOCK = 32
 """Columns that are solved at once. On one core a column costs 0.15 of a lone solve in blocks of 16,
@@ -218,10 +210,8 @@ class Factorisation(Held):
 
 
 def _even(columns: int) -> int:
-    """A number of columns, not less, with which the products of MUMPS's solution are fast.
-
-    Seven columns take a tenth longer than eight, and six a third.
-    """
+    """A number of columns, not less, with which the products of MUMPS's solution are fast."""
+    # Seven columns take a tenth longer than eight, and six a third.
     return columns if columns < 3 else max(8, -(-columns // 4) * 4)
 
 
@@ -257,10 +247,8 @@ def _factor(A: PETSc.Mat, kind: dict[str, int]) -> PETSc.Mat:
 
 
 def _unlocked(function: str, *objects: Any) -> None:
-    """Call a function of PETSc without Python's lock, which petsc4py keeps.
-
-    With it no other thread would tell how far the run is, answer Ctrl-C, or compute.
-    """
+    """Call a function of PETSc without Python's lock, which petsc4py keeps."""
+    # With it no other thread would tell how far the run is, answer Ctrl-C, or compute.
     petsc = ctypes.CDLL(PETSc.__file__)  # with the PETSc that it is linked to
     failed = getattr(petsc, function)(*(ctypes.c_void_p(one.handle) for one in objects))
     if failed:
@@ -296,11 +284,9 @@ def _weakest(A: PETSc.Mat, factor: Factorisation) -> tuple[float, Array]:
 
 
 def _not_definite(A: PETSc.Mat, name: str) -> SolutionError:
-    """Say what is wrong with a matrix that should be positive definite. Collective.
-
-    The eigenvalues of D^-½ A D^-½ between -ε and ε are zero but for rounding: the inertias of
-    A + ε D and A - ε D count them, D the diagonal of A.
-    """
+    """Say what is wrong with a matrix that should be positive definite. Collective."""
+    # The eigenvalues of D^-½ A D^-½ between -ε and ε are zero but for rounding: the inertias of A +
+    # ε D and A - ε D count them, D the diagonal of A.
     epsilon = 1e-10
     diagonal = A.getDiagonal()
     shifted = A.copy()

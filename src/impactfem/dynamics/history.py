@@ -7,13 +7,12 @@ from copy import deepcopy
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.dynamics.energy import Energy
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 
-Array = NDArray[np.float64]
 QUANTITIES = ("displacement", "velocity", "acceleration")
 
 
@@ -48,16 +47,14 @@ class History:
 class Recorder:
     """Numbers of this rank, one row a time, summed over the ranks chunk by chunk.
 
-    Probes are global rows of the matrix A, `record` some of QUANTITIES.
-
-    Raises:
-        SolutionError: An unknown quantity, a row that does not exist.
+    Probes are global rows of the matrix A, `record` some of QUANTITIES. SolutionError of an
+    unknown quantity, a row that does not exist.
     """
 
     def __init__(
         self,
         A: PETSc.Mat,
-        probes: Sequence[int] | NDArray[np.int64],
+        probes: Sequence[int] | Index,
         record: Sequence[str],
         chunk: int,
         time_step: float,
@@ -89,10 +86,7 @@ class Recorder:
     def reduce(self, state: State) -> History:
         """Sum over the ranks what was put since the last call. Collective.
 
-        Sets the energies of the state.
-
-        Raises:
-            SolutionError: Not all numbers are finite.
+        Sets the energies of the state. SolutionError where not all numbers are finite.
         """
         total = self.comm.allreduce(self.buffer[: self.filled])
         if not np.all(np.isfinite(total)):

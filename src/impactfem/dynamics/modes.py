@@ -1,13 +1,10 @@
 """Natural modes of a large model: SLEPc, shift-invert on MUMPS, none missed (Sturm)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
@@ -20,9 +17,8 @@ from impactfem.dynamics.columns import (
     wrapped,
 )
 from impactfem.dynamics.factorisation import Factorisation
+from impactfem.system.arrays import Array
 from impactfem.system.errors import SolutionError
-
-Array = NDArray[np.float64]
 
 ROUNDS = 4
 GAP = 1e-5
@@ -104,9 +100,7 @@ def modes(K: PETSc.Mat, M: PETSc.Mat, count: int, *, tolerance: float = 1e-10) -
         mine = float(shapes[row - start, j]) if start <= row < end else 0.0
         shapes[:, j] *= math.copysign(1.0, K.getComm().tompi4py().allreduce(mine))
     return Modes(
-        frequency=np.sqrt(values[:count]) / (2.0 * np.pi),
-        shapes=shapes,
-        residual=residual[:count],
+        frequency=np.sqrt(values[:count]) / (2.0 * np.pi), shapes=shapes, residual=residual[:count]
     )
 
 
@@ -169,11 +163,9 @@ def _krylov_schur(
 
 
 def _ritz(M: PETSc.Mat, factor: Factorisation, V: Array) -> tuple[Array, Array, Array]:
-    """Eigenvalues ω², M-orthonormal shapes and residuals in the span of columns V.
-
-    With Y = K⁻¹ M V, (M V)ᵀ Y q = θ Vᵀ M V q, ω² = 1/θ. Through K⁻¹ the small ω² lose nothing to
-    the large entries of K.
-    """
+    """Eigenvalues ω², M-orthonormal shapes and residuals in the span of columns V."""
+    # With Y = K⁻¹ M V, (M V)ᵀ Y q = θ Vᵀ M V q, ω² = 1/θ. Through K⁻¹ the small ω² lose nothing to
+    # the large entries of K.
     MV = product(M, V)
     Y = factor.solve_block(MV)
     T, G = inner(M, MV, Y), inner(M, V, MV)

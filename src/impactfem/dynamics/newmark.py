@@ -23,7 +23,6 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 import scipy.sparse
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.dynamics.columns import combined, product, wrapped
@@ -31,9 +30,8 @@ from impactfem.dynamics.damping import UNDAMPED, DampingLaw, ModeRatios, Rayleig
 from impactfem.dynamics.factorisation import Factorisation, Held
 from impactfem.dynamics.history import QUANTITIES, History, Recorder, State
 from impactfem.dynamics.modes import modes, number_below
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
-
-Array = NDArray[np.float64]
 
 CHUNK = 100
 """Steps between two sums over the ranks."""
@@ -152,10 +150,7 @@ class Newmark(Held):
         return np.asarray(U @ (g * self._total(U.T @ w)))
 
     def start(
-        self,
-        amplitude: Array,
-        displacement: Array | None = None,
-        velocity: Array | None = None,
+        self, amplitude: Array, displacement: Array | None = None, velocity: Array | None = None
     ) -> State:
         """State at step 0 with the acceleration that is in equilibrium with it.
 
@@ -195,7 +190,7 @@ class Newmark(Held):
         amplitudes: Array,
         *,
         last: int | None = None,
-        probes: Sequence[int] | NDArray[np.int64] = (),
+        probes: Sequence[int] | Index = (),
         record: Sequence[str] = QUANTITIES,
         each_step: Callable[[State], None] | None = None,
         each_chunk: Callable[[State, History], None] | None = None,

@@ -1,7 +1,5 @@
 """How well a motion meets a design spectrum, and whether a reviewer would accept it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -18,9 +16,8 @@ from impactfem.motion.power_spectrum import (
 )
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.spectra import logarithmic_frequencies, response_spectra
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
-
-FloatArray = npt.NDArray[np.float64]
 
 CORRELATION_LIMIT = 0.16
 _LOW_PSD, _HIGH_PSD = 0.3, 24.0  # Hz
@@ -31,12 +28,12 @@ _BINS = 4.0  # of width 1/T_D that the mean of the density must hold to say anyt
 class Misfit:
     """Pseudo-acceleration of a motion and its target, shape (n,), and their ratio r."""
 
-    frequency: FloatArray  #: equidistant on a logarithmic axis [Hz]
-    computed: FloatArray  #: of the motion at the target's damping [m/s2]
-    target: FloatArray  #: the design spectrum [m/s2]
+    frequency: Array  #: equidistant on a logarithmic axis [Hz]
+    computed: Array  #: of the motion at the target's damping [m/s2]
+    target: Array  #: the design spectrum [m/s2]
 
     @property
-    def ratio(self) -> FloatArray:
+    def ratio(self) -> Array:
         """The ratio r, shape (n,) [-]."""
         return self.computed / self.target
 
@@ -131,9 +128,9 @@ class Acceptance:
 
     misfit: Misfit
     strong_phase: StrongPhase
-    psd_frequency: FloatArray  #: (n_p,) [Hz]; empty for a strong phase too short to say anything
-    psd: FloatArray  #: one-sided density of the strong phase, smoothed, (n_p,) [m²/s³]
-    psd_target: FloatArray  #: what it is compared with, (n_p,) [m²/s³]
+    psd_frequency: Array  #: (n_p,) [Hz]; empty for a strong phase too short to say anything
+    psd: Array  #: one-sided density of the strong phase, smoothed, (n_p,) [m²/s³]
+    psd_target: Array  #: what it is compared with, (n_p,) [m²/s³]
     verdicts: tuple[Verdict, ...]
 
     @property
@@ -153,7 +150,7 @@ def acceptance(
     minimum: float = 0.1,
     maximum: float = 50.0,
     criteria: Criteria | None = None,
-    psd: Callable[[npt.ArrayLike], FloatArray] | None = None,
+    psd: Callable[[npt.ArrayLike], Array] | None = None,
 ) -> Acceptance:
     """Check a motion against its design spectrum.
 

@@ -4,8 +4,6 @@ A further one is a class or a function here, its section in :mod:`impactfem.case
 and its line in :func:`design_spectrum`.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Protocol
@@ -14,9 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from impactfem.case import design_spectrum as sections
+from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, ImpactfemError, InputError
-
-FloatArray = npt.NDArray[np.float64]
 
 HORIZONTAL_AMPLIFICATION = 2.5  # EN 1998-1, equations 3.2 to 3.5
 VERTICAL_AMPLIFICATION = 3.0  # EN 1998-1, equations 3.8 to 3.11
@@ -29,7 +26,7 @@ class Target(Protocol):
     def damping(self) -> float:
         """Damping ratio ξ [-]."""
 
-    def pseudo_acceleration(self, frequency: npt.ArrayLike) -> FloatArray:
+    def pseudo_acceleration(self, frequency: npt.ArrayLike) -> Array:
         """Its ordinates [m/s2] at positive frequencies of any shape [Hz]."""
 
 
@@ -75,7 +72,7 @@ class DesignSpectrum:
         """η of (3.6) [-]."""
         return max(0.55, math.sqrt(10.0 / (5.0 + 100.0 * self.damping)))
 
-    def pseudo_acceleration(self, frequency: npt.ArrayLike) -> FloatArray:
+    def pseudo_acceleration(self, frequency: npt.ArrayLike) -> Array:
         """S_e [m/s2] at positive frequencies of any shape [Hz]; inf gives that at zero period."""
         f = _positive(frequency)
         T = 1.0 / f  # 0 for f = inf, which (3.2) takes to A
@@ -96,8 +93,8 @@ class TableSpectrum:
     Values that are not positive, and frequencies that do not ascend, are refused.
     """
 
-    frequency: FloatArray  #: (n,), n >= 2 [Hz]
-    acceleration: FloatArray  #: (n,) [m/s2]
+    frequency: Array  #: (n,), n >= 2 [Hz]
+    acceleration: Array  #: (n,) [m/s2]
     damping: float = 0.05  #: ξ that the table was made for
 
     def __post_init__(self) -> None:
@@ -121,7 +118,7 @@ class TableSpectrum:
         """Lowest and highest frequency of the table [Hz]."""
         return float(self.frequency[0]), float(self.frequency[-1])
 
-    def pseudo_acceleration(self, frequency: npt.ArrayLike) -> FloatArray:
+    def pseudo_acceleration(self, frequency: npt.ArrayLike) -> Array:
         """Its ordinates [m/s2] at positive frequencies [Hz]; inf gives that at zero period."""
         f = _positive(frequency)
         inside = np.exp(np.interp(np.log(f), np.log(self.frequency), np.log(self.acceleration)))
@@ -253,7 +250,7 @@ def design_spectrum(section: sections.Spectrum, damping: float) -> DesignSpectru
             return DesignSpectrum(**section.model_dump(exclude={"type"}), damping=damping)
 
 
-def _positive(frequency: npt.ArrayLike) -> FloatArray:
+def _positive(frequency: npt.ArrayLike) -> Array:
     f = np.asarray(frequency, dtype=np.float64)
     if not np.all(f > 0.0):
         raise ImpactfemError("the frequencies of a design spectrum must be positive")

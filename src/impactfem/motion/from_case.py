@@ -1,12 +1,9 @@
 """From the case file's motions to accelerograms with their measures and spectra."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from impactfem.case import Motion, RecordMotion, SyntheticMotion
 from impactfem.motion.acceptance import Acceptance, Misfit, acceptance
@@ -16,6 +13,7 @@ from impactfem.motion.treatment import Treatment
 from impactfem.records import read_record
 from impactfem.records.accelerogram import Accelerogram, Measures, measures
 from impactfem.spectra import ResponseSpectra, logarithmic_frequencies, response_spectra
+from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.log import quiet
 
@@ -35,12 +33,12 @@ class GroundMotion:
     accelerogram: Accelerogram
     measures: Measures
     spectrum: ResponseSpectra
-    target: npt.NDArray[np.float64] | None  #: at the frequencies of the spectrum, (n_f,) [m/s2]
+    target: Array | None  #: at the frequencies of the spectrum, (n_f,) [m/s2]
     misfit: Misfit | None
     acceptance: Acceptance | None = None
 
     @property
-    def history(self) -> tuple[int, float, npt.NDArray[np.float64]]:
+    def history(self) -> tuple[int, float, Array]:
         """Component (0, 1, 2), time step [s] and acceleration [m/s2]."""
         motion = self.accelerogram
         return "xyz".index(self.direction), motion.time_step, motion.acceleration
@@ -121,10 +119,8 @@ def treated_record(motion: RecordMotion) -> Accelerogram:
 
     The order: "mean" or "linear" baseline, taper, filter, resampling, baseline at rest
     (:class:`impactfem.motion.treatment.Treatment`), then the scale or the peak acceleration, which
-    so holds for the motion that is used.
-
-    Raises:
-        InputError: The file is at fault, or a step cannot be done on what it holds.
+    so holds for the motion that is used. InputError where the file is at fault, or a step cannot be
+    done on what it holds.
     """
     record = read_record(motion.file, motion.format, motion.component)
     try:

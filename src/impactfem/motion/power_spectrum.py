@@ -1,7 +1,5 @@
 """Power spectral density of the strong phase of a motion, and what a design spectrum asks of it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +9,8 @@ from scipy import fft
 from impactfem.motion.design_spectrum import Target
 from impactfem.records.accelerogram import STANDARD_GRAVITY, Accelerogram
 from impactfem.spectra import logarithmic_frequencies
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
-
-FloatArray = npt.NDArray[np.float64]
 
 STRONG_PHASE = (0.05, 0.75)  # of the Arias intensity
 WINDOW = 0.2  # half the width over which the density is averaged, relative to the frequency
@@ -47,7 +44,7 @@ def strong_phase(accelerogram: Accelerogram) -> StrongPhase:
 
 def power_spectrum(
     accelerogram: Accelerogram, frequency: npt.ArrayLike, window: float = WINDOW
-) -> FloatArray:
+) -> Array:
     """Estimate the one-sided power spectral density of the strong phase, smoothed.
 
     With F(ω) = ∫ a(t) exp(-iωt) dt over the strong phase of duration T_D,
@@ -88,9 +85,7 @@ def power_spectrum(
     return np.asarray((sums[upper] - sums[lower]) / (upper - lower))
 
 
-def compatible_power_spectrum(
-    target: Target, frequency: npt.ArrayLike, duration: float
-) -> FloatArray:
+def compatible_power_spectrum(target: Target, frequency: npt.ArrayLike, duration: float) -> Array:
     """Give the power spectral density of a stationary motion that a design spectrum describes.
 
     The mean square response of an oscillator of damping ξ to a density G(ω) that changes slowly
@@ -128,7 +123,7 @@ def compatible_power_spectrum(
     return np.asarray(np.interp(requested, f, density))
 
 
-def rg160_power_spectrum(frequency: npt.ArrayLike, pga: float) -> FloatArray:
+def rg160_power_spectrum(frequency: npt.ArrayLike, pga: float) -> Array:
     """Give the target density of US NRC SRP 3.7.1, Appendix A, for RG 1.60 horizontal spectra.
 
     For a peak of 1 g, in m²/s³:

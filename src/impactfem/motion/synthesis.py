@@ -24,8 +24,6 @@ Of all the motions visited the one with the least root mean square misfit is the
 no descent method, and may leave a good motion again.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -41,9 +39,8 @@ from impactfem.spectra import logarithmic_frequencies
 from impactfem.spectra.oscillator import step_coefficients
 from impactfem.spectra.peaks import peak_responses
 from impactfem.spectra.response_spectrum import upsample, upsampling_factor
+from impactfem.system.arrays import Array, Complex
 from impactfem.system.errors import ImpactfemError, SolutionError
-
-FloatArray = npt.NDArray[np.float64]
 
 _KNEE = 0.8
 _PER_DECADE = 40  # of the iteration; the misfit is reported on a denser list
@@ -109,18 +106,18 @@ def synthesise(
     factor = upsampling_factor(time_step, matched[1], points_per_cycle)
     oscillators = step_coefficients(time_step / factor, frequency, [target.damping])
 
-    def spectrum(acceleration: FloatArray) -> FloatArray:
+    def spectrum(acceleration: Array) -> Array:
         fine = upsample(acceleration[None, :], factor)
         return np.asarray(
             peak_responses(fine, oscillators, absolute=False)[0][0] * oscillators.omega**2
         )
 
-    def harmonics() -> FloatArray:
+    def harmonics() -> Array:
         return np.asarray(e * fft.irfft(carrier, 2 * (f_k.size - 1))[:n])
 
     # The level first: the iteration then corrects the shape.
     carrier *= np.exp(np.mean(np.log(required / spectrum(harmonics()))))
-    best: FloatArray = np.zeros(n)
+    best: Array = np.zeros(n)
     best_rms, best_iteration = math.inf, 0
     for iteration in range(iterations + 1):
         motion = at_rest(harmonics())
@@ -149,11 +146,8 @@ def synthesise(
 
 
 def envelope(
-    time: npt.ArrayLike,
-    duration: float,
-    strong_phase: tuple[float, float],
-    end_level: float = 0.05,
-) -> FloatArray:
+    time: npt.ArrayLike, duration: float, strong_phase: tuple[float, float], end_level: float = 0.05
+) -> Array:
     """Evaluate the envelope of a motion: quadratic rise, strong phase, exponential decay.
 
     The form is that of Jennings, Housner and Tsai (1968), "Simulated earthquake motions", Caltech
@@ -193,7 +187,7 @@ def default_range(duration: float, time_step: float) -> tuple[float, float]:
 
 def _carrier(
     target: Target, n: int, time_step: float, matched: tuple[float, float], seed: int
-) -> tuple[FloatArray, npt.NDArray[np.complex128]]:
+) -> tuple[Array, Complex]:
     """Frequencies f_k and starting values A_k exp(iϕ_k) of (1), up to a common factor."""
     period = fft.next_fast_len(n, real=True)
     period += period % 2
@@ -209,7 +203,7 @@ def _carrier(
     return f_k, amplitude * np.exp(1j * phase)
 
 
-def _to_peak(acceleration: FloatArray, pga: float) -> FloatArray:
+def _to_peak(acceleration: Array, pga: float) -> Array:
     """Bring the largest sample to the PGA, smoothly and without touching the small ones."""
     s = np.abs(acceleration) / pga
     top = float(s.max())

@@ -1,21 +1,18 @@
 """What is done to a record before it is used: each step explicit, in a fixed order, and logged."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 from scipy import fft, signal
 
 from impactfem.records.accelerogram import Accelerogram
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.log import LOGGER
 
-FloatArray = npt.NDArray[np.float64]
 Baseline = Literal["none", "mean", "linear", "rest"]
 
 FILTER_ORDER = 4
@@ -121,7 +118,7 @@ class Treatment:
 
 
 def _noted(
-    accelerogram: Accelerogram, acceleration: FloatArray, note: str, **others: Any
+    accelerogram: Accelerogram, acceleration: Array, note: str, **others: Any
 ) -> Accelerogram:
     origin = f"{accelerogram.origin}; {note}".removeprefix("; ")
     return replace(accelerogram, acceleration=acceleration, origin=origin, **others)
@@ -214,7 +211,7 @@ class BaselineCorrection:
         self._ends = np.array([velocity, displacement])
         self._inverse = np.linalg.inv(self._ends @ self._shapes.T)
 
-    def __call__(self, acceleration: FloatArray) -> FloatArray:
+    def __call__(self, acceleration: Array) -> Array:
         """An acceleration, shape (n,) [m/s2], at rest and without offset at its end."""
         # c_1, c_2 from v(T) and d(T).
         coefficients = self._inverse @ (self._ends @ acceleration)

@@ -1,7 +1,5 @@
 """Figures of curves, described by what they show and drawn as SVG."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,11 +10,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from impactfem.plot.style import BLUE, HANDLE, figure, letter
-
-Array = NDArray[np.float64]
+from impactfem.system.arrays import Array
 
 SAMPLES = 2400
 """Points of a curve at most: twice what can be told apart; extremes of each interval are kept."""
@@ -85,7 +81,6 @@ class Panel:
             axes.set_xscale("log")
         if "y" in self.log:
             axes.set_yscale("log")
-            axes.yaxis.set_major_formatter("{x:g}")
         if self.ends[0] < self.ends[1]:
             axes.set_xlim(*self.ends)
         for mark in self.marks:
@@ -130,11 +125,10 @@ class CurveFigure:
     def write(self, folder: Path) -> Path:
         """Draw it into a folder.
 
+        ImpactfemError where it cannot be written.
+
         Returns:
             The file.
-
-        Raises:
-            ImpactfemError: It cannot be written.
         """
         path = folder / f"{self.name}.svg"
         layout = (self.rows, self.columns)
@@ -176,13 +170,8 @@ def published_point(
 ) -> list[Curve]:
     """A point whose coordinates are published; none where one of both is not.
 
-    Args:
-        published: Values in SI by the name of the result.
-        x: Name of the value along x.
-        y: Name of the value along y.
-        label: What it is of, as in the legend.
-        colour: Of the curve that it belongs to.
-        scale: Unit of the axis along y over the SI unit.
+    `x` and `y` are names of published values, which are in SI; `label` is what it is of in the
+    legend, `scale` the unit of the axis along y over the SI unit.
     """
     if x not in published or y not in published:
         return []
@@ -206,15 +195,7 @@ def _published(label: str) -> str:
 
 
 def thinned(x: Array, y: Array) -> tuple[Array, Array]:
-    """A curve of fewer points that keeps the least and the largest value of each interval.
-
-    Args:
-        x: Shape (n,).
-        y: Shape (n,).
-
-    Returns:
-        At most about `SAMPLES` points of it.
-    """
+    """At most about `SAMPLES` points of a curve, (n,) each: least and largest of each interval."""
     size = -(-x.size // (SAMPLES // 2))
     if size <= 2:
         return x, y

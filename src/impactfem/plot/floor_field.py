@@ -1,7 +1,5 @@
 """Fields over the slab of the top floor, drawn in plan with colours that print."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -9,10 +7,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.tri import LinearTriInterpolator, Triangulation
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from impactfem.system.arrays import Array, Index
 
 COLOURS = "cividis"
 """Lightness grows with the value: it is read in grey and with any colour vision."""

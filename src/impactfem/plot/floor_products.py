@@ -1,15 +1,15 @@
 """Floor response spectra as products: tables and a store for those who design equipment.
 
 Everything is made from a store with `psa` over damping, station, direction and frequency, `pfa`
-over station and direction, and both over `motion` before that when it holds an ensemble.
+over station and direction, and both over `motion` before that when it holds an ensemble. Rotations
+are `rotational_psa` and `rotational_pfa` over `rotation` in place of direction.
 
 Written are, into `products/`, `floor_spectra.csv` (a row for each building, floor, direction,
 damping and frequency), `floor_peaks.csv` (a row for each spectrum), `floor_spectra.xlsx` (a sheet
-for each building, direction and damping) and `floor_spectra.nc`, and a figure for each building.
+for each building, direction and damping) and `floor_spectra.nc`, and a figure for each building;
+of rotations `floor_rotations.*`, `floor_rotation_peaks.csv`, and a figure.
 Ordinates that were not computed, at the corners of broadened peaks, are left empty.
 """
-
-from __future__ import annotations
 
 import math
 import re
@@ -29,9 +29,9 @@ from impactfem.plot.curves import Curve, CurveFigure, Panel
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED
 from impactfem.plot.table import Cell, Table, cell, heads
 from impactfem.spectra.design import ZPA_TOLERANCE, Ratio
-from impactfem.spectra.frequency_list import FloatArray
 from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet, Station
 from impactfem.spectra.statistics import Statistic, statistic_words
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import atomic, write_netcdf
 from impactfem.system.scalar import scalars_of, words
@@ -39,6 +39,9 @@ from impactfem.system.scalar import scalars_of, words
 FOLDER = "products"
 FRACTILES = (0.16, 0.5, 0.84)
 LABELS = heads("building; floor; direction; damping [-]")
+TRANSLATIONS = ("floor_spectra", "floor_peaks")
+ROTATIONS = ("floor_rotations", "floor_rotation_peaks")
+"""Names of the products: of the spectra, and of the table of their peaks."""
 COLUMNS = 4
 PANEL = (2.6, 2.0)
 """Width and height of a panel [inch]."""
@@ -68,14 +71,28 @@ def write_floor_products(
     Raises:
         ImpactfemError: The store is not usable, or a file cannot be written.
     """
-    spectra, inputs = read_floor_spectra(store)
-    design = spectra.design(broadening, clipping=clipping, statistic=statistic)
+    *both, inputs = _read(store)
+    files: list[Path] = []
+    for spectra, names in zip(both, (TRANSLATIONS, ROTATIONS), strict=True):
+        if spectra is not None:
+            design = spectra.design(broadening, clipping=clipping, statistic=statistic)
+            files += write_floor_design(folder, design, inputs, names)
+    return files
+
+
+def write_floor_design(
+    folder: Path, design: DesignFloorSpectra, inputs: str, names: tuple[str, str]
+) -> list[Path]:
+    """Write tables, workbook, store and figures of design spectra by their names; the files.
+
+    Raises:
+        ImpactfemError: A file cannot be written.
+    """
     target, figures = folder / FOLDER, folder / "figures"
-    for one in (target, figures):
-        one.mkdir(parents=True, exist_ok=True)
-    files = [table.write_csv(target) for table in _tables(design)]
-    files += write_design_files(target / "floor_spectra", design, inputs)
-    return files + floor_figures(figures, design)
+    target.mkdir(parents=True, exist_ok=True)
+    files = [table.write_csv(target) for table in _tables(design, names)]
+    files += write_design_files(target / names[0], design, inputs)
+    return files + floor_figures(figures, design, names[0])
 
 
 def write_design_files(stem: Path, design: DesignFloorSpectra, inputs: str) -> list[Path]:
@@ -90,9 +107,10 @@ def write_design_files(stem: Path, design: DesignFloorSpectra, inputs: str) -> l
     return [book, store]
 
 
-def floor_figures(folder: Path, design: DesignFloorSpectra) -> list[Path]:
+def floor_figures(folder: Path, design: DesignFloorSpectra, name: str) -> list[Path]:
     """Draw the spectra at the first damping, a figure a building with a panel for each floor."""
     source, files = design.source, []
+    turned = source.unit == "rad/s2"
     ends = design.frequency[[0, -1]]
     for building in dict.fromkeys(station.building for station in source.stations):
         panels: list[tuple[str, list[Curve]]] = []
@@ -101,9 +119,9 @@ def floor_figures(folder: Path, design: DesignFloorSpectra) -> list[Path]:
                 continue
             curves: list[Curve] = []
             for x, direction in enumerate(source.directions):
-                colour = DIRECTION_COLOURS.get(direction, ORANGE)
+                colour = DIRECTION_COLOURS.get(direction[-1], ORANGE)
                 raw, psa, zpa = design.raw[0, s, x], design.psa[0, s, x], design.zpa[s, x].repeat(2)
-                along = f"along $e_{direction}$"
+                along = f"{'about' if turned else 'along'} $e_{direction[-1]}$"
                 curves += [
                     Curve(source.frequency, raw, f"computed, {along}", colour, width=0.6),
                     Curve(design.frequency, psa, f"for design, {along}", colour, width=1.4),
@@ -111,12 +129,18 @@ def floor_figures(folder: Path, design: DesignFloorSpectra) -> list[Path]:
                 ]
             panels.append((station.label, curves))
         caption = (
-            f"Floor response spectra of building {building} (pseudo-acceleration, "
+            f"Floor response spectra of building {building} ("
+            f"{'rotational ' if turned else ''}pseudo-acceleration, "
             f"{100.0 * source.damping[0]:g} % damping) as computed (thin) and for design (thick); "
             f"{design.broadening_text}. Dotted: zero-period acceleration. {design.motions_text}."
         )
-        name = f"floor_spectra_{building}"
-        files.append(floor_page(name, caption, panels, PANEL, alike=True).write(folder))
+        # The slope of a slab at a struck edge is many times that of other floors.
+        if turned:
+            caption += " Each floor has a scale of its own."
+        page = floor_page(
+            f"{name}_{building}", caption, panels, PANEL, unit=source.unit, alike=not turned
+        )
+        files.append(page.write(folder))
     return files
 
 
@@ -125,6 +149,7 @@ def floor_page(
     caption: str,
     panels: Sequence[tuple[str, Sequence[Curve]]],
     size: tuple[float, float],
+    unit: str = "m/s2",
     **options: Any,
 ) -> CurveFigure:
     """A page of spectra with a panel of so many inches for each floor, and one legend above all."""
@@ -133,7 +158,7 @@ def floor_page(
     pages = [
         Panel(
             "frequency [Hz]" if k + columns >= count else "",
-            "acceleration [m/s²]" if k % columns == 0 else "",
+            f"acceleration [{unit.replace('2', '²')}]" if k % columns == 0 else "",
             curves,
             title,
             **look,
@@ -152,17 +177,29 @@ def read_floor_spectra(store: Path) -> tuple[FloorSpectrumSet, str]:
     Raises:
         ImpactfemError: The file cannot be read, or holds no floor spectra.
     """
+    spectra, _, inputs = _read(store)
+    return spectra, inputs
+
+
+def _read(store: Path) -> tuple[FloorSpectrumSet, FloorSpectrumSet | None, str]:
+    """The spectra of translations, and of rotations where there are some; the hash of the inputs.
+
+    ImpactfemError: As of `read_floor_spectra`.
+    """
     try:
         with xr.open_dataset(store, engine="h5netcdf") as data:
-            return _spectra_of(data), str(data.attrs.get("inputs", ""))
+            turned = "rotational_psa" in data
+            rotations = _spectra_of(data, "rotational_", "rotation") if turned else None
+            return _spectra_of(data), rotations, str(data.attrs.get("inputs", ""))
     except KeyError as error:
         raise ImpactfemError(f"{store} holds no floor spectra: {error.args[0]}") from error
     except (OSError, ValueError) as error:
         raise ImpactfemError(f"cannot read floor spectra from {store}: {error}") from error
 
 
-def _spectra_of(data: xr.Dataset) -> FloorSpectrumSet:
-    psa, pfa = data["psa"], data["pfa"]
+def _spectra_of(data: xr.Dataset, prefix: str = "", along: str = "direction") -> FloorSpectrumSet:
+    """The spectra whose variables have a prefix, over a dimension of their directions."""
+    psa, pfa = data[f"{prefix}psa"], data[f"{prefix}pfa"]
     motions: tuple[str, ...] = ("that of the case",)
     if "motion" in psa.dims:
         motions = tuple(str(name) for name in data["motion"].values)
@@ -183,18 +220,16 @@ def _spectra_of(data: xr.Dataset) -> FloorSpectrumSet:
         stations=tuple(
             Station(str(b), str(floor), ("mass centre",), float(z)) for b, floor, z in stations
         ),
-        directions=tuple(str(name) for name in data["direction"].values),
-        psa=psa.transpose("motion", "damping", "station", "direction", "frequency").values,
-        zpa=pfa.transpose("motion", "station", "direction").values,
+        directions=tuple(str(name) for name in data[along].values),
+        psa=psa.transpose("motion", "damping", "station", along, "frequency").values,
+        zpa=pfa.transpose("motion", "station", along).values,
         motions=motions,
         title=str(data.attrs.get("title", "")),
         method=method,
     )
 
 
-def labelled(
-    design: DesignFloorSpectra,
-) -> Iterator[tuple[tuple[Cell, ...], tuple[int, int, int]]]:
+def labelled(design: DesignFloorSpectra) -> Iterator[tuple[tuple[Cell, ...], tuple[int, int, int]]]:
     """The cells of `LABELS` and the index (damping, station, direction) of each spectrum."""
     source = design.source
     for s, station in enumerate(source.stations):
@@ -204,15 +239,15 @@ def labelled(
 
 
 def curve_rows(
-    before: tuple[Cell, ...], columns: Iterable[FloatArray], after: tuple[Cell, ...] = ()
+    before: tuple[Cell, ...], columns: Iterable[Array], after: tuple[Cell, ...] = ()
 ) -> list[tuple[Cell, ...]]:
     """Rows of a table for ordinates of one spectrum, with the same cells before and after each."""
     return [(*before, *map(cell, row), *after) for row in zip(*columns, strict=True)]
 
 
-def _tables(design: DesignFloorSpectra) -> list[Table]:
+def _tables(design: DesignFloorSpectra, names: tuple[str, str]) -> list[Table]:
     """All spectra as a tidy table, and of each its peak and zero-period acceleration."""
-    source = design.source
+    source, unit = design.source, design.source.unit
     columns = {"raw": design.computed, "broadened": design.psa}
     columns |= {name: design.at_design(values) for name, values in _statistics(design).items()}
     curves: list[tuple[Cell, ...]] = []
@@ -224,18 +259,18 @@ def _tables(design: DesignFloorSpectra) -> list[Table]:
         numbers = (source.stations[s].elevation, raw.max(), highest, design.psa[at].max())
         peaks.append((*labels, *map(cell, (*numbers, design.zpa[s, x], design.rigid[at]))))
     numbers_of_peaks = heads(
-        "elevation [m]; raw peak [m/s2]; frequency of the raw peak [Hz]; broadened peak [m/s2]; "
-        f"zero-period acceleration [m/s2]; {WITHIN}"
+        f"elevation [m]; raw peak [{unit}]; frequency of the raw peak [Hz]; broadened peak [{unit}]"
+        f"; zero-period acceleration [{unit}]; {WITHIN}"
     )
     return [
         Table(
-            "floor_spectra",
+            names[0],
             f"Floor response spectra; {design.broadening_text}",
-            (*LABELS, ("frequency", "Hz"), *((name, "m/s2") for name in columns)),
+            (*LABELS, ("frequency", "Hz"), *((name, unit) for name in columns)),
             tuple(curves),
         ),
         Table(
-            "floor_peaks",
+            names[1],
             "Peaks and zero-period accelerations of the floor response spectra",
             (*LABELS, *numbers_of_peaks),
             tuple(peaks),
@@ -243,7 +278,7 @@ def _tables(design: DesignFloorSpectra) -> list[Table]:
     ]
 
 
-def _statistics(design: DesignFloorSpectra) -> dict[str, FloatArray]:
+def _statistics(design: DesignFloorSpectra) -> dict[str, Array]:
     """Statistics over several motions, at the list of the source."""
     source = design.source
     if len(source.motions) == 1:
@@ -256,7 +291,7 @@ def floor_store(design: DesignFloorSpectra, inputs: str = "") -> xr.Dataset:
     """The products as a dataset, with the hash of what they were made from."""
     source = design.source
     curve = ("damping", "station", "direction")
-    si = {"units": "m/s2"}
+    si = {"units": source.unit}
     stations = source.stations
     variables: dict[str, tuple[Any, ...]] = {
         "raw": ((*curve, "frequency"), design.raw, si | {"long_name": "as computed"}),
@@ -329,7 +364,7 @@ def write_workbook(path: Path, design: DesignFloorSpectra) -> None:
 def _method_lines(design: DesignFloorSpectra) -> list[list[Cell]]:
     return [
         ["quantity", "pseudo-acceleration of floor response spectra"],
-        ["units", "accelerations in m/s2, frequencies in Hz, elevations in m"],
+        ["units", f"accelerations in {design.source.unit}, frequencies in Hz, elevations in m"],
         ["method", design.source.method],
         ["motions", design.motions_text],
         ["design", design.broadening_text],
@@ -351,7 +386,7 @@ def _sheet(book: Any, name: str, design: DesignFloorSpectra, building: str, x: i
         "floor": [station.label for station in stations],
         "points": ["; ".join(station.points) for station in stations],
         "elevation [m]": [cell(station.elevation) for station in stations],
-        "zero-period acceleration [m/s2]": [cell(design.zpa[s, x]) for s in numbers],
+        f"zero-period acceleration [{source.unit}]": [cell(design.zpa[s, x]) for s in numbers],
         WITHIN: [cell(design.rigid[d, s, x]) for s in numbers],
     }
     head: list[list[Cell]] = [
@@ -365,7 +400,7 @@ def _sheet(book: Any, name: str, design: DesignFloorSpectra, building: str, x: i
     ]
     for line in head:
         _append(sheet, line)
-    titles = [title for _ in numbers for title in ("raw [m/s2]", "broadened [m/s2]")]
+    titles = [f"{title} [{source.unit}]" for _ in numbers for title in ("raw", "broadened")]
     _append(sheet, ["frequency [Hz]", *titles], bold=True)
     # Frozen below the titles and right of the frequencies.
     sheet.freeze_panes = f"B{len(head) + 2}"

@@ -1,7 +1,5 @@
 """Off-screen scenes of a building from its store, without an X server, and figures made of them."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +13,7 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from impactfem.system.arrays import Array, Index
 
 # Else VTK looks for a display, or kills the process where there is none.
 os.environ.setdefault("VTK_DEFAULT_OPENGL_WINDOW", "vtkEGLRenderWindow")
@@ -232,7 +230,7 @@ def impact_view(building: xr.Dataset) -> tuple[float, float, float]:
     return (float(x), float(y), 0.7)
 
 
-def _chosen(store: xr.Dataset, names: str, part: str, family: str | None) -> NDArray[np.int64]:
+def _chosen(store: xr.Dataset, names: str, part: str, family: str | None) -> Index:
     wanted = np.array(
         [family is None or str(name).split("_")[0] == family for name in store[names].values],
         dtype=bool,

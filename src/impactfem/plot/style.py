@@ -3,8 +3,6 @@
 What is drawn by lines is SVG, whose text is text; fields are PNG.
 """
 
-from __future__ import annotations
-
 import html
 import io
 import re
@@ -17,11 +15,12 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
+from matplotlib.ticker import LogFormatter
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 from impactfem.plot.words import CAPTION, SEEN, Words, seen_in
+from impactfem.system.arrays import Array
 from impactfem.system.files import atomic
 
 DOTS = 200.0
@@ -84,6 +83,13 @@ def floor_looks(count: int) -> list[dict[str, Any]]:
     return ordered_looks(count)[::-1]
 
 
+class _Plain(LogFormatter):
+    """0.5, 2, 30 and not powers of ten, where a short logarithmic axis has such ticks."""
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        return f"{x:g}" if super().__call__(x, pos) else ""
+
+
 @contextmanager
 def figure(
     path: Path, panels: tuple[int, int], size: tuple[float, float], caption: str, seen: str = ""
@@ -91,12 +97,13 @@ def figure(
     """A figure with panels; it is written to `path` with its words when the block ends.
 
     Args:
-        path: An SVG file, for lines, or a PNG file, for fields.
+        path: An SVG file, for lines, or a PNG file, for fields; its folder is made.
         panels: Rows and columns.
         size: Width and height [inch].
         caption: What it shows; mathematics between $. It is not drawn.
         seen: What is seen, for those who do not; of panels with curves it is said from their data.
     """
+    path.parent.mkdir(parents=True, exist_ok=True)
     salt = {"svg.hashsalt": f"{path.stem} {caption}"}  # ids are those of one figure, in every run
     with mpl.rc_context(SETTINGS | salt):  # type: ignore[arg-type]
         # No pyplot: no global state, no display, nothing to close.
@@ -104,10 +111,10 @@ def figure(
         grid: Any = drawn.subplots(*panels, squeeze=False)
         axes: list[Axes] = list(grid.flat)
         yield drawn, axes
-        for panel in axes:
-            if panel.get_xscale() == "log":
-                # 0.5, 1, 10 and not powers of ten: these are frequencies.
-                panel.xaxis.set_major_formatter("{x:g}")
+        for axis in [axis for panel in axes for axis in (panel.xaxis, panel.yaxis)]:
+            if axis.get_scale() == "log":
+                axis.set_major_formatter("{x:g}")
+                axis.set_minor_formatter(_Plain())
         # Laid out once here: savefig would draw everything once more for it.
         drawn.get_layout_engine().execute(drawn)  # type: ignore[union-attr]
         drawn.set_layout_engine("none")
@@ -126,11 +133,7 @@ def _svg(drawn: Figure, words: Words) -> str:
     text = buffer.getvalue()
     said = "".join(
         f"<{tag}>{html.escape(one, quote=False)}</{tag}>"
-        for tag, one in (
-            ("title", words.title),
-            ("desc", words.seen),
-            ("metadata", words.caption),
-        )
+        for tag, one in (("title", words.title), ("desc", words.seen), ("metadata", words.caption))
     )
     text = re.sub(r"<metadata>.*?</metadata>", lambda _: said, text, count=1, flags=re.S)
     # Its style would be that of the whole page, as would the names of its groups.
@@ -142,10 +145,8 @@ def _svg(drawn: Figure, words: Words) -> str:
 
 
 def _shorter(tag: str) -> str:
-    """A tag with numbers to a hundredth of a point, of a long curve to a tenth.
-
-    Lines to points stand one after the other.
-    """
+    """A tag with numbers to a hundredth of a point, of a long curve to a tenth."""
+    # Lines to points stand one after the other.
     digits = 1 if len(tag) > CURVE else 2
     tag = _LONG.sub(lambda number: f"{float(number[0]):.{digits}f}".rstrip("0").rstrip("."), tag)
     tag = re.sub(r"\s*\n(?=[A-Za-z\"])", "", tag)
@@ -187,7 +188,7 @@ def letter(axes: Sequence[Axes]) -> None:
         panel.set_title(f"({name})", loc="left", fontsize=9.0)
 
 
-def span(panel: Axes, values: NDArray[np.float64]) -> None:
+def span(panel: Axes, values: Array) -> None:
     """Let the x-axis span ascending values; a single one keeps its own margins."""
     if values[0] < values[-1]:
         panel.set_xlim(values[0], values[-1])

@@ -4,8 +4,6 @@ In an SVG they are `<metadata>`, and `<title>` and `<desc>` for screen readers; 
 text chunks.
 """
 
-from __future__ import annotations
-
 import html
 import re
 from collections.abc import Sequence
@@ -42,8 +40,7 @@ class Words:
 def read_words(path: Path) -> Words:
     """The words in a figure's file, SVG or PNG; empty ones where it has none.
 
-    Raises:
-        ImpactfemError: It cannot be read.
+    ImpactfemError where it cannot be read.
     """
     try:
         if path.suffix == ".svg":

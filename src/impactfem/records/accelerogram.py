@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
-
-FloatArray = npt.NDArray[np.float64]
 
 STANDARD_GRAVITY = 9.80665  # m/s2, by definition
 
@@ -23,7 +21,7 @@ class Accelerogram:
     """
 
     time_step: float  #: h [s]
-    acceleration: FloatArray  #: samples at 0, h, 2h, ..., shape (n,), n >= 2 [m/s2]
+    acceleration: Array  #: samples at 0, h, 2h, ..., shape (n,), n >= 2 [m/s2]
     name: str = ""  #: in tables and figures
     origin: str = ""  #: where it comes from: a file, or how it was made
 
@@ -44,7 +42,7 @@ class Accelerogram:
         object.__setattr__(self, "acceleration", a)
 
     @property
-    def time(self) -> FloatArray:
+    def time(self) -> Array:
         """Times of the samples, shape (n,) [s]."""
         return np.asarray(np.arange(self.acceleration.size) * self.time_step, dtype=np.float64)
 
@@ -54,7 +52,7 @@ class Accelerogram:
         return (self.acceleration.size - 1) * self.time_step
 
     @property
-    def velocity(self) -> FloatArray:
+    def velocity(self) -> Array:
         """Ground velocity v_n+1 = v_n + h (a_n + a_n+1) / 2, shape (n,) [m/s].
 
         Exact for acceleration that is linear between the samples.
@@ -63,7 +61,7 @@ class Accelerogram:
         return _accumulated(0.5 * self.time_step * (a[:-1] + a[1:]))
 
     @property
-    def displacement(self) -> FloatArray:
+    def displacement(self) -> Array:
         """Ground displacement d_n+1 = d_n + h v_n + h² (2 a_n + a_n+1) / 6, shape (n,) [m].
 
         Exact for acceleration that is linear between the samples.
@@ -132,5 +130,5 @@ def measures(accelerogram: Accelerogram) -> Measures:
     )
 
 
-def _accumulated(increments: FloatArray) -> FloatArray:
+def _accumulated(increments: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(increments)])

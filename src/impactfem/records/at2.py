@@ -1,19 +1,16 @@
 """Accelerograms in the AT2 format of the PEER ground motion database."""
 
-from __future__ import annotations
-
 import math
 import re
 
 import numpy as np
 
 from impactfem.records.accelerogram import Accelerogram
-from impactfem.records.file import ACCELERATION_UNITS, Format, RecordFile, plain_unit
+from impactfem.records.file import ACCELERATION_UNITS, NUMBER, Format, RecordFile, plain_unit
 
-_FLOAT = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _UNITS = re.compile(r"units?\s+of\s+(.*?)[\s.,;]*(?:filter\s+points?\b.*)?$", re.IGNORECASE)
-_NAMED = re.compile(r"npts\s*=\s*(\d{1,9})\s*,?\s*dt\s*=\s*" + f"({_FLOAT})", re.IGNORECASE)
-_BARE = re.compile(r"\s*(\d{1,9})\s+" + rf"({_FLOAT})\s*,?\s*npts\s*,\s*dt\b", re.IGNORECASE)
+_NAMED = re.compile(r"npts\s*=\s*(\d{1,9})\s*,?\s*dt\s*=\s*" + f"({NUMBER})", re.IGNORECASE)
+_BARE = re.compile(r"\s*(\d{1,9})\s+" + rf"({NUMBER})\s*,?\s*npts\s*,\s*dt\b", re.IGNORECASE)
 _TOUCHING = re.compile(r"([\d.])([+-])")
 
 

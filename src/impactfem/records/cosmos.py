@@ -1,7 +1,5 @@
 """Accelerograms in the COSMOS strong-motion format, version 1.20: the V2c files of CESMD."""
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import replace
@@ -14,9 +12,9 @@ from impactfem.records.file import (
     Format,
     RecordFile,
     fixed_columns,
-    number,
     plain_unit,
     read_channel,
+    read_number,
 )
 
 _HEAD = re.compile(
@@ -92,10 +90,8 @@ def _fail(file: RecordFile, i: int, expected: str) -> NoReturn:
 
 
 def _header(file: RecordFile, start: int) -> tuple[Channel, int, int]:
-    """Read the header blocks of a channel, which begin at a line.
-
-    Gives the channel without its samples, the code of its unit, and the line behind.
-    """
+    """Read the header blocks of a channel, which begin at a line."""
+    # Gives the channel without its samples, the code of its unit, and the line behind.
     lines = file.lines
     head = _HEAD.match(lines[start])
     n_text = int(head[2]) if head else 0
@@ -135,7 +131,7 @@ def _values(file: RecordFile, i: int, kind: str) -> tuple[list[float], int]:
     values: list[float] = []
     for j in range(i + 1, i + 1 + n_lines):
         cells = fixed_columns(lines[j], width) if j < len(lines) else []
-        numbers = [value for value in map(number, cells) if value is not None]
+        numbers = [value for value in map(read_number, cells) if value is not None]
         if not cells or len(numbers) < len(cells):
             expected = f"expected {count} numbers of the {kind.lower()} header on {n_lines} lines"
             _fail(file, j, expected)

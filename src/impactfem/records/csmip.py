@@ -1,7 +1,5 @@
 """Accelerograms in the CSMIP volume 2 format: the V2 files of CESMD."""
 
-from __future__ import annotations
-
 import re
 
 from impactfem.records.accelerogram import Accelerogram
@@ -10,9 +8,9 @@ from impactfem.records.file import (
     Channel,
     Format,
     RecordFile,
-    number,
     plain_unit,
     read_channel,
+    read_number,
 )
 
 HEADER_LINES = 45  # 25 of text, 7 of integers, 13 of real numbers
@@ -51,7 +49,7 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
         if match is None or not match[2].lower().startswith("acc"):
             line, text = (begin + 1, lines[begin].strip()) if begin < len(lines) else (None, None)
             file.fail(line, text, f"the header ends otherwise; {file.expected}")
-        step, factor = number(match[3]), ACCELERATION_UNITS.get(plain_unit(match[4]))
+        step, factor = read_number(match[3]), ACCELERATION_UNITS.get(plain_unit(match[4]))
         if step is None or step <= 0.0:
             file.note(begin + 1, match[3], "expected a time step in seconds")
         if factor is None:

@@ -1,7 +1,5 @@
 """Accelerograms as CSV: a column of time and one or more of acceleration, units in the header."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence
@@ -15,8 +13,8 @@ from impactfem.records.file import (
     TIME_UNITS,
     Format,
     RecordFile,
-    number,
     plain_unit,
+    read_number,
     same_name,
 )
 from impactfem.system.files import wrong_separators
@@ -141,7 +139,7 @@ def _row(file: RecordFile, line_number: int, line: str, names: Sequence[str]) ->
         return None
     values = []
     for name, cell in zip(names, cells, strict=True):
-        value = number(cell)
+        value = read_number(cell)
         if value is None:
             expected = f"expected a finite number as the {name}, without unit"
             file.note(line_number, cell, expected)

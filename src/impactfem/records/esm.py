@@ -1,13 +1,11 @@
 """Accelerograms in the ASCII format of ESM and ITACA, the European and Italian databases."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np
 
 from impactfem.records.accelerogram import Accelerogram
-from impactfem.records.file import ACCELERATION_UNITS, Format, RecordFile, number, plain_unit
+from impactfem.records.file import ACCELERATION_UNITS, Format, RecordFile, plain_unit, read_number
 
 HEADER_LINES = 64  # of the header format DYNA 1.2
 
@@ -65,7 +63,7 @@ def _positive(
         file.note(None, None, f"the header has no {key}; expected {what}")
         return None
     line, text = header[key]
-    value = number(text)
+    value = read_number(text)
     if value is None or value <= 0.0:
         file.note(line, text, f"expected {what} as {key}, positive")
         return None

@@ -1,7 +1,5 @@
 """What the readers of records share: lines and faults of a file, channels, units, numbers."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Iterable, Sequence
@@ -34,7 +32,7 @@ ACCELERATION_UNITS = {
 }
 TIME_UNITS = {"s": 1.0, "ms": 0.001, "min": 60.0}
 
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 
 
 def plain_unit(text: str) -> str:
@@ -46,9 +44,9 @@ def plain_unit(text: str) -> str:
     return re.sub(r"[\s.*·]s-2$", "/s2", unit)
 
 
-def number(text: str) -> float | None:
+def read_number(text: str) -> float | None:
     """Read a plain finite decimal number; None for all else (``nan``, ``1_000``, ``1e999``)."""
-    value = float(text) if _NUMBER.fullmatch(text) else math.nan
+    value = float(text) if re.fullmatch(NUMBER, text.strip()) else math.nan
     return value if math.isfinite(value) else None
 
 
@@ -99,7 +97,7 @@ class RecordFile:
         lines: Iterable[int],
         cells: Callable[[str], Iterable[str]],
         expected: str,
-        read: Callable[[str], float | None] = number,
+        read: Callable[[str], float | None] = read_number,
     ) -> list[float]:
         """The numbers in the cells of lines, counted from 0; cells that hold none are noted."""
         samples = []
@@ -151,7 +149,7 @@ class RecordFile:
         Nothing is compared where the header has no number or zero; `rounding` is that of the
         header's, in addition to 1 % of the peak.
         """
-        value = number(announced)
+        value = read_number(announced)
         if value and abs(peak - abs(value)) > _PEAK_TOLERANCE * peak + rounding:
             text = f"warning: %s: the largest sample is %.6g {unit}, the header has %.6g {unit}"
             LOGGER.warning(text, self.path, peak, value)

@@ -1,7 +1,5 @@
 """Accelerograms in the ASCII format of K-NET and KiK-net, the Japanese networks of NIED."""
 
-from __future__ import annotations
-
 import math
 import re
 from contextlib import suppress
@@ -10,7 +8,7 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from impactfem.records.accelerogram import Accelerogram
-from impactfem.records.file import Format, RecordFile, number
+from impactfem.records.file import Format, RecordFile, read_number
 from impactfem.system.log import LOGGER
 
 HEADER_LINES = 17
@@ -57,7 +55,7 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     scale = _SCALE.fullmatch(value[13])
     if scale is None or not all(0.0 < float(scale[k]) < math.inf for k in (1, 2)):
         file.note(14, value[13], "expected the scale factor in gal, '3920(gal)/6182761'")
-    duration = number(value[11])
+    duration = read_number(value[11])
     if duration is None or duration <= 0.0:
         file.note(12, value[11], "expected the duration in seconds")
     samples = file.samples(

@@ -33,8 +33,6 @@ reaches an end of the list has no known width and is not reduced; nothing is red
 zero-period acceleration. The reduced peak is flat, the spectrum elsewhere is unchanged.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -43,12 +41,12 @@ import numpy.typing as npt
 
 from impactfem.spectra.frequency_list import (
     SAME,
-    FloatArray,
     checked_frequency,
     checked_values,
     interpolate_frequency,
     merged_frequencies,
 )
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 
 Ratio = float | tuple[float, float]
@@ -62,7 +60,7 @@ def broaden(
     values: npt.ArrayLike,
     ratio: Ratio = 0.15,
     wanted: npt.ArrayLike | None = None,
-) -> FloatArray:
+) -> Array:
     """Broaden spectra by (1).
 
     Args:
@@ -102,7 +100,7 @@ def corner_frequencies(
     frequency: npt.ArrayLike,
     curves: Sequence[tuple[npt.ArrayLike, npt.ArrayLike]],
     ratio: Ratio = 0.15,
-) -> FloatArray:
+) -> Array:
     """Find the frequencies at which broadened spectra must be given in addition to their list.
 
     Plateaus begin and end between listed frequencies. Candidates are the frequencies of the spectra
@@ -178,7 +176,7 @@ class ClippedPeak:
 
 def clip_peaks(
     frequency: npt.ArrayLike, values: npt.ArrayLike, zpa: float = 0.0
-) -> tuple[FloatArray, FloatArray, tuple[ClippedPeak, ...]]:
+) -> tuple[Array, Array, tuple[ClippedPeak, ...]]:
     """Reduce the narrow peaks of one spectrum.
 
     Args:
@@ -226,14 +224,14 @@ def clip_peaks(
     return frequencies, ordinates[unique], tuple(sorted(peaks, key=lambda peak: peak.frequency))
 
 
-def _range(s: FloatArray, k: int, level: float) -> slice | None:
+def _range(s: Array, k: int, level: float) -> slice | None:
     """The listed frequencies around k with ordinates above a level; None at an end of the list."""
     below = np.flatnonzero(s <= level)
     left, right = below[below < k], below[below > k]
     return slice(int(left[-1]) + 1, int(right[0])) if left.size and right.size else None
 
 
-def _crossing(f: FloatArray, s: FloatArray, k: int, level: float) -> float:
+def _crossing(f: Array, s: Array, k: int, level: float) -> float:
     """Where the spectrum between f_k and f_k+1 is at the level, as it is interpolated."""
     a, b = float(s[k]), float(s[k + 1])
     logarithmic = a > 0.0 and b > 0.0
@@ -253,7 +251,7 @@ def rigid_frequency(
     values: npt.ArrayLike,
     zpa: npt.ArrayLike,
     tolerance: float = ZPA_TOLERANCE,
-) -> FloatArray:
+) -> Array:
     """Find the listed frequency from which on spectra stay at the zero-period acceleration.
 
     Args:

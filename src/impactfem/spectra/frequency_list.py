@@ -13,17 +13,14 @@ A spectrum that is zero has no logarithm: where an ordinate at either side is ze
 taken linear over the same abscissa. Nothing is extrapolated.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
-
-FloatArray = npt.NDArray[np.float64]
 
 RG_1_122_INTERVALS: tuple[tuple[float, float], ...] = (
     (3.0, 0.10),
@@ -40,7 +37,7 @@ RG_1_122_START = 0.2
 SAME = 1e-9  # frequencies closer than this, relatively, are one
 
 
-def logarithmic_frequencies(minimum: float, maximum: float, per_decade: int = 100) -> FloatArray:
+def logarithmic_frequencies(minimum: float, maximum: float, per_decade: int = 100) -> Array:
     """List frequencies that are equidistant on a logarithmic axis.
 
     They go from a positive minimum to a maximum [Hz]. There are at least so many intervals in each
@@ -61,7 +58,7 @@ def logarithmic_frequencies(minimum: float, maximum: float, per_decade: int = 10
     return np.asarray(frequencies, dtype=np.float64)
 
 
-def rg_1_122_frequencies(maximum: float | None = None, per_decade: int = 100) -> FloatArray:
+def rg_1_122_frequencies(maximum: float | None = None, per_decade: int = 100) -> Array:
     """List the frequencies of Regulatory Guide 1.122, and go on above them on request.
 
     The 75 frequencies of US NRC Regulatory Guide 1.122, revision 1 (1978), table 1, which ASME III,
@@ -87,7 +84,7 @@ def rg_1_122_frequencies(maximum: float | None = None, per_decade: int = 100) ->
     return np.append(listed, logarithmic_frequencies(start, maximum, per_decade)[1:])
 
 
-def merged_frequencies(*lists: npt.ArrayLike) -> FloatArray:
+def merged_frequencies(*lists: npt.ArrayLike) -> Array:
     """Merge lists of frequencies in any order [Hz]; equal ones, to 1e-9, are taken once.
 
     The list ascends, shape (n,) [Hz]; none, or one that is not positive and finite, is refused.
@@ -101,7 +98,7 @@ def merged_frequencies(*lists: npt.ArrayLike) -> FloatArray:
 
 def interpolate_frequency(
     frequency: npt.ArrayLike, values: npt.ArrayLike, wanted: npt.ArrayLike
-) -> FloatArray:
+) -> Array:
     """Interpolate spectra by (1).
 
     Args:
@@ -133,7 +130,7 @@ def interpolate_frequency(
 
 def interpolate_damping(
     damping: npt.ArrayLike, values: npt.ArrayLike, wanted: npt.ArrayLike
-) -> FloatArray:
+) -> Array:
     """Interpolate a family of spectra by (2), one damping for each of its frequencies.
 
     Args:
@@ -170,7 +167,7 @@ def interpolate_damping(
 
 def at_common_frequencies(
     curves: Sequence[tuple[npt.ArrayLike, npt.ArrayLike]],
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Array, Array]:
     """Bring spectra on different lists to one list.
 
     Args:
@@ -196,7 +193,7 @@ def at_common_frequencies(
     return common, np.stack(values)
 
 
-def checked_frequency(frequency: npt.ArrayLike) -> FloatArray:
+def checked_frequency(frequency: npt.ArrayLike) -> Array:
     """A list of frequencies [Hz] as an array; refused unless positive and ascending."""
     f = np.atleast_1d(np.asarray(frequency, dtype=np.float64))
     good = f.ndim == 1 and f.size > 0 and np.all(np.isfinite(f)) and f[0] > 0.0
@@ -205,7 +202,7 @@ def checked_frequency(frequency: npt.ArrayLike) -> FloatArray:
     return f
 
 
-def checked_values(values: npt.ArrayLike, count: int) -> FloatArray:
+def checked_values(values: npt.ArrayLike, count: int) -> Array:
     """Ordinates as an array; refused unless `count` in a row, finite, not negative."""
     s = np.asarray(values, dtype=np.float64)
     if s.ndim == 0 or s.shape[-1] != count:
@@ -217,7 +214,7 @@ def checked_values(values: npt.ArrayLike, count: int) -> FloatArray:
     return s
 
 
-def _blend(left: FloatArray, right: FloatArray, weight: FloatArray) -> FloatArray:
+def _blend(left: Array, right: Array, weight: Array) -> Array:
     """Blend linearly in the logarithm, or in the value where one of the two is zero."""
     positive = (left > 0.0) & (right > 0.0)
     safe_left, safe_right = np.where(positive, left, 1.0), np.where(positive, right, 1.0)

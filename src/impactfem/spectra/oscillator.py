@@ -24,8 +24,6 @@ coupled complex form. The form matters: the two-term recurrence in x alone loses
 1/(ωh)² of accuracy, this one loses nothing as ωh → 0.
 """
 
-from __future__ import annotations
-
 import cmath
 from dataclasses import dataclass
 
@@ -33,10 +31,8 @@ import numpy as np
 import numpy.typing as npt
 from numba import njit
 
+from impactfem.system.arrays import Array, Complex
 from impactfem.system.errors import ImpactfemError
-
-FloatArray = npt.NDArray[np.float64]
-ComplexArray = npt.NDArray[np.complex128]
 
 _SERIES_RADIUS = 1.0
 _SERIES_TERMS = 20  # 1 / 21! is below the round-off of the sum for |y| <= 1
@@ -46,17 +42,17 @@ _SERIES_TERMS = 20  # 1 / 21! is below the round-off of the sum for |y| <= 1
 class StepCoefficients:
     """The coefficients of equations (2) to (4), one entry an oscillator."""
 
-    omega: FloatArray  #: circular frequency ω, shape (n,) [rad/s]
-    xi: FloatArray  #: damping ratio ξ, shape (n,) [-]
-    omega_d: FloatArray  #: damped circular frequency ω_d, shape (n,) [rad/s]
+    omega: Array  #: circular frequency ω, shape (n,) [rad/s]
+    xi: Array  #: damping ratio ξ, shape (n,) [-]
+    omega_d: Array  #: damped circular frequency ω_d, shape (n,) [rad/s]
     time_step: float  #: step h [s]
-    rate: ComplexArray  #: λ, shape (n,) [1/s]
-    propagator: ComplexArray  #: e^(λh), shape (n,) [-]
-    input_gain: ComplexArray  #: -h φ1², what a sample adds to the shifted state, shape (n,) [s]
-    feedthrough: ComplexArray  #: -h φ2, so that z_n = w_n + feedthrough a_n, shape (n,) [s]
+    rate: Complex  #: λ, shape (n,) [1/s]
+    propagator: Complex  #: e^(λh), shape (n,) [-]
+    input_gain: Complex  #: -h φ1², what a sample adds to the shifted state, shape (n,) [s]
+    feedthrough: Complex  #: -h φ2, so that z_n = w_n + feedthrough a_n, shape (n,) [s]
 
     @property
-    def acceleration_gain(self) -> ComplexArray:
+    def acceleration_gain(self) -> Complex:
         """G with absolute acceleration x'' + a = Re(G z), shape (n,) [1/s].
 
         From (1), x'' + a = -2ξω x' - ω² x; with (2) that is
@@ -138,12 +134,12 @@ def phi(y: complex, order: int) -> complex:
 class OscillatorResponse:
     """Histories of oscillators at the samples of the record, at rest before its first sample."""
 
-    time: FloatArray  #: shape (n,) [s], from 0
-    frequency: FloatArray  #: shape (n_f,) [Hz]
-    damping: FloatArray  #: shape (n_d,) [-]
-    relative_displacement: FloatArray  #: x, shape (n_d, n_f, n) [m]
-    relative_velocity: FloatArray  #: x', shape (n_d, n_f, n) [m/s]
-    absolute_acceleration: FloatArray  #: x'' + a, shape (n_d, n_f, n) [m/s2]
+    time: Array  #: shape (n,) [s], from 0
+    frequency: Array  #: shape (n_f,) [Hz]
+    damping: Array  #: shape (n_d,) [-]
+    relative_displacement: Array  #: x, shape (n_d, n_f, n) [m]
+    relative_velocity: Array  #: x', shape (n_d, n_f, n) [m/s]
+    absolute_acceleration: Array  #: x'' + a, shape (n_d, n_f, n) [m/s2]
 
 
 def oscillator_response(
@@ -187,9 +183,7 @@ def oscillator_response(
 
 
 @njit(nogil=True, cache=True)
-def _states(
-    a: FloatArray, propagator: ComplexArray, gain: ComplexArray, feedthrough: ComplexArray
-) -> ComplexArray:
+def _states(a: Array, propagator: Complex, gain: Complex, feedthrough: Complex) -> Complex:
     z = np.empty((propagator.size, a.size), dtype=np.complex128)
     for o in range(propagator.size):
         w = -feedthrough[o] * a[0]

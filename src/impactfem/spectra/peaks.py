@@ -21,8 +21,6 @@ The zeros of (4) are known in closed form; between two of them f' is monotonic a
 zero, which is bracketed and found by bisection and Newton's method.
 """
 
-from __future__ import annotations
-
 import cmath
 import math
 from concurrent.futures import ThreadPoolExecutor
@@ -31,7 +29,8 @@ from itertools import pairwise
 import numpy as np
 from numba import njit
 
-from impactfem.spectra.oscillator import ComplexArray, FloatArray, StepCoefficients, phi
+from impactfem.spectra.oscillator import StepCoefficients, phi
+from impactfem.system.arrays import Array, Complex
 from impactfem.system.errors import ImpactfemError
 
 # Oscillators in one block: 13 rows of so many doubles stay in a first-level cache of 32 KiB.
@@ -42,12 +41,8 @@ _FUSED = {"contract"}
 
 
 def peak_responses(
-    acceleration: FloatArray,
-    coefficients: StepCoefficients,
-    *,
-    threads: int = 1,
-    absolute: bool = True,
-) -> tuple[FloatArray, FloatArray]:
+    acceleration: Array, coefficients: StepCoefficients, *, threads: int = 1, absolute: bool = True
+) -> tuple[Array, Array]:
     """Find the largest relative displacement and absolute acceleration of every oscillator.
 
     The peaks are those at the samples, and those of the free vibration after the last sample
@@ -103,7 +98,7 @@ def peak_responses(
     return sd, np.maximum(peaks[1], free_vibration_peak(z, c.rate, c.acceleration_gain))
 
 
-def free_vibration_peak(z: ComplexArray, rate: ComplexArray, gain: ComplexArray) -> FloatArray:
+def free_vibration_peak(z: Complex, rate: Complex, gain: Complex) -> Array:
     """Exact maximum of |Re(G z e^(λt))| at a stationary point t >= 0, in the unit of G z.
 
     The derivative Re(Gλ z e^(λt)) first vanishes when its phase reaches π/2 modulo π; later maxima
@@ -116,9 +111,7 @@ def free_vibration_peak(z: ComplexArray, rate: ComplexArray, gain: ComplexArray)
 
 
 @njit(nogil=True, cache=True, fastmath=_FUSED)
-def displacement_kernel(
-    acceleration: FloatArray, rows: FloatArray, state: FloatArray, peaks: FloatArray
-) -> None:
+def displacement_kernel(acceleration: Array, rows: Array, state: Array, peaks: Array) -> None:
     """Find max |Im z| at the samples of each record.
 
     Args:
@@ -162,9 +155,7 @@ def displacement_kernel(
 
 
 @njit(nogil=True, cache=True, fastmath=_FUSED)
-def both_kernel(
-    acceleration: FloatArray, rows: FloatArray, state: FloatArray, peaks: FloatArray
-) -> None:
+def both_kernel(acceleration: Array, rows: Array, state: Array, peaks: Array) -> None:
     """Find max |Im z| and max |Re(G z)| at the samples of each record.
 
     Args:
@@ -221,8 +212,8 @@ def _larger(value: float, peak: float) -> float:
 
 
 def in_step_peak_responses(
-    acceleration: FloatArray, coefficients: StepCoefficients
-) -> tuple[FloatArray, FloatArray]:
+    acceleration: Array, coefficients: StepCoefficients
+) -> tuple[Array, Array]:
     """Peaks of relative displacement and absolute acceleration, between the samples as well.
 
     Exact for an input that is linear between its samples, over the steps and in the free vibration
@@ -250,15 +241,15 @@ def in_step_peak_responses(
 
 @njit(nogil=True, cache=True)
 def _in_step_kernel(
-    acceleration: FloatArray,
+    acceleration: Array,
     h: float,
-    rate: ComplexArray,
-    propagator: ComplexArray,
-    input_gain: ComplexArray,
-    feedthrough: ComplexArray,
-    gains: ComplexArray,
-    peaks: FloatArray,
-    end: ComplexArray,
+    rate: Complex,
+    propagator: Complex,
+    input_gain: Complex,
+    feedthrough: Complex,
+    gains: Complex,
+    peaks: Array,
+    end: Complex,
 ) -> None:
     n_records, n = acceleration.shape
     for record in range(n_records):

@@ -21,7 +21,7 @@ from impactfem.spectra.design import (
     rigid_frequency,
     sides,
 )
-from impactfem.spectra.frequency_list import FloatArray, checked_frequency, checked_values
+from impactfem.spectra.frequency_list import checked_frequency, checked_values
 from impactfem.spectra.statistics import (
     STATISTICS,
     Statistic,
@@ -29,6 +29,7 @@ from impactfem.spectra.statistics import (
     over_members,
     statistic_words,
 )
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 
 AXES = ("motion", "damping", "station", "direction", "frequency")
@@ -53,14 +54,16 @@ class Station:
 class FloorSpectrumSet:
     """Computed floor response spectra with everything that says what they are."""
 
-    frequency: FloatArray  #: ascending, shape (n_f,) [Hz]
-    damping: FloatArray  #: damping ratios of the oscillators, shape (n_d,) [-]
+    frequency: Array  #: ascending, shape (n_f,) [Hz]
+    damping: Array  #: damping ratios of the oscillators, shape (n_d,) [-]
     stations: tuple[Station, ...]  #: n_s places
-    directions: tuple[str, ...]  #: n_x names, "x", "y" or "z"
-    #: pseudo-acceleration, shape (n_m, n_d, n_s, n_x, n_f) [m/s2], one for each motion
-    psa: FloatArray
-    #: zero-period acceleration, the largest acceleration of the floor, shape (n_m, n_s, n_x) [m/s2]
-    zpa: FloatArray
+    #: n_x names, "x", "y" or "z"; or "rx", "ry" or "rz", of rotations about these axes
+    directions: tuple[str, ...]
+    #: pseudo-acceleration, shape (n_m, n_d, n_s, n_x, n_f) [m/s2, rad/s2], one for each motion
+    psa: Array
+    #: zero-period acceleration, the largest acceleration of the floor, shape (n_m, n_s, n_x)
+    #: [m/s2, rad/s2]
+    zpa: Array
     motions: tuple[str, ...]  #: names of the n_m motions
     title: str  #: of the case
     method: str  #: how they were computed, in words
@@ -77,8 +80,18 @@ class FloorSpectrumSet:
                 f"spectra over {', '.join(AXES)} need shape {expected} and at least one of each, "
                 f"got {self.psa.shape} with zero-period accelerations {self.zpa.shape}"
             )
+        if len({name.startswith("r") for name in self.directions}) > 1:
+            raise ImpactfemError(
+                f"spectra of {', '.join(self.directions)}: translations and rotations have units of"
+                " their own; expected the ones or the others"
+            )
 
-    def over_motions(self, statistic: Statistic) -> tuple[FloatArray, FloatArray]:
+    @property
+    def unit(self) -> str:
+        """Of the accelerations: m/s2, or rad/s2 of rotations."""
+        return "rad/s2" if self.directions[0].startswith("r") else "m/s2"
+
+    def over_motions(self, statistic: Statistic) -> tuple[Array, Array]:
         """Pseudo- and zero-period acceleration of a statistic over the motions [m/s2].
 
         Their shapes are (n_d, n_s, n_x, n_f) and (n_s, n_x).
@@ -160,14 +173,14 @@ class DesignFloorSpectra:
 
     source: FloorSpectrumSet  #: the computed spectra of each motion
     #: ascending, shape (n,) [Hz]: the list of the source, and the corners of plateaus
-    frequency: FloatArray
-    psa: FloatArray  #: broadened pseudo-acceleration, shape (n_d, n_s, n_x, n) [m/s2]
+    frequency: Array
+    psa: Array  #: broadened pseudo-acceleration, shape (n_d, n_s, n_x, n) [m/s2]
     #: the statistic over the motions, at the list of the source, shape (n_d, n_s, n_x, n_f) [m/s2]
-    raw: FloatArray
-    zpa: FloatArray  #: the same statistic of the zero-period acceleration, shape (n_s, n_x) [m/s2]
+    raw: Array
+    zpa: Array  #: the same statistic of the zero-period acceleration, shape (n_s, n_x) [m/s2]
     #: frequency from which on `raw` stays within 5 % of `zpa`, shape (n_d, n_s, n_x) [Hz]; nan
     #: where the list ends before
-    rigid: FloatArray
+    rigid: Array
     broadening: tuple[float, float]  #: l and u [-]
     clipping: bool  #: whether narrow peaks were to be reduced
     #: the peaks that were, by damping, station and direction
@@ -200,11 +213,11 @@ class DesignFloorSpectra:
         return text
 
     @property
-    def computed(self) -> FloatArray:
+    def computed(self) -> Array:
         """``raw`` at the design frequencies, nan at those that were not computed."""
         return self.at_design(self.raw)
 
-    def at_design(self, values: FloatArray) -> FloatArray:
+    def at_design(self, values: Array) -> Array:
         """Spread values at the list of the source, shape (..., n_f), over the design frequencies.
 
         The result has shape (..., n), nan at the frequencies that are not in the list of the

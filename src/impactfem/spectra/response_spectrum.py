@@ -1,7 +1,5 @@
 """Response spectra of many records at once, with a bound of what their samples lose."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -10,8 +8,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy import fft
 
-from impactfem.spectra.oscillator import FloatArray, step_coefficients
+from impactfem.spectra.oscillator import step_coefficients
 from impactfem.spectra.peaks import in_step_peak_responses, peak_responses
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 
 
@@ -24,7 +23,7 @@ def upsampling_factor(time_step: float, frequency: float, points_per_cycle: floa
     return max(1, math.ceil(points_per_cycle * frequency * time_step * (1.0 - 1e-12)))
 
 
-def upsample(acceleration: FloatArray, factor: int) -> FloatArray:
+def upsample(acceleration: Array, factor: int) -> Array:
     """Insert factor - 1 band-limited samples between the samples of each record.
 
     The discrete spectrum is continued by zeros, which interpolates by the periodic sinc function.
@@ -58,7 +57,7 @@ def upsample(acceleration: FloatArray, factor: int) -> FloatArray:
     return fine
 
 
-def sampling_loss(points_per_cycle: npt.ArrayLike) -> npt.NDArray[np.float64]:
+def sampling_loss(points_per_cycle: npt.ArrayLike) -> Array:
     """Bound of the relative loss of a peak that is read at n samples in a cycle.
 
     Let the base's motion hold nothing above a frequency f, of which n = 1 / (f Δt) samples make a
@@ -91,17 +90,17 @@ _LONGEST_RECORD = 2**27  # samples of one upsampled record: 1 GiB, and more whil
 class ResponseSpectra:
     """Spectra of n_r records at n_d dampings and n_f frequencies, and how well they are sampled."""
 
-    frequency: FloatArray  #: shape (n_f,) [Hz]
-    damping: FloatArray  #: shape (n_d,) [-]
-    sd: FloatArray  #: relative displacement max |x|, shape (n_d, n_r, n_f) [m]
-    psv: FloatArray  #: pseudo-velocity ω Sd, shape (n_d, n_r, n_f) [m/s]
-    psa: FloatArray  #: pseudo-acceleration ω² Sd, shape (n_d, n_r, n_f) [m/s2]
-    sa: FloatArray  #: absolute acceleration max |x'' + a|, shape (n_d, n_r, n_f) [m/s2]
+    frequency: Array  #: shape (n_f,) [Hz]
+    damping: Array  #: shape (n_d,) [-]
+    sd: Array  #: relative displacement max |x|, shape (n_d, n_r, n_f) [m]
+    psv: Array  #: pseudo-velocity ω Sd, shape (n_d, n_r, n_f) [m/s]
+    psa: Array  #: pseudo-acceleration ω² Sd, shape (n_d, n_r, n_f) [m/s2]
+    sa: Array  #: absolute acceleration max |x'' + a|, shape (n_d, n_r, n_f) [m/s2]
     #: zero-period acceleration, the largest |a| of the samples given, shape (n_r,) [m/s2]
-    zpa: FloatArray
+    zpa: Array
     #: the same of the series that the oscillators saw, shape (n_r,) [m/s2]: the limit of `sa` and
     #: `psa` at high frequency. Equal to `zpa` when nothing was upsampled
-    zpa_interpolated: FloatArray
+    zpa_interpolated: Array
     method: Method  #: "upsampled" or "in-step"
     #: How many new steps an old one was cut into; 1 when none was needed [-].
     upsampling_factor: int
@@ -216,7 +215,7 @@ def response_spectra(
     )
 
 
-def _records(acceleration: npt.ArrayLike) -> FloatArray:
+def _records(acceleration: npt.ArrayLike) -> Array:
     """Records in rows, shape (n_r, n)."""
     a = np.ascontiguousarray(np.atleast_2d(np.asarray(acceleration, dtype=np.float64)))
     if a.ndim != 2 or a.shape[0] < 1 or a.shape[1] < 2:

@@ -20,15 +20,13 @@ many factors, and smoother for few motions, but not where impacts happen in some
 others.
 """
 
-from __future__ import annotations
-
 from statistics import NormalDist
 from typing import Literal, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.spectra.frequency_list import FloatArray
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 
 FractileMethod = Literal["empirical", "lognormal"]
@@ -47,7 +45,7 @@ P84 = 0.84
 
 def fractile(
     values: npt.ArrayLike, probability: float, method: FractileMethod = "empirical"
-) -> FloatArray:
+) -> Array:
     """Take a fractile over the first axis of values, shape (n, ...), n >= 1, by (1) or (2).
 
     Its probability p is between 0 and 1 [-], 0.5 the median. A lognormal fractile needs two values
@@ -69,7 +67,7 @@ def fractile(
     return np.asarray(np.exp(logs.mean(axis=0) + z * logs.std(axis=0, ddof=1)))
 
 
-def combine(values: npt.ArrayLike, statistic: Statistic) -> FloatArray:
+def combine(values: npt.ArrayLike, statistic: Statistic) -> Array:
     """Envelope, mean or empirical fractile over the first axis, shape (n, ...), n >= 1."""
     if not isinstance(statistic, str):
         return fractile(values, statistic)
@@ -81,7 +79,7 @@ def combine(values: npt.ArrayLike, statistic: Statistic) -> FloatArray:
     return np.asarray(array.max(axis=0) if statistic == "envelope" else array.mean(axis=0))
 
 
-def over_members(values: npt.ArrayLike, name: str) -> FloatArray:
+def over_members(values: npt.ArrayLike, name: str) -> Array:
     """Take a statistic of an ensemble, one of `STATISTICS`, over the first axis.
 
     The values have shape (n_members, ...) and are above zero for "p84_lognormal"; an unknown name
@@ -97,7 +95,7 @@ def over_members(values: npt.ArrayLike, name: str) -> FloatArray:
     return combine(values, named[name])
 
 
-def _sample(values: npt.ArrayLike) -> FloatArray:
+def _sample(values: npt.ArrayLike) -> Array:
     """Values over the first axis, at least one."""
     array = np.atleast_1d(np.asarray(values, dtype=np.float64))
     if array.shape[0] == 0:

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
-import scipy.optimize
-from numpy.typing import NDArray
 
 from impactfem.sticks.modes import FAMILIES
 from impactfem.sticks.stick import Stick
-from impactfem.system.errors import ImpactfemError, SolutionError
-
-Array = NDArray[np.float64]
+from impactfem.system.arrays import Array
+from impactfem.system.errors import ImpactfemError
+from impactfem.system.least_squares import minima, starts_within
 
 
 @dataclass(frozen=True)
@@ -171,38 +169,17 @@ def calibrate(
         root = float(np.clip(w_f @ ratio / (ratio @ ratio), *np.sqrt(bounds.factor)))
         return root * unit.frequency, unit.effective_mass, root**2
 
-    def cost(x: Array) -> float:
+    def errors(x: Array) -> Array:
         frequency, mass, _ = evaluate(x)
-        errors = np.append(w_f * (frequency / f_target - 1), w_m * (mass / m_target - 1))
-        return 0.5 * float(errors @ errors)
+        return np.append(w_f * (frequency / f_target - 1), w_m * (mass / m_target - 1))
 
-    def excess(x: Array) -> float:
-        """What the storey heights are more than the total height [m]."""
-        return float(np.sum(x[:-1]) - (bounds.height - low[~free].sum()))
-
-    # Nothing to keep where no height is free.
-    slope = np.append(np.ones(int(free.sum())), 0.0)
-    kept = [{"type": "eq", "fun": excess, "jac": lambda x: slope}] if free.any() else []
-    limits = [*zip(low[free], high[free], strict=True), (0.0, 1.0)]
+    # The heights keep their sum; nothing is to be kept where none is free.
+    kept = np.append(np.ones(int(free.sum())), 0.0), float(bounds.height - low[~free].sum())
+    least, most = np.append(low[free], 0.0), np.append(high[free], 1.0)
     # The first start, moved into the bounds, and others drawn inside them.
     split = start.below / depth if depth > 0.0 else 0.5
-    candidates = [np.append(np.clip(start.heights, low, high)[free], split)]
-    rng, span = np.random.default_rng(seed), np.array(limits)
-    candidates += [rng.uniform(span[:, 0], span[:, 1]) for _ in range(starts - 1)]
-    best: scipy.optimize.OptimizeResult | None = None
-    for x0 in candidates:
-        result = scipy.optimize.minimize(
-            cost,
-            x0,
-            method="SLSQP",
-            bounds=limits,
-            constraints=kept,
-            options={"ftol": 1e-10, "maxiter": 200},
-        )
-        met = not kept or abs(excess(result.x)) < 1e-6
-        if met and np.isfinite(result.fun) and (best is None or result.fun < best.fun):
-            best = result
-    if best is None:
-        raise SolutionError(f"the calibration of the sticks found no result from {starts} starts")
+    first = np.append(np.clip(start.heights, low, high)[free], split)
+    drawn = starts_within(first, least, most, starts, seed)
+    best = minima(errors, drawn, least, most, total=kept)[0]
     frequency, mass, factor = evaluate(best.x)
     return Calibration(parameters(best.x, factor), tuple(targets), frequency, mass)

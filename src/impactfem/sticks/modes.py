@@ -6,13 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from impactfem.sticks.stick import Stick
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
-
-Array = NDArray[np.float64]
 
 FAMILIES = {"x": (0, 4), "y": (1, 3), "z": (2,), "rz": (5,)}
 """Components of a family: "y" is bending about e_x, which moves along y."""
@@ -34,7 +32,7 @@ class Modes:
         """Effective modal masses and inertias Γ², shape (6, n_modes) [kg, kg m2]."""
         return self.participation**2
 
-    def of_family(self, family: str) -> NDArray[np.int64]:
+    def of_family(self, family: str) -> Index:
         """Indices of the modes of one family, in natural order."""
         return np.array([i for i, name in enumerate(self.family) if name == family], dtype=np.int64)
 

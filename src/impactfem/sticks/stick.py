@@ -9,13 +9,12 @@ from itertools import pairwise
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
 from impactfem.dynamics.damping import UNDAMPED, DampingLaw, Rayleigh
+from impactfem.dynamics.soil import Soil
 from impactfem.sticks.element import Section, rigid_link, storey_stiffness
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import ImpactfemError
-
-Array = NDArray[np.float64]
 
 HIGH = np.array([1e12])
 """λ of modes beyond those of any storey [1/s2]."""
@@ -42,7 +41,7 @@ class StoreyElement:
     """One beam element: its master nodes, its links to them, and its stiffness."""
 
     storey: int  #: index of the storey, from 0 at the base
-    dofs: NDArray[np.int64]  #: degrees of freedom of the two masters, shape (12,); -1 where clamped
+    dofs: Index  #: degrees of freedom of the two masters, shape (12,); -1 where clamped
     T: Array  #: from the masters' components to the element's ends, shape (12, 12)
     k: Array  #: stiffness between the element's ends, shape (12, 12)
     beta: float  #: stiffness-proportional damping coefficient [s]
@@ -59,13 +58,15 @@ class Stick:
     name: str  #: the building's name
     floors: tuple[Floor, ...]  #: the floors, bottom to top
     axis: tuple[float, float]  #: plan position (x, y) of the stick [m]
-    base: float  #: elevation of the clamped base [m]
+    base: float  #: elevation of the base [m]
     positions: Array  #: position of each master, shape (n_masters, 3) [m]
     M: Array  #: mass matrix, shape (n, n) [kg, kg m2]
     C: Array  #: damping matrix, shape (n, n) [N s/m, N m s]
     K: Array  #: stiffness matrix, shape (n, n) [N/m, N m]
     elements: tuple[StoreyElement, ...]  #: the beam elements, for the forces in the storeys
     damping: DampingLaw | None = None  #: the law of C; None where it is by floors and storeys
+    #: Raft and soil about the base; None where it is clamped. M, C and K are those on the base.
+    soil: Soil | None = None
     #: Master of each (storey number, relative height) added for contact.
     storey_points: Mapping[tuple[int, float], int] = field(default_factory=dict)
 
@@ -171,6 +172,7 @@ def build_stick(
     damping: DampingLaw | None = None,
     axis: tuple[float, float] = (0.0, 0.0),
     base: float = 0.0,
+    soil: Soil | None = None,
     storey_points: Sequence[tuple[int, float]] = (),
 ) -> Stick:
     """Assemble a stick from its floors.
@@ -185,7 +187,8 @@ def build_stick(
         damping: The law of the whole; None for damping by part, α M on floors and β K on storeys,
             each with its own coefficients.
         axis: Plan position (x, y) of the axis [m].
-        base: Elevation of the clamped base [m].
+        base: Elevation of the base [m].
+        soil: Raft and soil under it; clamped when None.
         storey_points: Points (floor number above, relative height of the flexible part, between 0
             and 1) where contact needs a node of its own inside a storey.
 
@@ -257,6 +260,7 @@ def build_stick(
         K=(K + K.T) / 2.0,
         elements=tuple(elements),
         damping=damping,
+        soil=soil,
         storey_points=masters,
     )
 

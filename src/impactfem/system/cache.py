@@ -1,7 +1,5 @@
 """Folders for compiled code and fonts that later runs use again."""
 
-from __future__ import annotations
-
 import os
 import stat
 import tempfile
@@ -15,8 +13,7 @@ from impactfem.system.errors import ImpactfemError
 def cache_folder(name: str) -> Path:
     """The folder of that name in the user's cache, or else among temporary files.
 
-    Raises:
-        ImpactfemError: No place for it can be written.
+    ImpactfemError where no place for it can be written.
     """
     temporary = Path(tempfile.gettempdir(), f"impactfem-{os.getuid()}")
     places = [platformdirs.user_cache_path(), temporary]
@@ -49,10 +46,8 @@ def place_caches() -> None:
     """Set where numba and matplotlib cache, where they could not write; the user's choice stays.
 
     numba refuses to start when it can write neither beside a module nor in the home folder;
-    matplotlib looks for all fonts again in each process.
-
-    Raises:
-        ImpactfemError: No place can be written.
+    matplotlib looks for all fonts again in each process. ImpactfemError where no place can be
+    written.
     """
     config = platformdirs.user_config_path("matplotlib")
     nearest = next((path for path in (config, *config.parents) if path.exists()), config)

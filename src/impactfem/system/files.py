@@ -36,13 +36,9 @@ _PART = re.compile(r"\..+\.([1-9]\d{0,8})\.part")
 
 
 def in_source_tree(name: str) -> Path:
-    """A file or folder of the source tree; of an installed package the cases in `geometry` alone.
+    """A file or folder of the source tree, as "geometry/frame.toml"; of a package `geometry` alone.
 
-    Args:
-        name: Its path from the root of the tree, as "geometry/frame.toml".
-
-    Raises:
-        ImpactfemError: The program runs without its source tree.
+    ImpactfemError where the program runs without its source tree.
     """
     for root in (_ROOT, _INSTALLED):
         if (root / name).exists():
@@ -54,10 +50,8 @@ def in_source_tree(name: str) -> Path:
 def atomic(path: Path) -> Iterator[Path]:
     """Give a temporary path in the folder of `path`; replace `path` by it when the block succeeds.
 
-    A kill or a full disk leaves the old file, or none, never half of one.
-
-    Raises:
-        ImpactfemError: The file cannot be written; says why.
+    A kill or a full disk leaves the old file, or none, never half of one. ImpactfemError where the
+    file cannot be written; says why.
     """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")  # as in _PART
     try:
@@ -73,8 +67,7 @@ def atomic(path: Path) -> Iterator[Path]:
 def remove_parts(folder: Path) -> None:
     """Remove the temporary files of `atomic` below a folder, but those of other living processes.
 
-    Raises:
-        OSError: One cannot be removed.
+    OSError where one cannot be removed.
     """
     for path in folder.rglob(".*.part"):
         match = _PART.fullmatch(path.name)
@@ -139,10 +132,8 @@ def read_archive(path: Path, key: str) -> dict[str, Any] | None:
 def read_bytes(path: Path, what: str, largest: float = float("inf")) -> bytes | Fault:
     """The content of a file, or the fault that says why there is none.
 
-    Args:
-        path: The file.
-        what: What it is expected to be, for the message: ``a case file (TOML)``.
-        largest: Largest size [byte].
+    `what` it is expected to be is for the message, as ``a case file (TOML)``; `largest` is in
+    bytes.
     """
 
     def fault(reason: str) -> Fault:

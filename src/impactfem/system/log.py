@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +19,8 @@ from impactfem.system.stop import recorded
 
 LOGGER = logging.getLogger("impactfem")
 PROGRESS = LOGGER.getChild("progress")
+Step = Callable[[str], AbstractContextManager[None]]
+"""`Steps.step`: what runs inside its context is the step of this name."""
 EVERY = 30.0
 """Time between two lines of progress [s]."""
 
@@ -67,10 +69,8 @@ class _File(logging.FileHandler):
 def mirrored(path: Path, rank: int = 0) -> Iterator[None]:
     """Append the log of rank 0, details included, to a file while the block runs.
 
-    Other ranks write there only that a signal stopped them.
-
-    Raises:
-        ImpactfemError: The file cannot be written; also by messages in the block.
+    Other ranks write there only that a signal stopped them. ImpactfemError where the file cannot be
+    written; also by messages in the block.
     """
     if rank != 0:
         with recorded(path):

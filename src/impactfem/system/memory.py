@@ -1,7 +1,5 @@
 """Memory of this process: its peak, what is left for it, and freed memory given back."""
 
-from __future__ import annotations
-
 import ctypes
 import os
 import re
@@ -47,13 +45,10 @@ def disk_folder() -> str:
 
 
 def available_memory(*, whole: bool = False) -> float:
-    """Memory that this process and others of its job may still take [byte].
+    """Memory that this process and others of its job may still take, or all of it (`whole`) [byte].
 
     psutil knows the machine only; a batch system limits the group of a job: the tightest of the
     control groups (version 2) counts.
-
-    Args:
-        whole: Memory that this process could take if nothing else ran.
     """
     machine = psutil.virtual_memory()
     left = float(machine.total if whole else machine.available)

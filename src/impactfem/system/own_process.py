@@ -5,8 +5,6 @@ under `mpirun` they would take the launcher's variables for theirs. VTK's wheel 
 dolfinx where both use the C++ library's regular expressions, and without a usable OpenGL.
 """
 
-from __future__ import annotations
-
 import os
 import pickle
 import subprocess
@@ -31,8 +29,7 @@ class OwnProcessError(ImpactfemError):
 def read_in_own_process(read: Callable[[Path], T], path: Path, what: str) -> T:
     """As `in_own_process(read, path)`, for a library that a damaged file may crash.
 
-    Raises:
-        InputError: From `read`; or the process crashed: `what` was expected of the file.
+    InputError of `read`, or where the process crashed: `what` was expected of the file.
     """
     try:
         return in_own_process(read, path)

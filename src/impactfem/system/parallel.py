@@ -1,7 +1,5 @@
 """Threads, processes and ranks: how many there are, and how they act as one program."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal
@@ -178,8 +176,7 @@ def size() -> int:
 def on_root(action: Callable[[], T]) -> T:
     """Run an action on rank 0 and give its result, which is pickled, to all ranks. Collective.
 
-    Raises:
-        ImpactfemError: From the action, on rank 0; `OtherRankError` on the others.
+    ImpactfemError of the action on rank 0; `OtherRankError` on the others.
     """
     comm = world()
     if comm is None:

@@ -1,7 +1,5 @@
 """Scalar results by name, from a stage through its store to the summary."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass

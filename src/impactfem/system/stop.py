@@ -8,8 +8,6 @@ at once, by the thread where it waits for another rank. `mpirun` then ends the o
 whole at any moment.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
