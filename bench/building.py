@@ -7,7 +7,6 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.suite import Figure, timed
 from impactfem.building.from_case import geometry_of, read_parts
@@ -23,6 +22,7 @@ from impactfem.reduction.wall import Wall, WallPatterns
 from impactfem.stages.calibrate.compute import prepare, run_reduced
 from impactfem.stages.calibrate.unilateral_full import FullMotion
 from impactfem.stages.reduce.compute import COMPLETE, wall_probes
+from impactfem.system.arrays import Array
 from impactfem.system.files import in_source_tree
 from impactfem.system.parallel import communicator
 
@@ -122,7 +122,7 @@ def wall_figures(case_file: str = "geometry/npp_pair.toml") -> list[Figure]:
     motion, factored = timed(start)
     nothing, impulse = np.zeros(0), np.full(motion.constraints, 1.0)
 
-    def step(impulse: NDArray[np.float64] | None = None) -> None:
+    def step(impulse: Array | None = None) -> None:
         motion.free(nothing)
         if impulse is not None:
             motion.push(impulse)

@@ -13,11 +13,13 @@ from scipy.signal import lfilter
 from bench.suite import Figure, best_time, timed
 from impactfem.case import load_case
 from impactfem.coupling.from_case import calibration_of, system_of
-from impactfem.coupling.pounding import interpolate_ground, simulate
+from impactfem.coupling.ground import interpolate_ground
+from impactfem.coupling.pounding import simulate
 from impactfem.motion.from_case import ground_motions
 from impactfem.spectra.frequency_list import logarithmic_frequencies
-from impactfem.spectra.oscillator import FloatArray, StepCoefficients, step_coefficients
+from impactfem.spectra.oscillator import StepCoefficients, step_coefficients
 from impactfem.spectra.peaks import peak_responses
+from impactfem.system.arrays import Array
 from impactfem.system.files import in_source_tree
 
 STEPS = 50_000
@@ -67,7 +69,7 @@ def spectrum_figures(
     ]
 
 
-def plain_peaks(acceleration: FloatArray, coefficients: StepCoefficients) -> FloatArray:
+def plain_peaks(acceleration: Array, coefficients: StepCoefficients) -> Array:
     """Peaks of |x| by the recurrence of textbooks, one oscillator at a time, (n_r, n_o) [m].
 
     Displacement and velocity at the new sample from those at the old one and two input samples.
@@ -84,11 +86,11 @@ def plain_peaks(acceleration: FloatArray, coefficients: StepCoefficients) -> Flo
     matrix = np.array(
         [[z.imag / c.omega_d for z in images], [z.real - slope * z.imag for z in images]]
     )
-    peaks: FloatArray = _plain_loop(acceleration, np.ascontiguousarray(matrix))
+    peaks: Array = _plain_loop(acceleration, np.ascontiguousarray(matrix))
     return peaks
 
 
-def filtered(acceleration: FloatArray, coefficients: StepCoefficients) -> list[FloatArray]:
+def filtered(acceleration: Array, coefficients: StepCoefficients) -> list[Array]:
     """Histories of x by ``scipy.signal.lfilter``, an array (n_r, n) an oscillator [m].
 
     The transfer function of the complex step, d + g/(ζ - E) with ζ the shift of one sample, is
@@ -107,7 +109,7 @@ def filtered(acceleration: FloatArray, coefficients: StepCoefficients) -> list[F
 
 
 @njit(nogil=True, cache=True)
-def _plain_loop(acceleration: FloatArray, matrix: FloatArray) -> FloatArray:
+def _plain_loop(acceleration: Array, matrix: Array) -> Array:
     n_records, n = acceleration.shape
     peaks = np.zeros((n_records, matrix.shape[2]))
     for record in range(n_records):

@@ -9,7 +9,6 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.building import load_forms, peak_memory
 from bench.suite import Figure, Watch, best_time, timed
@@ -32,11 +31,10 @@ from impactfem.spectra import response_spectra
 from impactfem.stages.reduce.compute import accuracies, prepare
 from impactfem.stages.transient.maps import floor_maps
 from impactfem.stages.transient.prepared import Prepared, transient_of
+from impactfem.system.arrays import Array
 from impactfem.system.files import in_source_tree
 from impactfem.system.parallel import all_blas_threads, communicator, threads
 from impactfem.verify.waves.paper import prepared_building
-
-Array = NDArray[np.float64]
 
 PAPER_SIZE, DEFAULT = "geometry/npp_pair_fine.toml", "geometry/npp_pair.toml"
 STEPS = 12

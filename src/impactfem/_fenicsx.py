@@ -23,12 +23,9 @@ import numpy as np
 import ufl
 from dolfinx import fem, mesh
 from mpi4py import MPI
-from numpy.typing import NDArray
 
+from impactfem.system.arrays import Array, Index
 from impactfem.system.cache import cache_folder
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 _BASIX = not hasattr(ufl, "VectorElement")  # elements moved from ufl to basix.ufl in 0.7
 _CORNERS = {"triangle": 3, "interval": 2}
@@ -184,10 +181,8 @@ def compiled(form: Any) -> Any:
     """Compile a form, or take it from the cache of forms.
 
     The cache is impactfem's own and locked while a form is compiled: what a killed process left
-    half-made there is thrown away instead of waited for.
-
-    Raises:
-        ImpactfemError: The cache cannot be written.
+    half-made there is thrown away instead of waited for. ImpactfemError where the cache cannot be
+    written.
     """
     with _cache() as folder:
         return fem.form(form, **_options(fem.form, folder))

@@ -1,7 +1,5 @@
 """The command line; no logic of its own."""
 
-from __future__ import annotations
-
 import sys
 import traceback
 from pathlib import Path
@@ -164,6 +162,30 @@ def sweep(
 
 
 @app.command()
+def fit(
+    case: CaseFile,
+    targets: Annotated[
+        Path,
+        typer.Argument(metavar="FIT.toml", help="The free keys of the case, and the targets."),
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Folder of the fit; runs/<name of FIT> when left out."),
+    ] = None,
+    processes: Annotated[int, typer.Option(min=1, help="Evaluations at a time.")] = 1,
+) -> None:
+    """Fit keys of a case to what is known, and say what that tells; also over ranks."""
+    from impactfem import study
+
+    advise("run again to go on")
+    result = study.fit(case, targets, out=out, processes=processes)
+    if result is not None:
+        for table in result.tables:
+            typer.echo(table.as_text(PIPE_WIDTH))
+        typer.echo(f"results: {', '.join(map(str, result.files))}")
+
+
+@app.command()
 def report(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")],
 ) -> None:
@@ -183,7 +205,7 @@ def compare(
         float, typer.Option("--to", metavar="HZ", help="Highest frequency that is compared.")
     ] = 100.0,
 ) -> None:
-    """Compare the 3D floor spectra of two runs of one building, into the report of the first."""
+    """Compare two runs of one 3D building, into the report of the first."""
     from impactfem import study
 
     tables, page = study.compare_runs(folder, other, highest)
@@ -193,11 +215,21 @@ def compare(
 
 
 @app.command()
-def check(case: CaseFile) -> None:
+def check(
+    case: CaseFile,
+    fit: Annotated[
+        Path | None, typer.Option(metavar="FIT.toml", help="The file of a fit of the case, too.")
+    ] = None,
+) -> None:
     """Check a case file and all files it names, and estimate what a run takes."""
     from impactfem.run.check import checked
 
     found, estimate = checked(case, mesh=True)
+    if fit is not None:
+        from impactfem.fit.problem import read_problem
+
+        problem = read_problem(case, fit)[0]
+        typer.echo(f"{fit}: good. {len(problem.keys)} keys, {len(problem.data)} data")
     counts = (
         (len(found.buildings), "building"),
         (len(found.contacts), "contact pair"),
@@ -244,12 +276,19 @@ def verify(
         Path | None, typer.Option("--json", metavar="FILE", help="Write the rows to this file.")
     ] = None,
     full: Annotated[bool, typer.Option("--full", help="The heavy benchmarks, too.")] = False,
+    validation: Annotated[
+        bool,
+        typer.Option(
+            "--validation",
+            help="Only the cases of geometry/validation, beside other programs and experiments.",
+        ),
+    ] = False,
 ) -> None:
     """Compute the verification manual again on this machine."""
     from impactfem.verify import manual
 
-    rows = manual.verify(only, json_file, full)
-    _show(manual.as_table(rows))
+    rows = manual.verify(only, json_file, full, validation)
+    _show(manual.as_table(rows, sources=validation))
     failed = [row for row in rows if not row.passed]
     typer.echo(f"{len(rows) - len(failed)} of {len(rows)} within tolerance")
     if failed:

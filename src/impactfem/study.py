@@ -1,5 +1,7 @@
 """The study in Python: what the command line does, and a finished run open for reading."""
 
+from impactfem.fit.fit import fit
+from impactfem.fit.results import Fit
 from impactfem.run.check import check
 from impactfem.run.loop import Run, run
 from impactfem.run.report import compare_runs, make_report
@@ -12,6 +14,7 @@ from impactfem.system.errors import Fault, ImpactfemError, InputError, SolutionE
 __all__ = [
     "STAGES",
     "Fault",
+    "Fit",
     "ImpactfemError",
     "InputError",
     "Run",
@@ -21,6 +24,7 @@ __all__ = [
     "Sweep",
     "check",
     "compare_runs",
+    "fit",
     "make_report",
     "open_run",
     "run",

@@ -22,6 +22,7 @@ from impactfem.case.contacts import (
     HuntCrossleyLaw,
     JankowskiLaw,
     KelvinVoigtLaw,
+    UnilateralLaw,
 )
 from impactfem.case.damping import Damping, DampingCase
 from impactfem.case.design_spectrum import (
@@ -87,6 +88,7 @@ __all__ = [
     "TableSpectrum",
     "Target",
     "Transient",
+    "UnilateralLaw",
     "Wall",
     "WallImpactSetup",
     "load_case",

@@ -1,7 +1,5 @@
 """How the pounding is integrated, and which response spectra are made of it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from typing import Annotated, Literal
@@ -9,8 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, StrictBool, Tag
 
 from impactfem.case.base import Section, ascending, rule, step_within
-from impactfem.case.leaf import Whole
-from impactfem.case.quantity import DampingRatio, Duration, Frequency, TimeStep
+from impactfem.case.leaf import Key, Whole
+from impactfem.case.quantity import DampingRatio, Duration, Frequency, PositiveLength, TimeStep
 from impactfem.case.unit import FREQUENCY
 
 RG_1_122_END = 34.0  # Hz
@@ -18,10 +16,17 @@ MOST_FREQUENCIES = 100_000
 
 
 class Pounding(Section):
-    """Time integration of the sticks with contact: Newmark, average acceleration."""
+    """What pounds, and its integration in time: Newmark, average acceleration."""
+
+    models: dict[Key, Literal["stick", "structure"]] = Field(default={})
+    """By the name of a building, what of it pounds: its 'stick', or its 'structure', the 3D model
+    of [buildings.structure], whose floors touch along their edges. Default 'stick' for all."""
+    contact_spacing: PositiveLength | None = None
+    """Least distance of two points of contact along the edges that touch in 3D; left out, every
+    vertex of the coarser mesh is one. Each costs a vector of the reduced building."""
 
     duration: Duration | None = None
-    """Time that is computed; default that of the longest motion."""
+    """Time that is computed; default that of the longest motion, with the delay of waves."""
     time_step: TimeStep
     """Time step."""
     update: Literal["implicit", "lagged"] = "implicit"

@@ -1,7 +1,5 @@
 """The base of the models of a case, and of the annotations of their fields."""
 
-from __future__ import annotations
-
 import itertools
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator

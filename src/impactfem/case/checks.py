@@ -4,13 +4,13 @@ A check takes a case, as far as it could be read, and how it is read; it gives t
 file that are at fault with what was expected there. `file_faults` looks at the file as it stands.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 
+from impactfem.case.base import nearest
 from impactfem.case.buildings import GeneratedMesh
 from impactfem.case.contact_checks import Finding, of_contacts, of_struck_sides
+from impactfem.case.contacts import KelvinVoigtLaw, UnilateralLaw
 from impactfem.case.damping import Damping
 from impactfem.case.design_spectrum import TABLE, TableSpectrum, read_spectrum
 from impactfem.case.members import TOUCH
@@ -19,7 +19,9 @@ from impactfem.case.motions import RecordMotion, RestMotion, SyntheticMotion, re
 from impactfem.case.place import Place
 from impactfem.case.quantity import CALIBRATED
 from impactfem.case.reading import Reading
-from impactfem.case.transient import OUTSIDE
+from impactfem.case.soil import TableSoil
+from impactfem.case.transient import OUTSIDE, Transient
+from impactfem.dynamics.soil import BAND
 
 REDUCED = {
     "wall_impact": "the impact on a wall",
@@ -119,6 +121,95 @@ def _of_damping(case: Case, reading: Reading) -> Iterator[Finding]:
                 yield (*place, "type"), f"expected 'rayleigh' with {beside}"
 
 
+def _of_models(case: Case, reading: Reading) -> Iterator[Finding]:
+    """What of [pounding] models is not there, and what edges that touch in 3D cannot do."""
+    known = [one.name for one in case.buildings]
+    for name, model in case.pounding.models.items():
+        place: Place = ("pounding", "models", name)
+        if name not in known:
+            yield place, f"expected names of buildings, {nearest(name, known)}"
+        elif model == "structure" and name not in reading.three_d:
+            yield place, f"expected 'stick', or a [buildings.structure] of {name}: it has none"
+    kinds: dict[bool, str] = {}
+    reported: set[int] = set()
+    for contact in case.contacts:
+        at = reading.original(("contacts", contact.table))
+        law = case.contact_laws[contact.law]
+        unilateral, touches = isinstance(law, UnilateralLaw), case.touches_in_3d(contact)
+        kinds.setdefault(unilateral, contact.law)
+        if contact.table in reported:
+            continue
+        if unilateral and not touches:
+            reported.add(contact.table)
+            expected = (
+                f"'{contact.law}' is unilateral, and nothing of {contact.words} pounds in 3D: "
+                "expected a law with a restitution, or models of [pounding] with 'structure' for "
+                "one of them"
+            )
+            yield (*at, "law"), expected
+        elif len(kinds) > 1:
+            reported.add(contact.table)
+            words = " and ".join(f"'{kinds[k]}'" for k in (True, False))
+            expected = (
+                f"expected all contacts unilateral, or none: {words} need different steps in time"
+            )
+            yield (*at, "law"), expected
+        inside = [end.storey is not None for end, _ in contact.ends]
+        if touches and inside == [True, True]:
+            reported.add(contact.table)
+            expected = "expected a floor on one side: in 3D the edge of a floor meets walls"
+            yield (*at, "b", "storey"), expected
+
+
+def _of_buildings_in_3d(case: Case, reading: Reading) -> Iterator[Finding]:
+    """What 3D models that pound cannot stand on, take, or be next to."""
+    in_3d = case.pounding_in_3d
+    if not in_3d:
+        return
+    for contact in case.contacts:
+        others = {*contact.buildings} - {*in_3d} if case.touches_in_3d(contact) else set()
+        alone = sorted(others & {*reading.three_d})
+        if alone and case.transient is not None:
+            expected = (
+                f"expected 'structure' for {alone[0]}, too: its 3D model touches another one in "
+                f"{contact.name}"
+            )
+            yield ("pounding", "models"), expected
+            break
+    if case.pounding.update == "lagged":
+        expected = "expected 'implicit': edges that touch in 3D have no force one step late"
+        yield ("pounding", "update"), expected
+    if any(structure.damping for structure in case.structures if structure.building in in_3d):
+        expected = "expected 'stick' with [[buildings.structure.damping]]: it has no reduced model"
+        yield ("pounding", "models"), expected
+    soft = [one.name for one in case.buildings if one.soil is not None]
+    if soft:
+        names = ", ".join(soft)
+        expected = f"expected sticks alone: {names} stands on soil, and 3D models pound clamped"
+        yield ("pounding", "models"), expected
+    ends = {name for one in case.contacts for name in one.buildings}
+    apart = [name for name in in_3d if name not in ends]
+    if apart and "contacts" not in reading.left_out:
+        expected = f"expected 'stick' for {', '.join(apart)}, which is in no pair of [[contacts]]"
+        yield ("pounding", "models"), expected
+    for contact in case.contacts:
+        law = case.contact_laws[contact.law]
+        calibrated = isinstance(law, KelvinVoigtLaw) and law.calibrated
+        if calibrated and case.touches_in_3d(contact):
+            place = reading.original(("contacts", contact.table))
+            expected = (
+                f"expected values of its own, or a unilateral law: what '{contact.law}' is "
+                "calibrated to holds the softness of the slab, which the 3D model has, too"
+            )
+            yield (*place, "law"), expected
+            break
+    transient = case.transient
+    for key in ("eccentricity", "spread"):
+        if transient is not None and getattr(transient, key) != Transient.model_fields[key].default:
+            expected = "expected none with 3D models in [pounding]: forces act where edges touch"
+            yield ("transient", key), expected
+
+
 def _of_buildings(case: Case, reading: Reading) -> Iterator[Finding]:
     """3D models whose building does not go with them, and a calibration that has none."""
     models = reading.three_d
@@ -162,6 +253,35 @@ def _of_buildings(case: Case, reading: Reading) -> Iterator[Finding]:
             yield place, f"expected targets of the building with a 3D model, {' or '.join(named)}"
 
 
+def _of_soil(case: Case, reading: Reading) -> Iterator[Finding]:
+    """Rafts smaller than what stands on them, and tables without all frequencies in use."""
+    for index, building in enumerate(case.buildings):
+        soil, place = building.soil, ("buildings", index, "soil")
+        if soil is None:
+            continue
+        for section in ("transient", "device_analysis"):
+            analysis = getattr(case, section)
+            full = analysis is not None and analysis.solver in ("full", "both")
+            if building.structure is not None and full:
+                expected = "expected 'reduced' with [buildings.soil]: in full order the base is"
+                yield (section, "solver"), f"{expected} clamped"
+        mesh = None if building.structure is None else building.structure.mesh
+        plan = mesh if isinstance(mesh, GeneratedMesh) else building
+        for size, side, what in zip(
+            (plan.length, plan.width), soil.raft.sides, ("length", "width"), strict=True
+        ):
+            if size is not None and side < size * (1.0 - 1e-9):
+                key = "radius" if soil.raft.radius is not None else what
+                expected = f"expected a raft as large as the building, {size:g} m in {what}"
+                yield (*place, "raft", key), expected
+        if isinstance(soil, TableSoil) and soil.file:
+            low, high = BAND[0], min(case.spectra.frequency_values[-1], BAND[1])
+            first, last = max(f[0] for f, *_ in soil.curves), min(f[-1] for f, *_ in soil.curves)
+            if first > low * (1.0 + 1e-9) or last < high * (1.0 - 1e-9):
+                expected = f"expected each component from {low:g} Hz or below up to {high:g} Hz"
+                yield (*place, "file"), f"{expected}; all have {first:g} to {last:g} Hz"
+
+
 def _of_motions(case: Case, reading: Reading) -> Iterator[Finding]:
     """Motions, loads and ensembles that do not go with their files, or with the 3D models."""
     for index, motion in enumerate(case.motions):
@@ -186,6 +306,14 @@ def _of_motions(case: Case, reading: Reading) -> Iterator[Finding]:
                     f"{name}: forces act on the edges of slabs in its 3D model"
                 )
                 yield reading.original(("loads", index, "direction")), expected
+    if case.wave_passage is not None:
+        axes = [building.axis for building in case.buildings]
+        place = ("wave_passage",)
+        if case.motions and all(isinstance(one, RestMotion) for one in case.motions):
+            yield place, "expected [[motions]] with it: ground at rest has no waves"
+        elif len(set(axes)) < len(axes) or len(axes) == 1:
+            expected = "expected two [[buildings]] or more, all with different axes: the delay is"
+            yield place, f"{expected} their distance over the apparent velocity"
     # What an ensemble lacks: other motions, a folder of records, a 3D model for its members.
     ensemble, transient = case.ensemble, case.transient
     if ensemble is None:
@@ -245,7 +373,7 @@ def _of_devices(case: Case, reading: Reading) -> Iterator[Finding]:
                         f"0 to {mesh.width:g} m"
                     )
                 floor = min(levels, key=lambda k: abs(levels[k] - z), default=0)
-                within = mesh.slab_thickness / 2.0
+                within = mesh.slab(floor) / 2.0
                 if levels and abs(levels[floor] - z) > within + TOUCH:
                     wrong.append(
                         "at the level of no floor; expected z within half of the slab's thickness, "
@@ -282,7 +410,7 @@ def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
         known = [m.duration for m in case.motions if not isinstance(m, RecordMotion)]
         # The duration of a record is not known before it is read.
         if computed is None and len(known) == len(case.motions):
-            computed = max(known, default=None)
+            computed = case.computed_time(max(known, default=0.0))
     if computed is not None:
         if transient.duration is None and transient.time_step > computed / 2.0:
             yield (
@@ -290,7 +418,7 @@ def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
                 f"expected at most half of the duration, {computed:g} s",
             )
         if transient.duration is not None and transient.duration > computed * (1.0 + 1e-9):
-            expected = f"expected at most what is computed of the sticks, {computed:g} s"
+            expected = f"expected at most what is computed of the pounding, {computed:g} s"
             yield ("transient", "duration"), expected
     lasting, start = transient.duration or computed, transient.export_start
     if transient.export and start is not None and lasting is not None and start >= lasting:
@@ -341,7 +469,10 @@ def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
 CHECKS = (
     of_struck_sides,
     _of_damping,
+    _of_models,
+    _of_buildings_in_3d,
     _of_buildings,
+    _of_soil,
     of_contacts,
     _of_motions,
     _of_devices,

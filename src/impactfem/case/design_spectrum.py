@@ -1,7 +1,5 @@
 """Design spectra that a synthetic motion is matched to: by corner periods, standard, or table."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Tables of a device: its modes, its matrices, the floor spectra that are given for it."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -14,10 +12,11 @@ from pydantic import ConfigDict
 
 from impactfem.case.base import Section, rule
 from impactfem.case.leaf import Text, Whole, Words
-from impactfem.case.quantity import Acceleration, Frequency, Length, Quantity, Ratio, read_number
+from impactfem.case.quantity import Acceleration, Frequency, Length, Quantity, Ratio
 from impactfem.case.reading import TableFile
 from impactfem.case.table import MOST_POINTS, Table, read_lines, read_table
 from impactfem.case.unit import ACCELERATION, INERTIA, MASS
+from impactfem.records.file import read_number
 from impactfem.system.errors import Fault
 
 

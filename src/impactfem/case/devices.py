@@ -1,7 +1,5 @@
 """Devices anchored to a floor of a 3D model, and how the forces on their anchors are computed."""
 
-from __future__ import annotations
-
 import fnmatch
 import itertools
 import math

@@ -1,7 +1,5 @@
 """Pydantic's errors in plain words, with the key as it is written in the case file."""
 
-from __future__ import annotations
-
 import types
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -126,6 +124,9 @@ def _fault(
         return place, value, "expected a table"
     if kind == "tuple_type" and isinstance(value, Mapping) and _words(info) == TABLES:
         return place, None, f"expected {TABLES}, [[{dotted(place)}]], not [{dotted(place)}]"
+    if kind == "literal_error" and info is None:
+        # A value of a table with names of the user's choice, which has no field of its own.
+        return place, value, f"expected {item['ctx']['expected']}"
     return place, value, f"expected {_words(info)}"
 
 

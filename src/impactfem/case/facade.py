@@ -1,7 +1,5 @@
 """The straight sides of a floor in plan, and where a pair strikes them."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Materials, and the floor table of a building: one row a floor with the storey below it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -7,8 +7,6 @@ page, and gives its part of the JSON schema.
 # The methods of the leaves are described once, in their base.
 # ruff: noqa: D102
 
-from __future__ import annotations
-
 import itertools
 import re
 from dataclasses import dataclass

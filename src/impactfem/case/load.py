@@ -1,7 +1,5 @@
 """Reading a case file with all files it names; every fault of all of them is reported at once."""
 
-from __future__ import annotations
-
 import hashlib
 from copy import deepcopy
 from pathlib import Path
@@ -17,7 +15,7 @@ from impactfem.case.model import Case, CaseFile
 from impactfem.case.motions import DIRECTIONS, RestMotion, read_force_table
 from impactfem.case.place import Place
 from impactfem.case.reading import Reading
-from impactfem.case.source import read_source
+from impactfem.case.source import Source, read_source
 from impactfem.system.errors import Fault, InputError
 
 _PLACEHOLDERS: dict[str, Any] = {
@@ -34,6 +32,7 @@ _NEED_OTHERS = {
 }
 """Sections without which others are of no use."""
 _OPTIONAL = {"wall_impact", "transient", "devices", "calibration", "ensemble", "loads"}
+_OPTIONAL |= {"wave_passage"}
 """Sections that are left out as a whole where further checks would look at what is at fault."""
 
 
@@ -55,8 +54,11 @@ def load_case(path: str | Path) -> Case:
     return case
 
 
-def read_case(path: str | Path) -> tuple[Case | None, list[Fault], set[str]]:
+def read_case(path: str | Path | Source) -> tuple[Case | None, list[Fault], set[str]]:
     """Read a case as far as it can be read, so that further checks can tell its other faults.
+
+    Args:
+        path: The case file, or what it says, where that was read before.
 
     Returns:
         The case without what cannot be read, or None where no building can be; the faults; the
@@ -65,7 +67,7 @@ def read_case(path: str | Path) -> tuple[Case | None, list[Fault], set[str]]:
     Raises:
         InputError: A file is no case file at all.
     """
-    source = read_source(Path(path), CaseFile)
+    source = path if isinstance(path, Source) else read_source(Path(path), CaseFile)
     reading = Reading(source)
     faults: list[Fault] = []
     try:
@@ -93,7 +95,7 @@ def read_case(path: str | Path) -> tuple[Case | None, list[Fault], set[str]]:
         structures = []
     update = {
         "buildings": buildings,
-        "contacts": tuple(c for c in case.contacts if {c.a.building, c.b.building} <= names),
+        "contacts": tuple(c for c in case.contacts if names.issuperset(c.buildings)),
         "structure": next(iter(structures), None),
         "further_structures": tuple(structures[1:]),
         **{name: CaseFile.model_fields[name].default for name in left_out & _OPTIONAL},
@@ -104,11 +106,9 @@ def read_case(path: str | Path) -> tuple[Case | None, list[Fault], set[str]]:
 
 
 def _rest(error: ValidationError, reading: Reading) -> CaseFile | None:
-    """What is left of a case file without what is at fault; None where nothing can be checked.
-
-    Of an array of tables, or of tables by name, those without faults are left. A file that cannot
-    be read counts as empty.
-    """
+    """What is left of a case file without what is at fault; None where nothing can be checked."""
+    # Of an array of tables, or of tables by name, those without faults are left. A file that cannot
+    # be read counts as empty.
     raw: dict[str, Any] = deepcopy(reading.source.raw)
     reading.lenient = True
     strict = error
@@ -184,8 +184,7 @@ def _completed(sections: CaseFile, reading: Reading) -> Case:
         "contacts": tuple(
             contact
             for contact in case.contacts
-            if {contact.a.building, contact.b.building} <= names
-            and contact.law in case.contact_laws
+            if names.issuperset(contact.buildings) and contact.law in case.contact_laws
         )
     }
     if case.structure is None and reading.three_d:

@@ -16,7 +16,7 @@ from impactfem.case.damping import Damping, DampingCase
 from impactfem.case.devices import DeviceAnalysis, DeviceSetup
 from impactfem.case.floors import Material
 from impactfem.case.leaf import File, Key, Text
-from impactfem.case.motions import Ensemble, FloorForces, Motion, MotionEntry
+from impactfem.case.motions import Ensemble, FloorForces, Motion, MotionEntry, WavePassage
 from impactfem.case.report import PUBLISHED_FILE, Published, Report
 from impactfem.case.transient import Probe, Transient
 from impactfem.system.scalar import alone
@@ -54,6 +54,8 @@ class CaseFile(Section):
     motions: Annotated[tuple[Motion, ...], Written(tuple[MotionEntry, ...], tuple)] = ()
     """The ground motions, one a direction; with [[loads]] they may be left out, and the ground
     rests."""
+    wave_passage: WavePassage | None = None
+    """Waves that reach one building after the other; left out, the ground under all moves alike."""
     loads: tuple[FloorForces, ...] = ()
     """Forces on floors in addition to the ground motion."""
     contact_laws: dict[Key, ContactLawEntry] = Field(default={})
@@ -61,7 +63,7 @@ class CaseFile(Section):
     contacts: Annotated[tuple[Contact, ...], Written(tuple[ContactEntry, ...], expand)] = ()
     """Pairs of points that may touch; none: the buildings never pound."""
     pounding: Pounding
-    """Time integration of the sticks."""
+    """What pounds, and how it is integrated in time."""
     spectra: Spectra
     """Response spectra of the floors."""
     ensemble: Ensemble | None = None
@@ -148,6 +150,30 @@ class Case(CaseFile):
         return self.model_copy(update=update)
 
     @property
+    def pounding_in_3d(self) -> tuple[str, ...]:
+        """Names of the buildings whose 3D models pound."""
+        models = self.pounding.models
+        return tuple(one.name for one in self.buildings if models.get(one.name) == "structure")
+
+    def touches_in_3d(self, contact: Contact) -> bool:
+        """Whether a contact is along edges: of a building whose 3D model pounds."""
+        return not {*contact.buildings}.isdisjoint(self.pounding_in_3d)
+
+    @property
+    def delays(self) -> dict[str, float]:
+        """By building how much later the waves reach it than the first one that they reach [s]."""
+        passage = self.wave_passage
+        if passage is None:
+            return {}
+        (x, y), c = passage.direction, passage.apparent_velocity
+        along = {one.name: (x * one.axis[0] + y * one.axis[1]) / c for one in self.buildings}
+        return {name: at - min(along.values()) for name, at in along.items()}
+
+    def computed_time(self, longest: float) -> float:
+        """Time of the pounding [s]; by default the longest motion [s] ends under all buildings."""
+        return self.pounding.duration or longest + max(self.delays.values(), default=0.0)
+
+    @property
     def numbered_probes(self) -> tuple[tuple[int, Probe], ...]:
         """The probes of [transient] with their indices in the case file."""
         transient = self.whole.transient
@@ -190,24 +216,27 @@ class Case(CaseFile):
     def wave_floor(self) -> int:
         """The floor of the 3D model in which waves are evaluated: the highest that may be struck.
 
-        Without contacts it is the top floor.
-
-        Raises:
-            ValueError: The case has no structure.
+        Without contacts it is the top floor. ValueError where the case has no structure.
         """
+        building = self.modelled_building
+        ends = [end for contact in self.contacts for end, _ in contact.ends]
+        struck = [one.floor for one in ends if one.building == building.name and one.floor]
+        return max(struck, default=building.floors[-1].floor)
+
+    @property
+    def modelled(self) -> Structure:
+        """The 3D model; ValueError where the case has no structure."""
         if self.structure is None:
             raise ValueError("the case has no structure")
-        name = self.structure.building
-        ends = [end for contact in self.contacts for end in (contact.a, contact.b)]
-        struck = [end.floor for end in ends if end.building == name and end.floor is not None]
-        return max(struck, default=self.building(name).floors[-1].floor)
+        return self.structure
+
+    @property
+    def modelled_building(self) -> Building:
+        """The building with the 3D model; ValueError where the case has no structure."""
+        return self.building(self.modelled.building)
 
     def building(self, name: str) -> Building:
-        """The building of a name.
-
-        Raises:
-            KeyError: There is no such building.
-        """
+        """The building of a name; KeyError where there is no such building."""
         for building in self.buildings:
             if building.name == name:
                 return building

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import ConfigDict, Field, ValidationInfo, create_model, field_validator
 
 from impactfem.case.base import Section, ascending, nearest, refuse, rule, step_within
@@ -23,6 +22,7 @@ from impactfem.case.quantity import (
     Frequency,
     Number,
     PositiveFactor,
+    PositiveSpeed,
     PositiveTime,
     Quantity,
     Ratio,
@@ -33,6 +33,7 @@ from impactfem.case.reading import reading_of
 from impactfem.case.table import Table, name_and_unit, read_lines, read_table
 from impactfem.case.unit import FORCE, TIME
 from impactfem.records import AMBIGUOUS_ENDINGS, FORMAT_OF_ENDING, FORMATS, RecordFormat
+from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault
 
 MIN_STEPS = 16  # of a synthetic motion
@@ -177,6 +178,26 @@ class RestMotion(_Motion):
     time_step: float
 
 
+class WavePassage(Section):
+    """Waves that reach one building after the other.
+
+    The ground under a building moves as under the first one that the waves reach, later by the
+    distance of their axes along the direction, over the apparent velocity. A base moves as the
+    ground under its axis: that waves also turn it, and move its ends at different times, is left
+    out.
+    """
+
+    apparent_velocity: PositiveSpeed
+    """Speed at which the motion passes along the surface."""
+    direction: tuple[Number, Number]
+    """Direction (x, y) in plan in which the waves travel, of any length."""
+
+    @field_validator("direction")
+    @classmethod
+    def _unit(cls, value: tuple[float, float]) -> tuple[float, float]:
+        return unit_vector((*value, 0.0))[:2]
+
+
 Motion = SyntheticMotion | RecordMotion | RestMotion
 MotionEntry = Annotated[SyntheticMotion | RecordMotion, Field(discriminator="type")]
 
@@ -230,7 +251,6 @@ class Ensemble(Section):
         return tuple(sorted(p for p in self.records.iterdir() if not p.name.startswith(".")))
 
 
-Array = NDArray[np.float64]
 TABLE = "a table of forces (CSV) with the header time [s],<building>.floor_<k> [N]"
 
 MOST_TIMES = 1_000_000

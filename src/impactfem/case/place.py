@@ -1,7 +1,5 @@
 """A place in a case file: keys and indices from the top, and the model that stands behind it."""
 
-from __future__ import annotations
-
 import re
 import types
 from collections.abc import Iterator, Mapping

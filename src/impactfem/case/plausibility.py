@@ -4,8 +4,6 @@ Each is a warning with the file, the key, the value and what is usual; nothing i
 ranges are wide, so that a warning is worth reading: they hold buildings from sheds to reactors.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Iterator, Mapping
@@ -15,12 +13,13 @@ from typing import Any
 
 import numpy as np
 
-from impactfem.case.contacts import KelvinVoigtLaw
+from impactfem.case.contacts import KelvinVoigtLaw, UnilateralLaw
 from impactfem.case.damping import Damping
 from impactfem.case.facing import LEVEL, facing_floors, levels_of
 from impactfem.case.floors import Floor
 from impactfem.case.model import Case, CaseFile
 from impactfem.case.place import Place, step, value_at
+from impactfem.case.soil import HalfSpaceSoil
 from impactfem.case.source import Source, read_source
 from impactfem.dynamics.damping import UNDAMPED
 from impactfem.system.errors import Fault
@@ -39,6 +38,7 @@ class Usual:
 
 
 MODEL = "buildings.*.structure."
+SOIL = "buildings.*.soil."
 MASS = Usual("buildings.*.floors.row.mass", 100.0, 1e8, "20 to 5000 t")
 USUAL = (
     Usual("materials.*.young_modulus", 1e8, 5e11, "concrete 20 to 45 GPa, masonry 1 to 15 GPa"),
@@ -59,10 +59,22 @@ USUAL = (
     Usual("buildings.*.second_moment_factor", 1e-2, 20.0, "0.1 to 1"),
     Usual("buildings.*.length", 1.0, 1e3, "5 to 200 m"),
     Usual("buildings.*.width", 1.0, 1e3, "5 to 200 m"),
+    Usual(f"{SOIL}shear_velocity", 50.0, 5e3, "150 to 3000 m/s"),
+    Usual(f"{SOIL}density", 1e3, 3500.0, "1600 to 2700 kg/m3"),
+    Usual(f"{SOIL}damping_ratio", 0.0, 0.3, "0 to 15 %"),
+    Usual(f"{SOIL}embedment", 0.0, 50.0, "0 to 20 m"),
+    Usual(f"{SOIL}raft.length", 2.0, 500.0, "5 to 200 m"),
+    Usual(f"{SOIL}raft.width", 2.0, 500.0, "5 to 200 m"),
+    Usual(f"{SOIL}raft.radius", 1.0, 250.0, "3 to 100 m"),
+    Usual(f"{SOIL}raft.thickness", 0.1, 20.0, "0.5 to 6 m"),
+    Usual(f"{SOIL}raft.density", 500.0, 8e3, "2400 kg/m3"),
+    Usual(f"{SOIL}raft.mass", 1e3, 1e9, "20 to 50,000 t"),
     Usual(f"{MODEL}storey_stiffness_factor", 1e-2, 20.0, "0.1 to 1: cracked or fitted"),
     Usual(f"{MODEL}mesh.length", 1.0, 1e3, "5 to 200 m"),
     Usual(f"{MODEL}mesh.width", 1.0, 1e3, "5 to 200 m"),
     Usual(f"{MODEL}mesh.slab_thickness", 0.03, 5.0, "0.1 to 1 m"),
+    Usual(f"{MODEL}mesh.slabs.*.thickness", 0.03, 5.0, "0.1 to 1 m"),
+    Usual(f"{MODEL}mesh.wall_setback.*", 0.0, 5.0, "0 to 0.5 m"),
     Usual(f"{MODEL}mesh.parapet.height", 0.05, 10.0, "0.2 to 2 m"),
     Usual(f"{MODEL}mesh.parapet.thickness", 0.03, 5.0, "0.1 to 0.5 m"),
     *(
@@ -77,8 +89,10 @@ USUAL = (
     Usual("contact_laws.*.stiffness", 1e6, 1e14, "1e8 to 1e11 N/m, 1e9 to 1e12 N/m^1.5"),
     Usual("contact_laws.*.restitution", 0.05, 1.0, "0.4 to 0.9"),
     Usual("contact_laws.*.damping_ratio", 0.0, 0.7, "5 % to 35 %"),
+    Usual("pounding.contact_spacing", 0.1, 20.0, "0.5 to 3 m"),
     Usual("motions.*.pga", 0.01, 20.0, "0.5 to 10 m/s2"),
     Usual("motions.*.duration", 1.0, 600.0, "5 to 60 s"),
+    Usual("wave_passage.apparent_velocity", 200.0, 2e4, "500 to 5000 m/s"),
     Usual("spectra.damping.*", 1e-3, 0.3, "0.5 % to 10 %"),
     Usual("spectra.frequencies.minimum", 1e-3, 20.0, "0.1 to 1 Hz"),
     Usual("spectra.frequencies.maximum", 10.0, 2e3, "33 to 500 Hz"),
@@ -111,9 +125,11 @@ BESIDE = 0.1
 """How far a point of contact may be outside of the plan [m]."""
 SPEED = 0.5
 """Speed of approach that tells how long an impact of a law after Hertz lasts [m/s]."""
+RAYLEIGH = 0.87
+"""Least speed of Rayleigh waves over that of shear waves, at a Poisson's ratio of 0."""
 RESULTS = (
     *("motion", "sticks", "pounding", "frs", "building", "calibration", "transient", "device"),
-    *("design", "ensemble", "ensemble3d"),
+    *("design", "ensemble", "ensemble3d", "soil"),
 )
 """First words of the names of results."""
 SAME = 1e-9  # relative difference of numbers that are the same
@@ -136,8 +152,10 @@ def implausible(case: Case, longest: float) -> list[Fault]:
         *ranges,
         *_dampings(source, case),
         *_plans(source, case),
+        *_rafts(source, case),
         *_floors(case, source),
         *_pairs(source, case),
+        *_passage(source, case),
         *_pounding(source, case, longest),
         *_wall(source, case),
         *_published(source, case),
@@ -147,11 +165,9 @@ def implausible(case: Case, longest: float) -> list[Fault]:
 def _outside(
     usual: Usual, keys: list[str], place: Place, raw: Any, value: Any, source: Source
 ) -> Iterator[Fault]:
-    """Values outside of their range, of what is written in the case file and its tables.
-
-    The keys are those that are left from the place on; the file has there what is raw, the case the
-    value, in SI.
-    """
+    """Values outside of their range, of what is written in the case file and its tables."""
+    # The keys are those that are left from the place on; the file has there what is raw, the case
+    # the value, in SI.
     if raw is None or value is None:
         return
     if not keys:
@@ -221,6 +237,23 @@ def _plans(source: Source, case: Case) -> Iterator[Fault]:
             yield source.fault(place, value_at(place, source.raw), text)
 
 
+def _rafts(source: Source, case: Case) -> Iterator[Fault]:
+    """Rafts that overlap one another, or the plan of another building."""
+    on_rafts = [building.soil is not None for building in case.buildings]
+    extents = [(b.length, b.width) if b.soil is None else b.soil.raft.sides for b in case.buildings]
+    for j, i in itertools.permutations(range(len(case.buildings)), 2):
+        a, b = case.buildings[i], case.buildings[j]
+        # Of two rafts, that of the later building is named.
+        if not on_rafts[j] or (on_rafts[i] and i > j) or a.axis == b.axis:
+            continue
+        pairs = zip(extents[i], extents[j], a.axis, b.axis, strict=True)
+        into = min(0.5 * ((p or 0.0) + (q or 0.0)) - abs(x - y) for p, q, x, y in pairs)
+        if into > BESIDE:
+            other = "the raft of " if on_rafts[i] else ""
+            text = f"the raft reaches {into:.3g} m into the plan of {other}{a.name}"
+            yield source.fault(("buildings", j, "soil", "raft"), None, text)
+
+
 def _floors(case: Case, source: Source) -> Iterator[Fault]:
     """Moments of inertia that do not go with the masses; of a table that several name once."""
     files: dict[Path, tuple[Floor, ...]] = {}
@@ -250,7 +283,7 @@ def _pairs(source: Source, case: Case) -> Iterator[Fault]:
         yield source.fault(("motions", 0, "direction"), moving[0], text)
     for contact in case.contacts:
         index = contact.table
-        for side, end in (("a", contact.a), ("b", contact.b)):
+        for side, (end, _) in zip("ab", contact.ends, strict=False):
             building = case.building(end.building)
             for c, size in enumerate((building.length, building.width)):
                 if size is not None and abs(end.offset[c]) > 0.5 * size + BESIDE:
@@ -277,6 +310,24 @@ def _pairs(source: Source, case: Case) -> Iterator[Fault]:
             yield source.fault(("contacts", index), None, text)
 
 
+def _passage(source: Source, case: Case) -> Iterator[Fault]:
+    """Waves that pass slower than shear waves, or reach all buildings at the same time."""
+    if case.wave_passage is None:
+        return
+    speed = case.wave_passage.apparent_velocity
+    soils = [one.soil for one in case.buildings if isinstance(one.soil, HalfSpaceSoil)]
+    fastest = max((soil.shear_velocity for soil in soils), default=0.0)
+    if speed < RAYLEIGH * fastest:
+        text = (
+            f"waves do not pass slower than those of [buildings.soil], {fastest:g} m/s: of waves "
+            "from below the apparent velocity is that over the sine of their angle to the vertical"
+        )
+        yield _written(source, ("wave_passage", "apparent_velocity"), text)
+    if not max(case.delays.values()) > SAME:
+        text = "the waves reach all buildings at the same time: the axes are at right angles to it"
+        yield _written(source, ("wave_passage", "direction"), text)
+
+
 def _pounding(source: Source, case: Case, longest: float) -> Iterator[Fault]:
     """A time that is long for the motions, a step for the shortest impact, of two free floors."""
     computed = case.pounding.duration
@@ -290,10 +341,10 @@ def _pounding(source: Source, case: Case, longest: float) -> Iterator[Fault]:
     durations = []
     for contact in case.contacts:
         law = case.contact_laws[contact.law]
-        masses = [
-            _mass(case, end.building, end.floor or end.storey) for end in (contact.a, contact.b)
-        ]
-        M = masses[0] * masses[1] / (masses[0] + masses[1])
+        if isinstance(law, UnilateralLaw):
+            continue
+        masses = [_mass(case, end.building, end.floor or end.storey) for end, _ in contact.ends]
+        M = 1.0 / sum(1.0 / mass for mass in masses)
         K = law.stiffness
         if not isinstance(K, float):
             continue

@@ -7,8 +7,6 @@ are, a case file must state its units.
 # The methods of the leaves are described once, in their base.
 # ruff: noqa: D102
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import dataclass
@@ -20,20 +18,12 @@ from pydantic_core import PydanticCustomError
 from impactfem.case import unit as units
 from impactfem.case.base import Leaf, refuse
 from impactfem.case.unit import Kind, UnitError
+from impactfem.records.file import NUMBER as NUMBER
 
-_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _BEYOND = 1e60  # no physical quantity in SI reaches it; a product of five of them is finite
-_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.DOTALL)
+QUANTITY = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*", re.DOTALL)
 _COMMA = re.compile(r"\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)((?:\s*[^\W\d].*?|\s*1\s*/.*?)?)\s*")
-_PERCENT = re.compile(rf"\s*({_NUMBER})\s*%\s*")
-
-
-def read_number(text: str) -> float | None:
-    """A finite float from its decimal text; None when the text is no such number."""
-    if re.fullmatch(_NUMBER, text.strip()) is None:
-        return None
-    value = float(text)
-    return value if math.isfinite(value) else None
+_PERCENT = re.compile(rf"\s*({NUMBER})\s*%\s*")
 
 
 def _number(value: Any) -> float:
@@ -124,7 +114,7 @@ class Quantity(_Bounded):
             thousands = len(comma[2]) % 3 == 0 and comma[2].isdigit()
             whole = f", or '{comma[1]}{comma[2]}{comma[3]}'" if thousands else ""
             raise refuse(f"{words}: '{point}'{whole}")
-        match = _QUANTITY.fullmatch(text)
+        match = QUANTITY.fullmatch(text)
         if match is None:
             raise refuse(f"expected {self.phrase}")
         if not match[2]:
@@ -137,7 +127,7 @@ class Quantity(_Bounded):
     def schema(self) -> dict[str, Any]:
         return {
             "type": "string",
-            "pattern": rf"^\s*{_NUMBER}(?:\s*[A-Za-zµμ]|\s+1\s*/).*$",
+            "pattern": rf"^\s*{NUMBER}(?:\s*[A-Za-zµμ]|\s+1\s*/).*$",
             "examples": [self.kind.example],
             "x-unit": self.kind.unit,
             "x-accepts": f"{self.kind.name} {self.bound}".strip(),
@@ -173,7 +163,7 @@ class Ratio(_Bounded):
         accepts = {"x-unit": "-", "x-accepts": f"a number {self.bound}".strip()}
         if not self.percent:
             return number | accepts
-        text = {"type": "string", "pattern": rf"^\s*{_NUMBER}\s*%\s*$", "examples": ["5 %"]}
+        text = {"type": "string", "pattern": rf"^\s*{NUMBER}\s*%\s*$", "examples": ["5 %"]}
         return {"anyOf": [number, text]} | accepts
 
 

@@ -1,7 +1,5 @@
 """A case file as it is read: what its validators can learn of the rest of it and of its files."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

@@ -1,7 +1,5 @@
 """The report: its assumptions, and the publication that it is compared with."""
 
-from __future__ import annotations
-
 import fnmatch
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,11 +10,12 @@ from pydantic import Field, StrictBool, ValidationError, ValidationInfo
 from impactfem.case.base import Section, nearest
 from impactfem.case.explain import explain
 from impactfem.case.leaf import Prose, Text
-from impactfem.case.quantity import Weight, read_number
+from impactfem.case.quantity import Weight
 from impactfem.case.reading import Reading, TableFile, reading_of
 from impactfem.case.source import Source, parse
 from impactfem.case.table import Table, read_table
 from impactfem.case.unit import UnitError, to_si
+from impactfem.records.file import read_number
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import LARGEST_TOML, read_text
 

@@ -1,7 +1,5 @@
 """A case file laid over those that it extends, and which of them says what."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Iterator
@@ -101,10 +99,8 @@ def read_source(path: Path, model: type[BaseModel]) -> Source:
     Tables are laid over one another key by key; a list and any other value replaces what the
     extended file says, and so does a table of another ``type``. A table in the place of an array of
     tables with names is laid over those of its keys: ``[buildings.B1]``. The model of a case file
-    tells the names of files from other texts.
-
-    Raises:
-        InputError: A file cannot be read or is not TOML, or a file extends itself.
+    tells the names of files from other texts. InputError where a file cannot be read or is not
+    TOML, or a file extends itself.
     """
     source = Source(path)
     folders: dict[Path, Path] = {}  # of each file, relative to that of the first one

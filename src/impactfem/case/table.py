@@ -3,8 +3,6 @@
 Every reader takes a list for faults, to which it appends all that is wrong, and gives None then.
 """
 
-from __future__ import annotations
-
 import csv
 import itertools
 import math
@@ -21,8 +19,9 @@ from pydantic.fields import FieldInfo
 from impactfem.case.base import Section, nearest
 from impactfem.case.leaf import Levels, Whole, Words
 from impactfem.case.place import one_line
-from impactfem.case.quantity import Quantity, Ratio, read_number
+from impactfem.case.quantity import Quantity, Ratio
 from impactfem.case.unit import UnitError, scale, si_factor
+from impactfem.records.file import read_number
 from impactfem.system.errors import Fault
 from impactfem.system.files import read_text, wrong_separators
 

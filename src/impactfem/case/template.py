@@ -1,7 +1,5 @@
 """A new case file to start from: complete, commented, and accepted as it is."""
 
-from __future__ import annotations
-
 import os
 import re
 from collections.abc import Collection, Sequence
@@ -99,11 +97,9 @@ def _texts(name: str, parts: Collection[str], minimal: bool) -> dict[str, str]:
 
 
 def _composed(template: str, parts: Collection[str], minimal: bool) -> str:
-    """The case file with the parts in use, the others behind a '#'.
-
-    In the template '@PART' begins a block, which '@' ends. A key behind '?' is optional: it is
-    shown behind a '#'; behind '?PART' it is in use where the part is.
-    """
+    """The case file with the parts in use, the others behind a '#'."""
+    # In the template '@PART' begins a block, which '@' ends. A key behind '?' is optional: it is
+    # shown behind a '#'; behind '?PART' it is in use where the part is.
     lines: list[str] = []
     used = True
     for line in template.splitlines():

@@ -1,7 +1,5 @@
 """The response of the 3D model in time: how it is computed, and the probes that record it."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -39,6 +37,8 @@ _WAYS = "point, or from with to and count, or group"
 
 class Probe(Section):
     """A point of the 3D model whose motion is recorded, or several of them.
+
+    Of a point of the case, and of mass centres, the rotations of its node are recorded as well.
 
     Either ``point``, or ``from``, ``to`` and ``count``, or ``group``. Several points are named
     ``corner_1``, ``corner_2`` and so on. Always there, without a table: ``centre_1`` and so on, the
@@ -131,7 +131,7 @@ LARGEST_BASIS = 1200
 
 
 class Transient(Section):
-    """The 3D model in time, under the ground motion and the impact forces of the sticks.
+    """The 3D model in time, under the ground motion and the impact forces.
 
     The forces act as line loads on the sides of the floors that the pairs strike, and inside
     storeys on walls and columns. Spectra are those of ``[spectra]``, the damping is that of the
@@ -143,7 +143,7 @@ class Transient(Section):
     and records the probes only, without maps, waves and export; 'both' holds the reduced one
     against the full one."""
     duration: Duration | None = None
-    """Time that is computed; default what is computed of the sticks, or as long as the forces of
+    """Time that is computed; default what is computed of the pounding, or as long as the forces of
     another program last."""
     time_step: TimeStep
     """Time step of the 3D model."""
@@ -179,7 +179,7 @@ class Transient(Section):
     """Distance by which all forces on the sides are moved along them, beyond the offsets of their
     pairs: accidental eccentricity, for example."""
     forces: Annotated[Path, FileName("a force history (NetCDF or CSV)")] | None = None
-    """Impact forces of another program (NetCDF or CSV) in place of the sticks'."""
+    """Impact forces of another program (NetCDF or CSV) in place of those of the pounding."""
     fields: tuple[Literal["pfa", "psa"], ...] = ("pfa", "psa")
     """Maps over all nodes of the floors: of the peak acceleration, of the pseudo-acceleration at
     field_frequencies."""

@@ -51,10 +51,7 @@ FORCE = Kind("a force", "N", "121 MN")
 STRESS = Kind("a stress", "Pa", "33 GPa")
 STIFFNESS = Kind("a stiffness", "N/m", "1e11 N/m")
 ROTATIONAL_STIFFNESS = Kind(
-    "a rotational stiffness",
-    "N m/rad",
-    "3e7 N m/rad",
-    one_of=frozenset({"radian", "degree"}),
+    "a rotational stiffness", "N m/rad", "3e7 N m/rad", one_of=frozenset({"radian", "degree"})
 )
 BENDING_STIFFNESS = Kind("a bending or twisting stiffness", "N m2", "8e7 N m2")
 SECTION_STIFFNESS = Kind("a shear or stretching stiffness", "N", "1.2e9 N")
@@ -143,10 +140,8 @@ def si_factor(text: str, kind: Kind) -> float:
     """Factor from a unit to the SI unit of a kind of quantity, which it must measure.
 
     Units are written ``cm``, ``m/s2``, ``m/s^2`` or ``kg·m²``. Where an acceleration is expected
-    ``g`` is the standard gravity, elsewhere the gram; ``t`` is the tonne.
-
-    Raises:
-        UnitError: The text is not a unit, or measures something else.
+    ``g`` is the standard gravity, elsewhere the gram; ``t`` is the tonne. UnitError where the text
+    is not a unit, or measures something else.
     """
     if kind is ACCELERATION and text.strip() == "g":
         text = "standard_gravity"
@@ -189,10 +184,8 @@ def scale(value: float, factor: float) -> float:
 def to_si(value: float, text: str) -> tuple[float, str]:
     """Convert a value to SI and name the SI unit, whatever the kind of quantity.
 
-    The unit is empty, ``-`` or ``%`` for a number without dimension.
-
-    Raises:
-        UnitError: The text is not a unit, or no kind of quantity known here has it.
+    The unit is empty, ``-`` or ``%`` for a number without dimension. UnitError where the text is
+    not a unit, or no kind of quantity known here has it.
     """
     if text.strip() in {"", "-"}:
         return value, "-"

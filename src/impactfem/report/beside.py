@@ -1,7 +1,5 @@
 """A run compared with a publication: every equation, figure and table, and how near ours comes."""
 
-from __future__ import annotations
-
 import fnmatch
 import math
 from collections import Counter
@@ -80,13 +78,7 @@ class Place:
 def places(
     reference: Mapping[str, Any], summary: Sequence[Mapping[str, Any]], written: Sequence[str]
 ) -> list[Place]:
-    """Compare a run with a publication.
-
-    Args:
-        reference: The publication, as a case has it.
-        summary: The scalar results with their published values.
-        written: Files of the run, relative to its folder.
-    """
+    """Compare a run with a publication: its scalar results, and files relative to its folder."""
     results = {entry["name"]: entry for entry in summary}
     made = []
     for item in reference["items"]:

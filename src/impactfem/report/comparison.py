@@ -1,7 +1,5 @@
 """Floor response spectra of two runs of a 3D building, point by point; tables and a figure."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,9 +12,9 @@ from impactfem.plot.table import Cell, Table, heads
 from impactfem.spectra.frequency_list import SAME, interpolate_frequency, merged_frequencies
 from impactfem.stages.stores import names_of
 from impactfem.stages.transient.selection import QUIET
+from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, InputError
 
-Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 STORE, FIGURE = "comparison.nc", "comparison_spectra.svg"
@@ -25,6 +23,8 @@ NEAR = 0.05
 """Difference of which the table of the directions counts the ordinates that are within it."""
 ALIKE = 0.05
 """Part of the height, length and width of a building by which another one may differ from it."""
+STILL = 1e-3
+"""Largest peak acceleration along an axis, over that along all, up to which it is not compared."""
 LEAST = 20
 """Least number of frequencies that are compared, where neither run has fewer itself."""
 
@@ -37,6 +37,7 @@ class Side:
     building: xr.Dataset  #: its `building.nc`
     case_file: str  #: name of its case file
     folder: Path  #: its folder, as the user wrote it
+    pounding: str = ""  #: what pounded, in words
 
     @property
     def frequency(self) -> Array:
@@ -145,21 +146,13 @@ def compare(one: Side, other: Side, highest: float) -> xr.Dataset:
 
     One building is one with as many floors, at the same heights, over the same plan, to `ALIKE`;
     its name, mesh, materials, damping, contacts and motion may differ. A point is one of the same
-    name in both runs, at places no farther apart than the elements of the coarser mesh are long.
-    A spectrum counts where the peak acceleration of both runs is more than `QUIET` of the largest
-    along the axis: elsewhere it is that of the mesh.
+    name in both runs, at places no farther apart than the elements of the coarser mesh are long. A
+    spectrum counts where the peak acceleration of both runs is more than `QUIET` of the largest
+    along the axis, and this more than `STILL` of that along all: elsewhere it is that of the mesh.
+    InputError where they are of different buildings, share no point or damping, or too few
+    frequencies up to the highest [Hz]; or nothing moves.
 
-    Args:
-        one: The run.
-        other: The run that it is compared with.
-        highest: Highest frequency that is compared [Hz].
-
-    Returns:
-        PSa of both by point, axis and frequency, at the first damping that both have.
-
-    Raises:
-        InputError: They are of different buildings, share no point or damping, or too few
-            frequencies up to the highest; or nothing moves.
+    Gives PSa of both by point, axis and frequency, at the first damping that both have.
     """
     alike = len(one.levels) == len(other.levels)
     if alike:
@@ -207,7 +200,10 @@ def compare(one: Side, other: Side, highest: float) -> xr.Dataset:
     known = frequency[frequency <= highest * (1.0 + SAME)]
     widest = float(max(_gap(side.frequency, known).max() for side in both))
     peak = [side.response["pfa"].sel(probe=kept).values for side in both]
-    counts = np.logical_and(*(p > QUIET * p.max(axis=0) for p in peak))
+    # Along an axis that rounding and the unevenness of a mesh alone move there is no spectrum.
+    counts = np.logical_and(
+        *((p > QUIET * p.max(axis=0)) & (p.max(axis=0) > STILL * p.max()) for p in peak)
+    )
     if not counts.any():
         expected = f"expected a point that moves in {one.folder}, too"
         raise InputError([Fault(other.folder, "pfa", None, expected)])
@@ -278,6 +274,7 @@ def _named(side: Side, against: Side, kind: str, highest: float) -> dict[str, ob
         f"{kind}title": str(store.attrs["title"]),
         f"{kind}case_file": side.case_file,
         f"{kind}folder": str(side.folder),
+        f"{kind}pounding": side.pounding,
         f"{kind}case_hash": str(store.attrs["case_hash"]),
         f"{kind}building": str(store.attrs["building"]),
         f"{kind}shape": side.shape,
@@ -303,6 +300,7 @@ def cases_table(found: Comparison) -> Table:
         ("title", "title"),
         ("case file", "case_file"),
         ("folder", "folder"),
+        ("what pounds", "pounding"),
         ("building", "building"),
         ("its floors and plan", "shape"),
         ("mean side of its triangles [m]", "element"),
@@ -392,7 +390,6 @@ def comparison_figure(path: Path, found: Comparison) -> None:
         axes[1].set_ylabel("difference [%]")
         if apart.any():
             axes[1].set_yscale("log")
-        axes[1].yaxis.set_major_formatter("{x:g}")
         for panel in axes:
             panel.axvline(found.highest, color="0.4", ls=":")
             panel.set_xlabel("frequency [Hz]")

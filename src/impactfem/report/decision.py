@@ -1,7 +1,5 @@
 """The first screen of the page: what a decision needs, whatever the case has."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,6 +17,7 @@ from impactfem.report.overview import (
     anchor_forces,
     digits,
     forces_table,
+    in_3d,
     quantity,
     table,
     wall_is_used,
@@ -35,6 +34,9 @@ KEY_RESULTS = 10
 PLACES = {"centre": "mass centre", "edge": "impact edge", "line": "on the line across"}
 """Kinds of probes in words."""
 PURPLE = "#7a4fa3"
+SLIGHT = 0.05
+"""Least ratio of the largest ordinate without impact to that of the building along all directions,
+for the factor of the first screen."""
 
 
 @dataclass(frozen=True)
@@ -78,16 +80,21 @@ class Spectrum:
         return float(self.psa.idxmax("frequency"))
 
     @property
+    def still(self) -> float:
+        """The largest ordinate without impact [m/s2]; 0 where that was not computed."""
+        return 0.0 if self.free is None else float(self.free.max())
+
+    @property
     def factors(self) -> tuple[float, float]:
         """Its peak over that without impact, and the ratio at the frequency of the former.
 
         nan where impacts alone move the point: what is left without them is rounding.
         """
-        if self.free is None or float(self.free.max()) <= RESIDUAL * self.peak:
+        if self.free is None or self.still <= RESIDUAL * self.peak:
             return math.nan, math.nan
         there = self.free.sel(frequency=self.at, method="nearest")
         with np.errstate(divide="ignore", invalid="ignore"):
-            both = self.peak / np.array([float(self.free.max()), float(there)])
+            both = self.peak / np.array([self.still, float(there)])
         return float(both[0]), float(both[1])
 
     @property
@@ -112,7 +119,7 @@ def governing(run: RunFiles) -> list[Spectrum]:
 
 
 def _of_sticks(run: RunFiles) -> list[Spectrum]:
-    found = []
+    found, touched = [], in_3d(run.case)
     with run.store("pounding.nc") as store:
         one = store[["psa", "psa_free", "pfa"]].isel(damping=0).load()
         for name in dict.fromkeys(one["station_building"].values.tolist()):
@@ -122,7 +129,8 @@ def _of_sticks(run: RunFiles) -> list[Spectrum]:
                 at = along.isel(station=int(np.argmax(along["psa"].max("frequency").values)))
                 floor, ratio = int(at["station_floor"]), float(at["damping"])
                 values = at["psa"], float(at["pfa"]), at["psa_free"]
-                found.append(Spectrum(name, STICK, floor, "", direction, ratio, *values))
+                model, place = (MODEL, PLACES["centre"]) if name in touched else (STICK, "")
+                found.append(Spectrum(name, model, floor, place, direction, ratio, *values))
     return _moving(found)
 
 
@@ -198,10 +206,16 @@ def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
     """What the first screen answers, as far as the case has it."""
     found = []
     if spectra:
-        found.append(_floor(spectra[0]))
-        own = [one for one in spectra if one.building == spectra[0].building]
-        if compared := [one for one in own if one.factors[0] > 0.0]:
-            found.append(_factor(max(compared, key=lambda one: one.factors[0])))
+        one = spectra[0]
+        text = f"{one.words}, along {one.direction}, {100.0 * one.damping:.3g} % damping"
+        text += f"; {one.peak / G:.3g} g, peak acceleration (ZPA) {one.pfa:.3g} m/s²"
+        value = f"{one.peak:.3g} m/s² at {one.at:.3g} Hz"
+        found.append(Answer("Floor spectrum that governs", value, text, link="spectra"))
+        own = [other for other in spectra if other.building == one.building]
+        # A direction in which the ground hardly moves it would have a factor without meaning.
+        least = SLIGHT * max((other.still for other in own), default=0.0)
+        if compared := [other for other in own if other.factors[0] > 0.0 and other.still >= least]:
+            found.append(_factor(max(compared, key=lambda other: other.factors[0])))
     found += _gap(run) + _anchors(run) + _impacts(run)
     good = [check["good"] for check in run.checks]
     limits, missed = sum(one is not None for one in good), good.count(False)
@@ -211,17 +225,9 @@ def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
     return found
 
 
-def _floor(one: Spectrum) -> Answer:
-    text = f"{one.words}, along {one.direction}, {100.0 * one.damping:.3g} % damping"
-    text += f"; {one.peak / G:.3g} g, peak acceleration (ZPA) {one.pfa:.3g} m/s²"
-    value = f"{one.peak:.3g} m/s² at {one.at:.3g} Hz"
-    return Answer("Floor spectrum that governs", value, text, link="spectra")
-
-
 def _factor(one: Spectrum) -> Answer:
     peak, there = one.factors
-    free = float("nan") if one.free is None else float(one.free.max())
-    text = f"{one.words}, along {one.direction}: peak {one.peak:.3g} against {free:.3g} m/s²"
+    text = f"{one.words}, along {one.direction}: peak {one.peak:.3g} against {one.still:.3g} m/s²"
     text += f"; {there:.3g} times as much at {one.at:.3g} Hz"
     return Answer("Over the case without impact", f"× {peak:.3g}", text, link="spectra")
 
@@ -295,7 +301,7 @@ def _impacts(run: RunFiles) -> list[Answer]:
             where = entry["note"].replace("-", " and ").replace("_", " ")
             force = quantity(entry["value"], entry["unit"], digits=4)
             count = run.values.get("pounding.impacts", 0.0)
-            text = f"{where}; {count:.0f} impact{'s' if count > 1 else ''} of the sticks in all"
+            text = f"{where}; {count:.0f} impact{'s' if count > 1 else ''} in all"
             return [Answer("Largest impact", force, text, link="stage_pounding")]
     return []
 
@@ -306,7 +312,7 @@ def flags(run: RunFiles, spectra: list[Spectrum]) -> list[str]:
     epsilon = _at_wall(run)
     if epsilon is not None and run.ran("pounding") and not wall_is_used(run.case):
         with run.store("pounding.nc") as store:
-            laws = np.unique(store["pair_restitution"].values.round(3))
+            laws = np.unique(store["pair_restitution"].dropna("pair").values.round(3))
         given = " to ".join(f"{value:.3g}" for value in laws[[0, -1][: len(laws)]])
         if given:
             found.append(
@@ -349,7 +355,14 @@ def spectra_figure(run: RunFiles, spectra: list[Spectrum]) -> Path | None:
     anchors = [one for one in spectra if one.at_anchor]
     buildings = dict.fromkeys(one.building for one in spectra if not one.at_anchor)
     panels = [_building_panel(run, spectra, name) for name in [*buildings][: 1 if anchors else 2]]
-    panels += [_anchor_panel(one) for one in anchors[:1]]
+    for one in anchors[:1]:
+        curves = [_curve(one.psa, "with impacts", GREEN, "-")]
+        if one.free is not None:
+            curves.append(_curve(one.free, "without impact", GREEN, "--"))
+        title = f"Anchor of {one.model}, {one.building}, along {one.direction}"
+        if math.isfinite(one.damping):
+            title += f", {100.0 * one.damping:.3g} % damping"
+        panels.append(_panel(curves, title))
     if not panels:
         return None
     caption = (
@@ -358,30 +371,32 @@ def spectra_figure(run: RunFiles, spectra: list[Spectrum]) -> Path | None:
     )
     size = (5.5 * len(panels), 3.3)
     drawn = CurveFigure(SPECTRA, caption, panels, len(panels), size)
-    (run.folder / "figures").mkdir(exist_ok=True)
     return drawn.write(run.folder / "figures")
 
 
 def _building_panel(run: RunFiles, spectra: list[Spectrum], building: str) -> Panel:
-    """Spectra of the floor of a building that governs, along the direction that governs.
-
-    Where a point on no floor governs, of the point and of the stick's floor that governs.
-    """
+    """Spectra of the floor of a building that governs, along the direction that governs."""
+    # Where a point on no floor governs, of the point and of the stick's floor that governs.
     own = [one for one in spectra if one.building == building and not one.at_anchor]
     first = own[0]
     along = (one for one in own if (one.model, one.direction) == (STICK, first.direction))
     floor, curves = first.floor or next(along, first).floor, []
+    touched = in_3d(run.case)
     with run.store("pounding.nc") as store:
         one = store[["psa", "psa_free"]].isel(damping=0)
         here = (one["station_building"] == building) & (one["station_floor"] == floor)
         if first.direction in names_of(store, "direction"):
-            stick = one.isel(station=here.values).sel(direction=first.direction)
+            pounded = one.isel(station=here.values).sel(direction=first.direction)
+            model = f"{MODEL}, {PLACES['centre']}" if building in touched else STICK
             for name, dash, words in (("psa", "-", "with impacts"), ("psa_free", "--", "without")):
-                curves += [_curve(psa, f"stick, {words}", BLUE, dash) for psa in stick[name]]
+                curves += [_curve(psa, f"{model}, {words}", BLUE, dash) for psa in pounded[name]]
     if building in run.models and run.models[building].ran("transient"):
         with run.models[building].store("transient.nc") as store:
             one = known(store[["psa"]].isel(damping=0)).sel(component=first.direction)
-            for kind, colour in (("centre", ORANGE), ("edge", RED)):
+            kinds = {"centre": ORANGE, "edge": RED}
+            if building in touched:
+                del kinds["centre"]  # as it pounded
+            for kind, colour in kinds.items():
                 here = (one["probe_kind"] == kind) & (one["probe_floor"] == floor)
                 at = one["psa"].isel(probe=here.values)
                 curves += [_curve(psa, f"3D model, {PLACES[kind]}", colour, "-") for psa in at]
@@ -389,14 +404,6 @@ def _building_panel(run: RunFiles, spectra: list[Spectrum], building: str) -> Pa
         curves.append(_curve(first.psa, f"3D model, {first.place}", PURPLE, "-"))
     title = f"{building}, floor {floor}, " if floor else f"{building}, "
     return _panel(curves, f"{title}along {first.direction}, {100.0 * first.damping:.3g} % damping")
-
-
-def _anchor_panel(one: Spectrum) -> Panel:
-    curves = [_curve(one.psa, "with impacts", GREEN, "-")]
-    if one.free is not None:
-        curves.append(_curve(one.free, "without impact", GREEN, "--"))
-    damping = f", {100.0 * one.damping:.3g} % damping" if math.isfinite(one.damping) else ""
-    return _panel(curves, f"Anchor of {one.model}, {one.building}, along {one.direction}{damping}")
 
 
 def _curve(spectrum: xr.DataArray, label: str, colour: str, dash: str) -> Curve:

@@ -1,7 +1,5 @@
 """The stages of the study, what they hand over to one another and what a run computed."""
 
-from __future__ import annotations
-
 import json
 import re
 import textwrap
@@ -10,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.patches import FancyBboxPatch
 
 from impactfem.plot.style import BLUE, figure
@@ -33,12 +30,7 @@ Slot = tuple[str, ...]
 
 
 def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
-    """Draw `figures/figure_04_flowchart.svg`: a box for each stage, an arrow for each need.
-
-    Args:
-        folder: The run's folder, with its summary and its provenance.
-        stages: All stages, in order.
-    """
+    """Draw `figures/figure_04_flowchart.svg`: a box for each stage, an arrow for each need."""
     made = json.loads((folder / PROVENANCE).read_text(encoding="utf-8"))
     results = json.loads((folder / SUMMARY).read_text(encoding="utf-8"))
     needs: Mapping[str, Sequence[str]] = made.get("needs", {})
@@ -64,7 +56,6 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
         + (" Dashed: not part of this run." if missing else "")
     )
     target = folder / "figures"
-    target.mkdir(parents=True, exist_ok=True)
     handed = "; ".join(f"{a} to {b}" for a, b in links)
     seen = f"Boxes of the stages {', '.join(done)}{f', with arrows from {handed}' * bool(links)}."
     size = (0.09 * across, ROW * len(rows))
@@ -76,7 +67,23 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
                 lines = headlines(known[own], results if not building else _of(results, building))
             italic = name.replace("_", "\\_")
             head = f"{known[own].title}  ($\\it{{{italic}}}$)"
-            _box(axes[0], places[(name,)], FILL * step, head, lines, name in done)
+            (x, y), height, here = places[(name,)], FILL * step, name in done
+            frame = FancyBboxPatch(
+                (x - 0.5 * WIDTH, y - 0.5 * height),
+                WIDTH,
+                height,
+                boxstyle="round,pad=0,rounding_size=1.2",
+                facecolor=DONE if here else MISSING,
+                edgecolor=BLUE if here else GREY,
+                linestyle="-" if here else "--",
+                zorder=2,
+            )
+            axes[0].add_patch(frame)
+            look: dict[str, Any] = {"ha": "center", "va": "top", "zorder": 3}
+            look["color"] = "black" if here else GREY
+            axes[0].text(x, y + 0.4 * height, head, fontsize=8.5, **look)
+            text = "\n".join(part for line in lines for part in textwrap.wrap(line, LETTERS))
+            axes[0].text(x, y + 0.18 * height, text, fontsize=7.5, linespacing=1.2, **look)
         for a, b in links:
             between = [places[slot] for slot in places if slot == (a, b, slot[-1])]
             # From a box to one below, between the boxes of the rows that the arrow passes.
@@ -86,8 +93,8 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
             for x, y in between:
                 line += [(x, y + half), (x, y - half)]
             axes[0].plot(*zip(*line, strict=True), color="black", lw=1.0, zorder=1)
-            look = {"arrowstyle": "-|>", "shrinkA": 0.0, "shrinkB": 0.0, "color": "black"}
-            axes[0].annotate("", (end, top + half), xytext=line[-1], arrowprops=look, zorder=4)
+            arrow = {"arrowstyle": "-|>", "shrinkA": 0.0, "shrinkB": 0.0, "color": "black"}
+            axes[0].annotate("", (end, top + half), xytext=line[-1], arrowprops=arrow, zorder=4)
         axes[0].set_xlim(0.0, across)
         axes[0].set_ylim(0.0, 100.0)
         axes[0].set_axis_off()
@@ -95,10 +102,8 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
 
 
 def _rows(names: Sequence[str], links: Sequence[tuple[str, str]]) -> list[list[Slot]]:
-    """Each stage below those that it needs, and a slot in each row that an arrow passes through.
-
-    In a row, slots stand in the order of the mean place of those above that lead to them.
-    """
+    """Each stage below those that it needs, and a slot in each row that an arrow passes through."""
+    # In a row, slots stand in the order of the mean place of those above that lead to them.
     level: dict[str, int] = {}
     for name in names:
         level[name] = 1 + max((level[a] for a, b in links if b == name), default=-1)
@@ -139,25 +144,3 @@ def headlines(stage: Stage, results: Sequence[Mapping[str, Any]]) -> list[str]:
             words = words.replace(f"{{{name}}}", quantity(*max(found), digits=4))
         lines += [] if words is None else [words.replace("m/s2", "m/s²")]
     return lines
-
-
-def _box(
-    panel: Axes, place: Place, height: float, head: str, lines: Sequence[str], done: bool
-) -> None:
-    (x, y), top = place, place[1] + 0.5 * height
-    frame = FancyBboxPatch(
-        (x - 0.5 * WIDTH, y - 0.5 * height),
-        WIDTH,
-        height,
-        boxstyle="round,pad=0,rounding_size=1.2",
-        facecolor=DONE if done else MISSING,
-        edgecolor=BLUE if done else GREY,
-        linestyle="-" if done else "--",
-        zorder=2,
-    )
-    panel.add_patch(frame)
-    look: dict[str, Any] = {"ha": "center", "va": "top", "zorder": 3}
-    look["color"] = "black" if done else GREY
-    panel.text(x, top - 0.1 * height, head, fontsize=8.5, **look)
-    text = "\n".join(part for line in lines for part in textwrap.wrap(line, LETTERS))
-    panel.text(x, top - 0.32 * height, text, fontsize=7.5, linespacing=1.2, **look)

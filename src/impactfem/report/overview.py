@@ -1,7 +1,5 @@
 """What a run found, in short tables for the sections of the page."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
@@ -59,16 +57,22 @@ def table(title: str, columns: str, rows: Iterable[Sequence[Any]], note: str = "
 def buildings(run: RunFiles) -> Facts:
     """The buildings of the case and their models."""
     rows = []
-    models = run.models
+    models, pounding = run.models, in_3d(run.case)
     for building in run.case["buildings"]:
         name, floors = building["name"], building["floors"]
         mass, height = (sum(floor[key] for floor in floors) for key in ("mass", "storey_height"))
-        modes = _modes(run, rf"sticks\.{re.escape(name)}\.frequency\.(\d+)") or "not computed"
-        model = "stick and 3D model" if name in models else "stick"
-        rows.append((name, len(floors), 1e-3 * mass, height, modes, model))
+        # Of the model that pounds.
+        known = _modes(models[name], BENDING) if name in pounding else ""
+        modes = known or _modes(run, rf"sticks\.{re.escape(name)}\.frequency\.(\d+)")
+        if name in pounding:
+            model = "3D model, which pounds"
+        else:
+            model = "stick and 3D model" if name in models else "stick"
+        rows.append((name, len(floors), 1e-3 * mass, height, modes or "not computed", model))
+    clamped = ", clamped" if any(one.get("soil") for one in run.case["buildings"]) else ""
     columns = (
         "building {}; floors {}; mass of floors [t] {:,.0f}; height [m] {:.2f}; "
-        "first modes [Hz] {}; model {}"
+        f"first modes{clamped} [Hz] {{}}; model {{}}"
     )
     notes = [
         f"3D model of {name}: {one.values['building.elements']:,.0f} shells and beams, "
@@ -117,8 +121,14 @@ def impacts(run: RunFiles) -> Facts:
     return table("What hits what", columns, rows, note)
 
 
+def in_3d(case: Mapping[str, Any]) -> set[str]:
+    """Names of the buildings whose 3D models pound."""
+    models = case["pounding"].get("models", {})  # not there in a run of an earlier version
+    return {name for name, model in models.items() if model == "structure"}
+
+
 def stick_spectra(run: RunFiles, building: str) -> Facts:
-    """Spectra of all floors of a stick along all directions, with and without impact."""
+    """Spectra of all floors as they pounded, along all directions, with and without impact."""
     with run.store("pounding.nc") as store:
         one = store[["psa", "psa_free", "pfa", "pfa_free"]].isel(damping=0).load()
         one = one.isel(station=(one["station_building"] == building).values)
@@ -137,7 +147,8 @@ def stick_spectra(run: RunFiles, building: str) -> Facts:
         "floor {}; along {}; peak [m/s²] {:.1f}; at [Hz] {:.1f}; PFA [m/s²] {:.1f}; "
         "peak, no contact [m/s²] {:.1f}; PFA, no contact [m/s²] {:.1f}; factor of the peak {}"
     )
-    return table(f"Floor spectra of the stick of {building}, {100 * damping:g} %", columns, rows)
+    what = "mass centres of the 3D model" if building in in_3d(run.case) else "stick"
+    return table(f"Floor spectra of the {what} of {building}, {100 * damping:g} %", columns, rows)
 
 
 def structure_spectra(run: RunFiles) -> Facts:
@@ -146,7 +157,7 @@ def structure_spectra(run: RunFiles) -> Facts:
     with run.store("transient.nc") as store:
         response = known(shown(store))
         force = response["edge_force"]
-        on_floor = [str(place).startswith("floor") for place in force["edge"].values]
+        on_floor = np.array([str(k).startswith("floor") for k in force["edge"].values], dtype=bool)
         hit = force["edge_floor"].values[(abs(force) > 0.0).any("time").values & on_floor]
         floors = floors_of(response, "centre")[::-1]
         rows = []

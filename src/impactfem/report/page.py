@@ -1,7 +1,5 @@
 """The page itself: what a run's files say, put into the template."""
 
-from __future__ import annotations
-
 import itertools
 import tomllib
 from collections import Counter
@@ -19,17 +17,15 @@ from impactfem.report.beside import (
     REPRODUCED,
     SHOWN,
     UNPUBLISHED,
-    Place,
     compared_values,
     count,
     farthest,
     places,
 )
 from impactfem.report.decision import anchors_table, answers, flags, governing, spectra_table
-from impactfem.report.overview import buildings, number, quantity, wall_is_used
-from impactfem.report.pictures import Picture, picture
+from impactfem.report.overview import buildings, in_3d, number, quantity, wall_is_used
 from impactfem.report.run_files import DRAWING, FLOWCHART, SPECTRA, RunFiles
-from impactfem.report.sections import TEMPLATES, anchor, numeric, sections
+from impactfem.report.sections import TEMPLATES, Picture, anchor, numeric, picture, sections
 from impactfem.stages.stage import Stage
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import atomic
@@ -92,6 +88,11 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
         found = ", ".join(f"{counts[status]} {status}" for status in STATUSES if counts[status])
         if found:
             LOGGER.debug("report: compared with the publication, %s: %s", what, found)
+    # Kinds and numbers in the publication of what a file shows, by the file.
+    beside: dict[str, list[tuple[str, str]]] = {}
+    for place in compared:
+        for name in place.shows:
+            beside.setdefault(name, []).append((place.item["kind"], place.item["number"]))
     seconds = run.provenance["seconds"]
     spectra = governing(run)
     return environment.from_string((TEMPLATES / "report.html").read_text("utf-8")).render(
@@ -113,7 +114,7 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
         assumptions=assumptions(run.case),
         conventions=conventions(run),
         sections=shown,
-        beside=_back(compared),
+        beside=beside,
         times={
             stage: sum(t for name, t in seconds.items() if name.startswith(f"{stage}: "))
             for stage in run.stages
@@ -135,24 +136,10 @@ def _overall(run: RunFiles, stem: str, numbers: Iterator[int]) -> Picture | None
     return None if path is None else picture(path, anchor(run, path), next(numbers))
 
 
-def _back(compared: Sequence[Place]) -> dict[str, list[tuple[str, str]]]:
-    """Kinds and numbers in the publication of what a file shows, by the file."""
-    found: dict[str, list[tuple[str, str]]] = {}
-    for place in compared:
-        for name in place.shows:
-            found.setdefault(name, []).append((place.item["kind"], place.item["number"]))
-    return found
-
-
 def conventions(run: RunFiles) -> list[tuple[str, str]]:
     """What the numbers of the page are: units, spectra, their ends, and rules of design."""
-    case, said = (
-        run.case,
-        [
-            ("Units", "SI; a prefix or another unit stands with the number. g is 9.80665 m/s²."),
-        ],
-    )
-    spectra = case["spectra"]
+    said = [("Units", "SI; a prefix or another unit stands with the number. g is 9.80665 m/s².")]
+    case, spectra = run.case, run.case["spectra"]
     grid = spectra["frequencies"]
     ends = (grid["minimum"], grid["maximum"]) if isinstance(grid, dict) else (grid[0], grid[-1])
     dampings = ", ".join(f"{100.0 * d:g} %" for d in spectra["damping"])
@@ -171,7 +158,7 @@ def conventions(run: RunFiles) -> list[tuple[str, str]]:
         "has not come down to it at its last frequency."
     )
     said.append(("Zero-period acceleration", text))
-    steps = f"The sticks have steps of {quantity(case['pounding']['time_step'], 's')}."
+    steps = f"The pounding has steps of {quantity(case['pounding']['time_step'], 's')}."
     if (transient := case["transient"]) is not None:
         steps += (
             f" The 3D model has steps of {quantity(transient['time_step'], 's')} and is meant up "
@@ -197,12 +184,23 @@ def assumptions(case: Mapping[str, Any]) -> list[tuple[str, Sequence[Mapping[str
     wall = "wall_used" if wall_is_used(case) else "wall_unused"
     laws = {one["damping"].get("type", "rayleigh") for one in case["buildings"]}
     damping = "rayleigh" if laws == {"rayleigh"} else "other_damping"
-    used = {"buildings": damping, "structure": "structure", "wall_impact": wall}
-    used |= {name: name for name in ("transient", "devices")}
-    keys = [key for name, key in used.items() if case[name]]
-    models = (case["structure"], *case.get("further_structures", ()))
-    if any(model and model.get("calibration") for model in models):
-        keys.insert(keys.index("structure") + 1, "fitted")
+    touched = in_3d(case)
+    models = [one for one in (case["structure"], *case.get("further_structures", ())) if one]
+    used = {
+        "alike": case.get("wave_passage") is None,
+        "waves": case.get("wave_passage"),
+        "clamped": any(one.get("soil") is None for one in case["buildings"]),
+        "soil": any(one.get("soil") is not None for one in case["buildings"]),
+        damping: True,
+        "sticks": any(one["name"] not in touched for one in case["buildings"]),
+        "in_3d": touched,
+        "structure": models,
+        "fitted": any(one.get("calibration") for one in models),
+        wall: case["wall_impact"],
+        "transient": case["transient"] and any(one["building"] not in touched for one in models),
+        "devices": case["devices"],
+    }
+    keys = [key for key, holds in used.items() if holds]
     own, reference = case["report"]["assumptions"], case["report"]["reference"] or {}
     groups = (
         ("The method", sum((method[key] for key in keys), method["always"])),

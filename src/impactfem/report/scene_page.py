@@ -1,7 +1,5 @@
 """A page with the building in 3D that one can turn: it needs neither a network nor other files."""
 
-from __future__ import annotations
-
 import html
 import io
 import json
@@ -17,7 +15,6 @@ import numpy as np
 import xarray as xr
 from jinja2 import Environment
 from matplotlib.colors import to_hex
-from numpy.typing import NDArray
 
 from impactfem.plot.floor_field import COLOURS
 from impactfem.plot.scene import (
@@ -40,8 +37,6 @@ from impactfem.stages.device.selection import anchor_of
 from impactfem.stages.stores import names_of, open_store, open_stores
 from impactfem.system.files import atomic
 from impactfem.system.own_process import in_own_process
-
-Array = NDArray[np.float64]
 
 WALL, OPACITY = "#8fb4d9", 0.25
 STEPS = 12
@@ -68,11 +63,9 @@ def write_scene(folder: Path) -> list[Path]:
     """Write `figures/building_scene.html` of a run's folder, in a separate process.
 
     Slabs have the colours of their peak acceleration where `transient_maps.nc` has it. Impact edges
-    are marked, and the devices of `device.nc`. None without `building.nc`.
-
-    Raises:
-        ImpactfemError: The file cannot be written, or the process that draws crashed, as it does
-            where OpenGL is missing (Debian's libegl1 and libgl1).
+    are marked, and the devices of `device.nc`. None without `building.nc`. ImpactfemError where the
+    file cannot be written, or the process that draws crashed, as it does where OpenGL is missing
+    (Debian's libegl1 and libgl1).
     """
     return in_own_process(draw, folder) if (folder / "building.nc").is_file() else []
 
@@ -85,14 +78,34 @@ def draw(folder: Path) -> list[Path]:
     with open_store(folder / "building.nc") as building:
         notes = Notes(f"Building {building.attrs.get('building', '')}".strip())
         _slabs(scene, notes, building, folder)
-        _others(scene, notes, building)
+        # Walls that are seen through, the outlines of all shells, beams and columns.
+        walls = shell_grid(building, "storey")
+        if walls.n_cells:
+            scene.add_mesh(_light(surface(walls)), color=WALL, opacity=OPACITY, lighting=False)
+            notes.entries.append(("walls", WALL))
+        shells = surface(shell_grid(building))
+        if shells.n_cells:
+            scene.add_mesh(_light(corners(shells)), color=OUTLINE, line_width=1.0)
+        for family, colour, width in (("beam", OUTLINE, 1.5), ("column", GREEN, 4.0)):
+            lines = beam_grid(building, family)
+            if lines.n_cells:
+                scene.add_mesh(_light(surface(lines)), color=colour, line_width=width)
+                notes.entries.append((FAMILIES[family][0], colour))
         ends = building["node_position"].values[building["edge_line"].values[:, :2]]
         if len(ends):
             scene.add_mesh(_light(segments(ends.reshape(-1, 3))), color=RED, line_width=5.0)
             notes.entries.append(("impact edges", RED))
         if (folder / "device.nc").is_file():
             with open_store(folder / "device.nc") as store:
-                _devices(scene, notes, building, store)
+                # Each device to scale on its anchor, in a ball that is seen from afar.
+                size = float(np.ptp(building["node_position"].values, axis=0).max())
+                for name in names_of(store, "device"):
+                    point, floor, _ = anchor_of(store, name)
+                    radius, height = device_size(store, name)
+                    scene.add_mesh(_light(standing(point, radius, height)), color=BLUE)
+                    ball = balls(point[None] + [0.0, 0.0, 0.5 * height], BALL * size)
+                    scene.add_mesh(_light(ball), color=BLUE, opacity=0.4)
+                    notes.entries.append((f"{name}, floor {floor}", BLUE))
         scene.view_vector(impact_view(building), viewup=(0.0, 0.0, 1.0))
         scene.reset_camera()
     with atomic(target / SCENE) as temporary:
@@ -128,35 +141,6 @@ def _slabs(scene: Any, notes: Notes, building: xr.Dataset, folder: Path) -> None
     scene.add_mesh(_light(surface(grid)), lighting=False, **look)
 
 
-def _others(scene: Any, notes: Notes, building: xr.Dataset) -> None:
-    """Walls that are seen through, the outlines of all shells, beams and columns."""
-    walls = shell_grid(building, "storey")
-    if walls.n_cells:
-        scene.add_mesh(_light(surface(walls)), color=WALL, opacity=OPACITY, lighting=False)
-        notes.entries.append(("walls", WALL))
-    shells = surface(shell_grid(building))
-    if shells.n_cells:
-        scene.add_mesh(_light(corners(shells)), color=OUTLINE, line_width=1.0)
-    for family, colour in (("beam", OUTLINE), ("column", GREEN)):
-        lines = beam_grid(building, family)
-        if lines.n_cells:
-            width = 4.0 if family == "column" else 1.5
-            scene.add_mesh(_light(surface(lines)), color=colour, line_width=width)
-            notes.entries.append((FAMILIES[family][0], colour))
-
-
-def _devices(scene: Any, notes: Notes, building: xr.Dataset, store: xr.Dataset) -> None:
-    """Each device to scale on its anchor, in a ball that is seen from afar."""
-    size = float(np.ptp(building["node_position"].values, axis=0).max())
-    for name in names_of(store, "device"):
-        point, floor, _ = anchor_of(store, name)
-        radius, height = device_size(store, name)
-        scene.add_mesh(_light(standing(point, radius, height)), color=BLUE)
-        ball = balls(point[None] + [0.0, 0.0, 0.5 * height], BALL * size)
-        scene.add_mesh(_light(ball), color=BLUE, opacity=0.4)
-        notes.entries.append((f"{name}, floor {floor}", BLUE))
-
-
 def _light(mesh: Any) -> Any:
     """A mesh with nothing but what is shown: less to embed."""
     made = mesh.copy()
@@ -168,11 +152,9 @@ def _light(mesh: Any) -> Any:
 
 
 def _page(scene: Any, notes: Notes) -> str:
-    """The page: the viewer with the scene in it, and the meaning of its colours.
-
-    The viewer reads a zip file with a description and all arrays in base64. Not by the plotter's
-    own `export_html`: that starts a web server, and fetches from a network.
-    """
+    """The page: the viewer with the scene in it, and the meaning of its colours."""
+    # The viewer reads a zip file with a description and all arrays in base64. Not by the plotter's
+    # own `export_html`: that starts a web server, and fetches from a network.
     from trame_vtk.modules.vtk.serializers import (
         SynchronizationContext,
         extract_array_hash,

@@ -1,9 +1,9 @@
 """The sections of the page: a stage each, its figures and tables by building, device or topic."""
 
-from __future__ import annotations
-
+import base64
 import csv
 import html
+import io
 import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,27 +13,100 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup, escape
+from PIL import Image
+
+from impactfem.plot.words import as_html, read_words
+from impactfem.report.compared_impacts import FLOORS, IMPACTS
+from impactfem.report.comparison import STORE as COMPARED
 from impactfem.report.overview import (
     Facts,
     carried,
     device_verdict,
     impacts,
+    in_3d,
     stick_spectra,
     structure_spectra,
 )
-from impactfem.report.pictures import Picture, picture, read
 from impactfem.report.run_files import COMPARISON, DRAWING, RunFiles
 from impactfem.stages.stage import Stage
 from impactfem.stages.stores import names_of
+from impactfem.system.errors import ImpactfemError
+
+CSS_DOTS = 96.0
+"""Pixels of a page in an inch."""
+QUALITY = 85
+"""Of the pictures in the page, of 100."""
+_NAMED = re.compile(r'(\bid="|url\(#|href="#)')
+"""Where an SVG names one of its parts."""
+_NUMBERED = re.compile(r"(^|<title>|<metadata>)Figure \d+: ")
+"""The number in a publication that a case need not have; the page counts its own figures."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure of the page."""
+
+    path: Path
+    anchor: str  #: id of its place in the page
+    number: int  #: in the order of the page
+    markup: Markup  #: the picture itself
+    caption: Markup  #: below it
+
+    @property
+    def zooms(self) -> bool:
+        """Whether the page's script may enlarge it."""
+        return self.path.suffix == ".svg"
+
+    @property
+    def film(self) -> bool:
+        """Whether it moves, and is nothing for paper."""
+        return self.path.suffix == ".mp4"
+
+
+def picture(path: Path, anchor: str, number: int) -> Picture:
+    """A file as a figure of the page; ImpactfemError where it cannot be read."""
+    if path.suffix == ".mp4":
+        title = path.stem.replace("_", " ")
+        markup = Markup('<video controls muted loop playsinline aria-label="{}" src="{}"></video>')
+        film = markup.format(f"Film: {title}", data(read(path), "video/mp4"))
+        return Picture(path, anchor, number, film, escape(f"Film: {title}."))
+    words = read_words(path)
+    title = _NUMBERED.sub("", words.title) or path.stem.replace("_", " ")
+    if path.suffix == ".svg":
+        # Figures of several buildings may be alike, parts of a page have different names.
+        drawn = _NAMED.sub(rf"\g<1>p{number}", read(path).decode())
+        markup = Markup(_NUMBERED.sub(r"\1", drawn))
+    else:
+        with Image.open(path) as image:
+            dots, packed = image.info.get("dpi", (CSS_DOTS,))[0], io.BytesIO()
+            width, height = (round(CSS_DOTS * size / dots) for size in image.size)
+            # A third of the PNG, which stays in the folder.
+            image.convert("RGB").save(packed, "WEBP", quality=QUALITY)
+        markup = Markup('<img loading="lazy" width="{}" height="{}" alt="{}" src="{}">').format(
+            width, height, words.seen or title, data(packed.getvalue(), "image/webp")
+        )
+    caption = Markup(as_html(_NUMBERED.sub("", words.caption) or title))
+    return Picture(path, anchor, number, markup, caption)
+
+
+def data(content: bytes, kind: str) -> str:
+    """The content of a file as an address."""
+    return f"data:{kind};base64,{base64.b64encode(content).decode()}"
+
+
+def read(path: Path) -> bytes:
+    """The bytes of a file; ImpactfemError where it cannot be read."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise ImpactfemError(f"cannot read {path}: {error.strerror or error}") from error
+
 
 ROWS = 60
 """Rows of a table that a page has; a longer one is in its file alone."""
 PRINTED = 12
 """Rows and columns at most of a table that is open on paper."""
-COMPARED = (
-    "Comparison with another run",
-    "Floor spectra of both runs, which the first table names, at the points that move.",
-)
 TEMPLATES = files("impactfem.report") / "templates"
 _NUMBER = re.compile(r"[-+±×]?\d[\d.,eE+-]*")
 
@@ -83,10 +156,7 @@ class Section:
 def sections(run: RunFiles, known: Mapping[str, Stage], numbers: Iterator[int]) -> list[Section]:
     """The stages of a run and a comparison with another one, as they matter to a decision.
 
-    Args:
-        run: The run.
-        known: All stages by their names.
-        numbers: Of the figures, in their order.
+    `known` are all stages by their names, `numbers` those of the figures in their order.
     """
     order = tomllib.loads((TEMPLATES / "sections.toml").read_text("utf-8"))
     names = [*run.stages, *([COMPARISON] if run.compared else [])]
@@ -111,7 +181,7 @@ def _section(
 ) -> Section:
     building, _, own = name.rpartition("/")
     stage = known.get(own)
-    title, about = COMPARED if stage is None else (stage.title, stage.about)
+    title, about = _compared(run) if stage is None else (stage.title, stage.about)
     place = f"stage_{name}"
     drawn, tables = run.files_of(name, "figures"), run.files_of(name, "tables")
     own_drawn = [path for path in drawn if path.stem != DRAWING]
@@ -120,6 +190,12 @@ def _section(
         group.title.partition(" ")[2]: group for group in groups if group.anchor[:6] != "stage_"
     }
     topics = [Group(t["title"], f"{place}_{k}") for k, t in enumerate(order.get(own, ()), 1)]
+    listed = [_table(run, path) for path in tables]
+    if stage is None:  # the tables that decide are open, unless they are too long
+        for topic, stem in zip(topics, (IMPACTS, FLOORS), strict=True):
+            for one in [one for one in listed if one.path.stem == stem and one.rows]:
+                topic.facts.append(Facts(f"{topic.title} of both runs", one.head, one.rows))
+                listed.remove(one)
     topics.append(Group("Further figures" if topics else "", f"{place}_{len(topics) + 1}"))
     shown = [*groups, *topics] if own != "pounding" else [*groups[:1], *topics, *groups[1:]]
     patterns = [t["figures"] for t in order.get(own, ())]
@@ -145,9 +221,21 @@ def _section(
         about,
         [check for check in run.checks if check["stage"] == name],
         [group for group in shown if group.facts or group.pictures or group.scenes],
-        [_table(run, path) for path in tables],
+        listed,
         [str(path.relative_to(run.folder)) for path in (*drawn, *tables)],
     )
+
+
+def _compared(run: RunFiles) -> tuple[str, str]:
+    """Title of the comparison with another run, and what it has."""
+    with run.store(COMPARED) as store:
+        # A comparison of an earlier version does not say it.
+        pounding = [str(store.attrs.get(f"{kind}pounding", "")) for kind in ("", "other_")]
+    title = "Comparison with another run"
+    if "sticks" in pounding and pounding[0] != pounding[1]:
+        title = "Chain against direct pounding"
+    about = "Impacts, forces of devices and floor spectra of both runs; a table names their cases."
+    return title, about
 
 
 def _groups(run: RunFiles, stage: str, place: str) -> list[Group]:
@@ -161,7 +249,8 @@ def _groups(run: RunFiles, stage: str, place: str) -> list[Group]:
         groups.append(Group("Spread over the motions", f"{place}_0", [carried(run)]))
     if stage == "pounding":
         for name in (building["name"] for building in run.case["buildings"]):
-            groups.append(Group(f"Stick {name}", f"building_{name}", [stick_spectra(run, name)]))
+            title = f"{'3D model' if name in in_3d(run.case) else 'Stick'} {name}"
+            groups.append(Group(title, f"building_{name}", [stick_spectra(run, name)]))
     elif stage == "device":
         with run.store("device.nc") as store:
             devices = names_of(store, "device")

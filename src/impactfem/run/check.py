@@ -1,7 +1,5 @@
 """Checks before a run: the case, its files, its mesh, and all that a run would refuse later."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -111,14 +109,8 @@ def further_checks(
 ) -> tuple[Estimate | None, list[Fault]]:
     """Check devices, motions, times and forces of a case, and the mesh if it is read or made.
 
-    Args:
-        case: The case, as far as it could be read.
-        left_out: Names of the sections that could not be read, which are not checked.
-        stages: Names of the stages of the run.
-        mesh: Whether the mesh is read, or made and read.
-
-    Returns:
-        What a run will take, None where faults hide it, and the faults.
+    Sections that could not be read (`left_out`) are not checked. Gives what a run of the stages
+    will take, None where faults hide it, and the faults.
     """
     faults: list[Fault] = []
     attempt = partial(_attempt, faults)
@@ -130,7 +122,7 @@ def further_checks(
     if durations is None:
         return None, faults
     longest = max(durations, default=0.0)  # without a motion, the case says how long
-    computed = case.pounding.duration or longest
+    computed = case.computed_time(longest)
     transient = case.transient
     if "pounding" not in left_out:
         # Steps and durations that do not go with the motions, whose records say how long they
@@ -142,7 +134,7 @@ def further_checks(
             if transient.duration is None:
                 times.append(("transient.time_step", transient.time_step, *half))
             else:
-                whole = computed * (1.0 + 1e-9), "what is computed of the sticks"
+                whole = computed * (1.0 + 1e-9), "what is computed of the pounding"
                 times.append(("transient.duration", transient.duration, *whole))
         for key, value, most, words in times:
             if value > most:
@@ -181,6 +173,11 @@ def further_checks(
         read = _mesh_of(view, view.structure.mesh, faults) if mesh and not refused else None
         if read is not None:
             meshes[view.structure.building] = read
+    in_3d = {*case.pounding_in_3d}
+    if in_3d and in_3d <= {*meshes} and "contacts" not in left_out:
+        from impactfem.reduction.contact_line import contact_lines
+
+        attempt(lambda: contact_lines(case, meshes))
     if meshes:
         found = estimate(case, longest, meshes).of(stages)
         faults += too_much(case, found) if counted else ()
@@ -219,11 +216,14 @@ def check_mesh(case: Case, path: Path, faults: list[Fault]) -> BuildingMesh | No
         floors, file = case.wall_impact.floors, case.path if generated else path
         attempt(lambda: wall_side(mesh, floors, file))
     if case.transient is not None:
-        from impactfem.reduction.forces import check_contacts, with_floor_forces
+        from impactfem.reduction.forces import check_contacts
         from impactfem.reduction.probes import checked_probes
 
         attempt(lambda: checked_probes(case, mesh))
         attempt(lambda: check_contacts(case, mesh))
+    if case.transient is not None or case.pounding_in_3d:
+        from impactfem.reduction.forces import with_floor_forces
+
         at_rest = ForceHistory(np.array([0.0, 1.0]), (), np.zeros((2, 0)))
         attempt(lambda: with_floor_forces(case, mesh, at_rest, []))
     if case.devices:

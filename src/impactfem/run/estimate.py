@@ -23,7 +23,7 @@ from impactfem.building.from_case import geometry_of
 from impactfem.building.geometry import Geometry
 from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case, Damping
-from impactfem.case.buildings import FileMesh
+from impactfem.case.buildings import FileMesh, Structure
 from impactfem.case.motions import SyntheticMotion
 from impactfem.case.transient import MAXIMUM_FREQUENCY, TOLERANCE, Transient
 from impactfem.system.errors import Fault
@@ -123,12 +123,9 @@ class Estimate:
 def estimate(
     case: Case, longest: float, meshes: Mapping[str, BuildingMesh] = MappingProxyType({})
 ) -> Estimate:
-    """What a run of all stages of a case will take.
+    """What a run of all stages of a case will take, with its longest ground motion [s].
 
-    Args:
-        case: The case.
-        longest: Duration of its longest ground motion [s].
-        meshes: The meshes of its buildings by their names, as far as they are there already.
+    The meshes of its buildings by their names are known as far as they are there already.
     """
     steps = _steps(case, longest)
     stages = list(_sticks(case, steps))
@@ -206,8 +203,8 @@ def _count(time: float, step: float) -> int:
 
 
 def _steps(case: Case, longest: float) -> dict[str, int]:
-    computed = case.pounding.duration or longest
-    found = {"of the sticks": _count(computed, case.pounding.time_step)}
+    computed = case.computed_time(longest)
+    found = {"of the pounding": _count(computed, case.pounding.time_step)}
     if case.wall_impact is not None:
         wall = case.wall_impact
         found["at the wall"] = _count(wall.duration, wall.time_step)
@@ -266,23 +263,24 @@ def _block_steps(damping: Damping, frequency: float, tolerance: float) -> float:
 def _vectors(case: Case) -> dict[str, int]:
     """Vectors of the reduced building: of the response in time, and all with those of contacts."""
     structure, transient, wall = case.structure, case.transient, case.wall_impact
-    if structure is None or (transient is None and wall is None):
+    lines = _lines(case)
+    if structure is None or (transient is None and wall is None and not lines):
         return {}
-    damping, mesh = case.building(structure.building).damping, structure.mesh
-    loads, at_wall = 0, 0.0
-    points = 20.0  # of contact along the edge of a floor that may hit the wall, about
+    damping = case.building(structure.building).damping
+    points, at_wall, loads = _points(structure, None), 0.0, 0
     if wall is not None:
-        if not isinstance(mesh, FileMesh):
-            edge = mesh.length if mesh.impact_edge.startswith("y") else mesh.width
-            spacing = max(mesh.floor_size or mesh.size, wall.contact_spacing or 0.0)
-            points = 1.0 + edge / spacing
+        points = _points(structure, wall.contact_spacing)
         at_wall = 50.0 + 1.3 * points * len(wall.floors)
-        loads = 1 + len(wall.floors)
+        loads += 1 + len(wall.floors)
+    if lines:
+        loads += len(case.motions) + 2 * lines
+        at_wall += 50.0 + 1.3 * _points(structure, case.pounding.contact_spacing) * lines
     if transient is None:
         own = loads * _block_steps(damping, MAXIMUM_FREQUENCY, TOLERANCE)
         return {"reduce": math.ceil(own + at_wall)}
     patterns = _patterns(case, structure.building, transient, points)
-    loads = len(case.motions) + patterns + (wall is not None)
+    # A line along which it touches in 3D has a pattern more, that of its turning.
+    loads = len(case.motions) + patterns + lines + (wall is not None)
     top = transient.maximum_frequency
     served = [damping, *(case.damping_cases if transient.serve_damping_cases else ())]
     own = loads * max(_block_steps(one, top, transient.tolerance) for one in served)
@@ -296,11 +294,28 @@ def _vectors(case: Case) -> dict[str, int]:
     return {name: math.ceil(number) for name, number in found.items()}
 
 
+def _points(structure: Structure, spacing: float | None) -> float:
+    """Points of contact along the edge of a floor, about."""
+    mesh = structure.mesh
+    if isinstance(mesh, FileMesh):
+        return 20.0
+    edge = mesh.length if mesh.impact_edge.startswith("y") else mesh.width
+    return 1.0 + edge / max(mesh.floor_size or mesh.size, spacing or 0.0)
+
+
+def _lines(case: Case) -> int:
+    """Lines along which the 3D model of a view touches others, about one for each pair."""
+    if case.structure is None or case.structure.building not in case.pounding_in_3d:
+        return 0
+    name = case.structure.building
+    return sum(name in pair.buildings for pair in case.contacts)
+
+
 def _patterns(case: Case, building: str, transient: Transient, points: float) -> int:
     """Patterns of the forces on the building, about: middles of sides are those of the axes."""
     struck: dict[tuple[object, ...], set[float]] = {}
     for pair in case.contacts:
-        for end in (pair.a, pair.b):
+        for end, _ in pair.ends:
             if end.building == building:
                 (x, y, _), (nx, ny, _) = end.offset, pair.normal
                 place = (end.floor, end.storey, end.relative_height, end is pair.a, pair.normal)
@@ -327,9 +342,23 @@ def _histories(case: Case, records: float, step: float, steps: int) -> float:
     return 8.0 * records * steps * (1.0 + factor)
 
 
+def _motion_in_3d(case: Case, steps: int) -> float:
+    """Time of a run of 3D models that pound [s], as measured in docs/coupled-study.md.
+
+    Points of contact cost little: they are closed for a small part of the time.
+    """
+    vectors = points = 0.0
+    for view in case.views:
+        if (lines := _lines(view)) and view.structure is not None:
+            vectors += _vectors(view)["reduce"]
+            of_line = _points(view.structure, case.pounding.contact_spacing)
+            points = max(points, lines * of_line)
+    return (3.3e-8 + 1.2e-10 * points) * vectors * steps
+
+
 def _sticks(case: Case, steps: dict[str, int]) -> Iterator[StageCost]:
     """The stages pounding and ensemble."""
-    count, ensemble = steps["of the sticks"], case.ensemble
+    count, ensemble = steps["of the pounding"], case.ensemble
     floors = sum(len(building.floors) for building in case.buildings)
     # Displacements, velocities and accelerations with contact and without, and their copies.
     memory = BASE + 8.0 * count * (10.5 * 6 * floors + 8.0 * len(case.contacts))
@@ -342,7 +371,10 @@ def _sticks(case: Case, steps: dict[str, int]) -> Iterator[StageCost]:
         if isinstance(motion, SyntheticMotion):
             samples = _count(motion.duration, motion.time_step)
             motion_time += 1.5e-6 * samples * (motion.iterations + 4)
-    seconds = 8.0 + motion_time
+    # With contact and without it, and once with half of the points.
+    in_3d = _motion_in_3d(case, count)
+    seconds = 8.0 + motion_time + 3.0 * in_3d
+    motion_time += 2.0 * in_3d
     if case.calibration is not None and case.calibration.mode == "fit":
         seconds += 0.5 * case.calibration.starts
     directions = len({motion.direction for motion in case.motions}) or 1

@@ -1,7 +1,5 @@
 """The folder of a run: an empty one, or that of an earlier run; one run at a time works in it."""
 
-from __future__ import annotations
-
 import errno
 import os
 import re
@@ -30,16 +28,9 @@ _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 def open_folder(folder: Path, resume: bool, log: str = LOG) -> Iterator[None]:
     """Make or check the folder of a run, and keep other runs out while the block runs.
 
-    Half-written files of a killed run are removed. Not collective: rank 0 opens it for all.
-
-    Args:
-        folder: The folder.
-        resume: Whether it must hold a run already.
-        log: Name of the log that distinguishes such a folder from any other.
-
-    Raises:
-        InputError: The folder may not or cannot be used, or another run works in it; nothing is
-            written then.
+    Half-written files of a killed run are removed. With `resume` it must hold a run already; a
+    folder of runs has the log of this name. Not collective: rank 0 opens it for all. InputError
+    where the folder may not or cannot be used, or another run works in it; nothing is written then.
     """
     with ExitStack() as held:
         try:
@@ -68,14 +59,9 @@ def open_folder(folder: Path, resume: bool, log: str = LOG) -> Iterator[None]:
 def locked(folder: Path, key: str = "") -> Iterator[None]:
     """Keep other runs out of the folder of a run while the block runs. Not collective.
 
-    The kernel releases the lock when the process ends, however it ends.
-
-    Args:
-        folder: The folder.
-        key: The option that names it on the command line; "" for an argument.
-
-    Raises:
-        InputError: Another run works in it, or it cannot be written.
+    The kernel releases the lock when the process ends, however it ends. InputError where another
+    run works in it, or it cannot be written; `key` is the option that names it on the command line,
+    "" for an argument.
     """
     path = folder / LOCK
     with ExitStack() as held:
@@ -102,8 +88,7 @@ def locked(folder: Path, key: str = "") -> Iterator[None]:
 def check_same_case(folder: Path, case: Case) -> None:
     """Refuse to resume the run in a folder with a case of other content, whatever its name.
 
-    Raises:
-        InputError: The last run in the folder had another case.
+    InputError where the last run in the folder had another case.
     """
     lines = (folder / LOG).read_text(encoding="utf-8", errors="replace").splitlines()
     before = [found for line in lines if (found := CASE_LINE.search(line)) is not None]

@@ -1,7 +1,5 @@
 """The loop over the stages: checks the case, computes what may not be reused, writes it down."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
@@ -23,11 +21,11 @@ from impactfem.run.stages import RENAMED, REPORT, asked_stages, check_stage_name
 from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.check import Check, log_checks
 from impactfem.stages.manifest import (
+    changed_file,
+    digests,
     file_digest,
-    is_drawn,
     is_finished,
     manifest_file,
-    mark_drawn,
     mark_finished,
     provenance,
     read_manifest,
@@ -185,21 +183,25 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
             memory = total(peak_memory())
             on_root(lambda: mark_finished(folder, label, key, files, times, memory))
     drawing = on_root(lambda: stage.drawing_key(case))
-    drawn = on_root(lambda: reused and is_drawn(folder, label, drawing))
 
     def finish() -> tuple[list[Scalar], dict[str, float]]:
-        if not drawn:
+        manifest = read_manifest(folder, label)
+        whole = reused and changed_file(folder, manifest.drawings) is None
+        if not whole or manifest.drawn_from != drawing:
             if reused:
                 LOGGER.info("stage %s: tables and figures are drawn again", label)
             with Steps({DRAWING: 1.0}, f"stage {label}", bar=bar) as steps, steps.step(DRAWING):
                 pictures = stage.draw(case, own)
-            mark_drawn(folder, label, drawing, pictures, round(steps.times[DRAWING], 3))
+            took = {f"{label}: {DRAWING}": round(steps.times[DRAWING], 3)}
+            update = {"drawn_from": drawing, "drawings": digests(folder, pictures)}
+            update["seconds"] = manifest.seconds | took
+            manifest = manifest.model_copy(update=update)
+            write_json(manifest_file(folder, label), manifest.model_dump())
         # Checks begin with the name of the stage, and results with a word of theirs.
         checks, start = stage.checks(case, own), f"{case.part}/" if case.part else ""
         new = [check for check in checks if check not in result.announced]
         log_checks((good, start + text) for good, text in new)
         result.checks[label] = [(good, start + text) for good, text in checks]
-        manifest = read_manifest(folder, label)
         result.memory[label] = manifest.peak_memory
         with open_store(own / stage.store) as store:
             scalars = scalars_of(store) + stage.derived(own)
@@ -244,10 +246,9 @@ def _log_result(stage: Stage, case: Case, result: Run, seconds: float) -> None:
 
 
 def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -> None:
-    """Write the case as it was read, the checks of all stages, the scalars, and what made them.
-
-    `good` of a check is true or false where it is met or not, and null of a number without a limit.
-    """
+    """Write the case as it was read, the checks of all stages, the scalars, and what made them."""
+    # `good` of a check is true or false where it is met or not, and null of a number without a
+    # limit.
     folder = result.folder
     write_json(folder / CASE, case.model_dump(mode="json", exclude={"path"}))
     checks = [(stage, *one) for stage, found in result.checks.items() for one in found]

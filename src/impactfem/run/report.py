@@ -1,11 +1,15 @@
 """The report of a run, made from what the stages wrote, and its comparison with another run."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
 from impactfem.plot.table import Table
+from impactfem.report.compared_impacts import (
+    floors_table,
+    impacts_figure,
+    impacts_table,
+    what_pounds,
+)
 from impactfem.report.comparison import (
     FIGURE,
     STORE,
@@ -69,15 +73,18 @@ def write_page(folder: Path, *, bar: bool = True) -> Path:
 
 
 def compare_runs(folder: Path, other: Path, highest: float) -> tuple[tuple[Table, ...], Path]:
-    """Compare the floor response spectra of two runs of one building, and put it into a report.
+    """Compare two runs of one building, and put it into a report.
+
+    Floor response spectra, impacts, spectra over whole floors and forces of devices.
 
     Args:
-        folder: The folder of a run; it gets `comparison.nc`, tables, a figure and a new report.
+        folder: The folder of a run; it gets `comparison.nc`, tables, figures and a new report.
         other: The folder of the run that it is compared with; nothing is written there.
         highest: Highest frequency that is compared [Hz].
 
     Returns:
-        The tables, of the cases, by point and by direction, and the report.
+        The tables, of the cases, of impacts, over whole floors where both runs have fields, by
+        point and by direction, and the report.
 
     Raises:
         InputError: A folder holds no finished run of a 3D building, they are of different
@@ -106,16 +113,24 @@ def compare_runs(folder: Path, other: Path, highest: float) -> tuple[tuple[Table
                     building=stores("building.nc"),
                     case_file=str(run.provenance["case"]),
                     folder=run.folder,
+                    pounding=what_pounds(run.case),
                 )
                 for run, stores in zip(runs, (opened, opened_other), strict=True)
             )
             store = compare(one, another, highest)
         write_netcdf(folder / STORE, store)
         found = Comparison(store)
-        tables = cases_table(found), comparison_table(found), directions_table(found)
+        whole = floors_table(runs, highest)
+        tables = (
+            cases_table(found),
+            impacts_table(runs),
+            *([whole] if whole else []),
+            comparison_table(found),
+            directions_table(found),
+        )
         figure = folder / "figures" / FIGURE
         comparison_figure(figure, found)
         listed = [table.write_csv(folder / "tables") for table in tables]
-        written = [folder / STORE, *listed, figure]
+        written = [folder / STORE, *listed, figure, *impacts_figure(figure.parent, runs)]
         mark_finished(folder, COMPARISON, str(store.attrs["inputs"]), written, {})
         return tables, write_page(folder)

@@ -20,7 +20,6 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 import xarray as xr
@@ -88,12 +87,10 @@ class RunFolder:
             run.of("B2").building.frequency
 
         Of the first one this is the run itself; stores of the whole run are those of all.
+        InputError where the run has no 3D model of it.
 
         Args:
             building: Its name.
-
-        Raises:
-            InputError: The run has no 3D model of it.
         """
         path = self.folder / "case.json"
         case = json.loads(path.read_text(encoding="utf-8"))
@@ -128,8 +125,7 @@ class RunFolder:
     def value(self, name: str) -> float:
         """A scalar result in SI.
 
-        Raises:
-            InputError: There is none of this name, or it has no value.
+        InputError where there is none of this name, or it has no value.
         """
         entry = self.summary.get(name)
         if entry is not None and entry.value is not None:
@@ -143,20 +139,21 @@ class RunFolder:
             )
         raise InputError([Fault(self.folder / "summary.json", name, None, expected)])
 
-    def anchor_spectra(self, building: str, floor: int) -> tuple[AnchorSpectrum, ...]:
+    def anchor_spectra(
+        self, building: str, floor: int, *, rotations: bool = False
+    ) -> tuple[AnchorSpectrum, ...]:
         """Broadened floor spectra, as the input of a response spectrum analysis.
 
             spectrum_analysis(device, run.anchor_spectra("B2", 3)).value("force y")
 
         They are those of `products/floor_spectra.csv`: of the sticks, along the directions of the
-        ground motions.
+        ground motions. InputError where the run has no spectra of this floor.
 
         Args:
             building: Its name; a stick is enough.
             floor: Number of the floor, from 1.
-
-        Raises:
-            InputError: The run has no spectra of this floor.
+            rotations: Whether the spectra of the floor's rotations, of
+                `products/floor_rotations.nc`, are inputs as well, where it turns.
         """
         path, faults = self.folder / "products" / "floor_spectra.csv", list[Fault]()
         known = read_given_spectra(path, faults)
@@ -164,7 +161,22 @@ class RunFolder:
             faults += [Fault(path, "", None, text) for text in known.lacks(building, [floor])]
         if known is None or faults:
             raise InputError(faults)
-        return given_spectra(known.at(building, [floor]))
+        found = given_spectra(known.at(building, [floor]))
+        turned = self.folder / "products" / "floor_rotations.nc"
+        if not rotations or not turned.is_file():
+            return found
+        with open_store(turned) as store:
+            spectra = store.sel(station=f"{building}.floor_{floor}")
+            return found + tuple(
+                AnchorSpectrum(
+                    component=str(one["direction"].item()),
+                    frequency=one["design_frequency"].values,
+                    damping=one["damping"].values,
+                    psa=one["broadened"].transpose("damping", "design_frequency").values,
+                    zpa=one["zpa"].item(),
+                )
+                for one in (spectra.isel(direction=k) for k in range(spectra.sizes["direction"]))
+            )
 
     def table(self, *patterns: str) -> Table:
         """Scalar results with their units and, where there are some, the published values.
@@ -183,8 +195,7 @@ class RunFolder:
     def __getattr__(self, name: str) -> xr.Dataset:
         """A store by its name, as `run.transient`: those of `STORES`.
 
-        Raises:
-            InputError: The run has no such store.
+        InputError where the run has no such store.
         """
         if name not in STORES:
             raise AttributeError(name)
@@ -207,10 +218,5 @@ class RunFolder:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()

@@ -1,7 +1,5 @@
 """The stages in order."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 from impactfem.case import Case
@@ -19,16 +17,7 @@ from impactfem.system.errors import Fault, InputError
 REPORT = "report"
 RENAMED = {"sticks": "pounding"}
 """Names that stages had in earlier versions, and have now."""
-STAGES: tuple[Stage, ...] = (
-    BUILDING,
-    REDUCE,
-    CALIBRATE,
-    POUNDING,
-    ENSEMBLE,
-    TRANSIENT,
-    DEVICE,
-    DESIGN,
-)
+STAGES = (BUILDING, REDUCE, CALIBRATE, POUNDING, ENSEMBLE, TRANSIENT, DEVICE, DESIGN)
 
 
 def stage_names() -> list[str]:
@@ -52,15 +41,10 @@ def works(stages: Iterable[Stage], case: Case) -> list[tuple[Stage, Case]]:
 
 
 def asked_stages(case: Case, last: str | None) -> list[Stage]:
-    """The stages to run, in order.
+    """The stages to run, in order: up to the last with all that it needs; None or "report" for all.
 
-    Args:
-        case: The case.
-        last: Name of a stage, which runs with all that it needs; None or "report" for all stages
-            that the case has the input for.
-
-    Raises:
-        InputError: The case lacks what the stage needs.
+    All are those that the case has the input for. InputError where it lacks what the last one
+    needs.
     """
     if last in (None, REPORT):
         return [stage for stage in STAGES if stage.lacks(case) is None]

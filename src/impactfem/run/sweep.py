@@ -32,6 +32,7 @@ from impactfem.run.variants import (
 )
 from impactfem.stages.inputs import published_values
 from impactfem.stages.manifest import take_over
+from impactfem.stages.reduce.stage import REDUCE, take_model
 from impactfem.system import log
 from impactfem.system.errors import ImpactfemError, InputError, file_errors
 from impactfem.system.log import LOGGER, Steps, in_file_only, mirrored
@@ -210,6 +211,12 @@ def run_variant(
                     origin = take_over(target, others, label, one.key(of))
                     if origin is not None:
                         LOGGER.debug("stage %s: the same as in %s, copied", label, origin)
+                    elif one is REDUCE:
+                        origin = take_model(of, target, others)
+                        if origin is not None:
+                            LOGGER.debug(
+                                "stage %s: the reduced building of %s copied", label, origin
+                            )
             scalars = run(path, out=target, stage=stage, bar=not apart).scalars
         except ImpactfemError as error:
             failure = str(error)

@@ -100,11 +100,10 @@ class SweepTable:
     def write(self, folder: Path, shown: Sequence[str]) -> list[Path]:
         """Write `sweep.csv`, `sweep.json` and, where results can be shown, `sweep.svg`.
 
+        ImpactfemError where a file cannot be written.
+
         Returns:
             The files.
-
-        Raises:
-            ImpactfemError: A file cannot be written.
         """
         files = [folder / f"{NAME}.{ending}" for ending in ("csv", "json", "svg")]
         units = {**self.keys, **self.units}

@@ -1,7 +1,5 @@
 """Variants of a case: keys with their values, and a small case file for each choice."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import json
@@ -21,6 +19,7 @@ import tomli_w
 
 from impactfem.case.model import CaseFile
 from impactfem.case.place import Place, dotted, key_fault, read_key, value_at
+from impactfem.case.quantity import NUMBER, QUANTITY
 from impactfem.case.source import EXTENDS, Source, file_names
 from impactfem.case.unit import UnitError, to_si
 from impactfem.run.check import check
@@ -35,9 +34,7 @@ COMMAND_LINE = "command line"
 CASES, RUNS = "cases", "runs"
 MOST = 10_000  # values of a key and variants of a sweep: more is a slip of the pen
 _LONGEST = 120  # letters of a name, with room for endings
-_NUMBER = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
-_QUANTITY = re.compile(rf"\s*({_NUMBER})\s*(.*?)\s*", re.DOTALL)
-_END = rf"\s*({_NUMBER})\s*([^:]*?)\s*"
+_END = rf"\s*({NUMBER})\s*([^:]*?)\s*"
 _RANGE = re.compile(rf"{_END}:{_END}:\s*(\d+)\s*(:\s*log\s*)?", re.DOTALL)
 
 
@@ -131,7 +128,7 @@ def in_si(value: Any) -> tuple[float | str, str]:
     """A value in SI with its unit; a value that is no quantity as words, with the unit ""."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value), "-"
-    match = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
+    match = QUANTITY.fullmatch(value) if isinstance(value, str) else None
     try:
         return (words(value), "") if match is None else to_si(float(match[1]), match[2])
     except UnitError:
@@ -143,11 +140,8 @@ def read_axes(
 ) -> tuple[list[Axis], list[Fault]]:
     """The axes of the settings that are free of faults, and every fault.
 
-    Args:
-        settings: The swept keys with their values. In a text, values are separated by commas, and
-            one may be a range.
-        source: The case.
-        zipped: Whether the axes run together, so that an axis may have a value more than once.
+    In a text of values they are separated by commas, and one may be a range. Where axes run
+    together (`zipped`) one may have a value more than once.
     """
     if isinstance(settings, Mapping):
         pairs = list(settings.items())
@@ -242,9 +236,8 @@ def _range(text: str) -> list[Any]:
 def variants_of(axes: Sequence[Axis], *, zipped: bool) -> list[Variant]:
     """The product of the axes, the last one running fastest, or `zipped` value by value.
 
-    Raises:
-        InputError: Axes that run together differ in their number of values, there are too many
-            variants, or two have one name.
+    InputError where axes that run together differ in their number of values, there are too many
+    variants, or two have one name.
     """
     lengths = [len(axis.values) for axis in axes]
     if zipped and len(set(lengths)) > 1:

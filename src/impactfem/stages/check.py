@@ -1,13 +1,11 @@
 """Checks of a stage: whether each is met, and a line with its quantity, value and limit."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.spectra.design import ENDED
+from impactfem.system.arrays import Array
 from impactfem.system.log import LOGGER
 
 Check = tuple[bool | None, str]
@@ -19,12 +17,8 @@ def limited(
 ) -> Check:
     """The check of a value that has a limit: `quantity value unit (limit 5 unit)`.
 
-    Args:
-        quantity: What it is, with the name of its stage before it.
-        value: Its value; nan is not met.
-        limit: The largest value that is met, or the least one.
-        unit: Its unit; "%", alone or with the whole that it is of, is for parts of one.
-        least: Whether the limit is the least value.
+    The quantity begins with the name of its stage; a value that is nan is not met. The unit "%",
+    alone or with the whole that it is of, is for parts of one; the limit may be the `least` value.
     """
     percent = unit.startswith("%")
     scale, short = (100.0, " %") if percent else (1.0, f" {unit}" if unit else "")
@@ -46,17 +40,12 @@ def digits(value: float) -> str:
 
 
 def end_check(
-    stage: str, points: Sequence[str], axes: Sequence[str], ratio: NDArray[np.float64], last: float
+    stage: str, points: Sequence[str], axes: Sequence[str], ratio: Array, last: float
 ) -> Check:
-    """Whether spectra have come down, or up, to the peak acceleration at their last frequency.
+    """Whether spectra have come down, or up, to the peak acceleration at their last frequency [Hz].
 
-    Args:
-        stage: Name of the stage.
-        points: Names of the points.
-        axes: Names of the directions.
-        ratio: Last ordinate over the peak acceleration, shape (n_points, n_axes) [-]; nan where a
-            point is at rest.
-        last: The last frequency [Hz].
+    By the ratio of the last ordinate to the peak acceleration, shape (n_points, n_axes) [-]; nan
+    where a point is at rest.
     """
     if not np.isfinite(ratio).any():
         return None, f"{stage}: no point moves"

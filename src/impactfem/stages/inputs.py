@@ -3,8 +3,6 @@
 The sources of the program count, too: a changed program may change a result.
 """
 
-from __future__ import annotations
-
 import ast
 import hashlib
 from functools import cache
@@ -25,10 +23,8 @@ def program_key(modules: tuple[str, ...]) -> str:
     """Hash of the program's version, of modules by dotted names, and of all that they import.
 
     Imports count wherever they stand, in functions too. Comments, docstrings and layout do not
-    count. Sources are read once: their changes during a run are not seen.
-
-    Raises:
-        ValueError: There is no such module.
+    count. Sources are read once: their changes during a run are not seen. ValueError where there is
+    no such module.
     """
     digest = hashlib.sha256(impactfem.__version__.encode())
     for module in sorted(imported_by(modules)):
@@ -93,20 +89,13 @@ def _statements(module: str) -> str:
 
 
 def inputs_key(
-    case: Case,
-    sections: tuple[str, ...],
-    modules: tuple[str, ...],
-    files: tuple[Path, ...] = (),
+    case: Case, sections: tuple[str, ...], modules: tuple[str, ...], files: tuple[Path, ...] = ()
 ) -> str:
-    """Hash of modules of the program, of sections of the case, and of files.
+    """Hash of modules with all that they import, of sections of the case, and of files.
 
-    Args:
-        case: The case.
-        sections: Names of the sections of the case file that count. With ``motions`` and ``loads``
-            the files that they name count too; without ``damping`` that of buildings and parts
-            does not, and without ``contact_laws`` the restitution of the damping cases does not.
-        modules: Modules of the program that count with all that they import.
-        files: Further files whose content counts.
+    With ``motions`` and ``loads`` the files that they name count too; without ``damping`` that of
+    buildings and parts does not, without ``soil`` not the soil under buildings, and without
+    ``contact_laws`` not the restitution of the damping cases.
     """
     digest = hashlib.sha256(program_key(modules).encode())
     # What is in a record or a mesh counts, not where it lies.
@@ -118,8 +107,8 @@ def inputs_key(
         # How many members go on to the 3D model changes nothing of the members.
         "ensemble": {"structure_motions"},
     }
+    nowhere["buildings"] = {"__all__": {"damping", "soil"} - set(sections)}
     if "damping" not in sections:
-        nowhere["buildings"] = {"__all__": {"damping"}}
         nowhere["structure"]["damping"] = True
     if "contact_laws" not in sections:
         nowhere["damping_cases"] = {"__all__": {"restitution"}}

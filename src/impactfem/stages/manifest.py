@@ -3,8 +3,6 @@
 `provenance.json`: the origin of a run, so that it can be made again.
 """
 
-from __future__ import annotations
-
 import hashlib
 import platform
 import shutil
@@ -17,7 +15,6 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, FiniteFloat
 
 import impactfem
-from impactfem.stages.stage import DRAWING
 from impactfem.system.files import atomic, write_json
 from impactfem.system.log import LOGGER
 
@@ -92,23 +89,6 @@ def is_finished(folder: Path, stage: str, key: str) -> bool:
     return changed is None
 
 
-def is_drawn(folder: Path, stage: str, key: str) -> bool:
-    """Whether all tables and figures of a finished stage are whole and were drawn with `key`."""
-    manifest = read_manifest(folder, stage)
-    return manifest.drawn_from == key and changed_file(folder, manifest.drawings) is None
-
-
-def mark_drawn(folder: Path, stage: str, key: str, files: list[Path], seconds: float) -> None:
-    """Record the tables and figures of a finished stage, and the time that they took [s]."""
-    manifest = read_manifest(folder, stage)
-    drawn = {
-        "drawn_from": key,
-        "drawings": _digests(folder, files),
-        "seconds": manifest.seconds | {f"{stage}: {DRAWING}": seconds},
-    }
-    write_json(manifest_file(folder, stage), manifest.model_dump() | drawn)
-
-
 def mark_finished(
     folder: Path,
     stage: str,
@@ -122,12 +102,13 @@ def mark_finished(
     `files` are all that it wrote, below the folder; `seconds` is the wall time of each of its steps
     [s], `memory` the largest resident memory of all its processes [byte], if it is known.
     """
-    digests = _digests(folder, files)
-    written = Manifest(inputs=key, seconds=seconds, peak_memory=memory, files=digests)
+    found = digests(folder, files)
+    written = Manifest(inputs=key, seconds=seconds, peak_memory=memory, files=found)
     write_json(manifest_file(folder, stage), written.model_dump())
 
 
-def _digests(folder: Path, files: list[Path]) -> dict[str, str]:
+def digests(folder: Path, files: list[Path]) -> dict[str, str]:
+    """Hash of each file by its name, relative to the folder."""
     return {str(path.relative_to(folder)): file_digest(path) for path in sorted(files)}
 
 
@@ -135,9 +116,7 @@ def take_over(folder: Path, others: Iterable[Path], stage: str, key: str) -> Pat
     """Copy a stage that another run has finished with the same inputs; it need not exist.
 
     Gives the folder it was copied from; None when none has it, or this run has it already.
-
-    Raises:
-        ImpactfemError: A file cannot be written.
+    ImpactfemError where a file cannot be written.
     """
 
     def manifest_of(run: Path) -> Manifest | None:

@@ -8,8 +8,6 @@ readers select by it.
     top.psa.sel(direction="y", damping=0.05)
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -18,7 +16,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from impactfem.dynamics.damping import DampingLaw, RatioTable, Rayleigh
 from impactfem.system.errors import ImpactfemError
@@ -26,9 +23,6 @@ from impactfem.system.scalar import Scalar, with_scalars
 
 # What xarray and HDF5 raise for a file that is missing, of another kind, or damaged.
 DAMAGE = (OSError, ValueError, KeyError, RuntimeError, TypeError, AttributeError)
-
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -50,17 +44,11 @@ def dataset(
     scalars: Iterable[Scalar] | None = None,
     notes: Mapping[str, str] | None = None,
 ) -> xr.Dataset:
-    """Results as a store, with dimensions, units and labels.
+    """Results as a store, with dimensions, units and labels, by the declared outputs of the stage.
 
-    Args:
-        outputs: The declared outputs of the stage.
-        values: The results by name; an output that a run does not have is left out.
-        attributes: What holds for the store as a whole: title, hashes, words.
-        scalars: The scalar results; None where another store has them.
-        notes: What to know of single outputs of this run.
-
-    Raises:
-        ValueError: A result is not declared, has other dimensions or has no unit.
+    An output that a run does not have is left out. Attributes hold for the store as a whole: title,
+    hashes, words; scalars are None where another store has them; notes are of single outputs of
+    this run. ValueError where a result is not declared, has other dimensions or has no unit.
     """
     fields: dict[str, xr.Variable] = {}
     for name, value in values.items():
@@ -119,8 +107,7 @@ def damping_of(one: xr.Dataset) -> DampingLaw:
 def open_store(path: Path) -> Iterator[xr.Dataset]:
     """Give the store in a NetCDF file, open until the block ends.
 
-    Raises:
-        ImpactfemError: It is missing, cannot be read or is of an earlier version.
+    ImpactfemError where it is missing, cannot be read or is of an earlier version.
     """
     try:
         store = xr.open_dataset(path, engine="h5netcdf")
@@ -133,12 +120,7 @@ def open_store(path: Path) -> Iterator[xr.Dataset]:
 
 
 def of_run(folder: Path, name: str) -> Path:
-    """A file that serves all buildings of a run: in a folder, or where that of the run is.
-
-    Args:
-        folder: The run's folder, or in it that of one of its buildings.
-        name: Name of the file.
-    """
+    """A file that serves all buildings of a run: in a folder, or where that of the run is."""
     own, shared = folder / name, folder.parent / name
     return shared if shared.is_file() and not own.is_file() else own
 
@@ -151,15 +133,9 @@ def open_stores(folder: Path) -> Iterator[Callable[[str], xr.Dataset]]:
 
 
 def number_of(store: xr.Dataset, name: str, **labels: str) -> float:
-    """A number of a store that a later stage computes with.
+    """A number of a store that a later stage computes with, of the entry with some labels.
 
-    Args:
-        store: The open store.
-        name: The variable.
-        labels: Which of its entries: label by dimension.
-
-    Raises:
-        ImpactfemError: The store has no such number.
+    ImpactfemError where the store has no such number.
     """
     try:
         value = float(store[name].sel(labels))
@@ -174,6 +150,20 @@ def number_of(store: xr.Dataset, name: str, **labels: str) -> float:
 def names_of(store: xr.Dataset, dimension: str) -> list[str]:
     """The labels of a dimension, as texts."""
     return [str(name) for name in store[dimension].values]
+
+
+def by_line(forces: xr.Dataset) -> xr.Dataset:
+    """`forces.nc` with one force for each line, in place of those of its points."""
+    if "line" not in forces:
+        return forces
+    lines = forces["line"].values.astype(str)
+    names = np.where(lines == "", forces["pair"].values.astype(str), lines)
+    unique, first = np.unique(names, return_index=True)
+    order = np.argsort(first)
+    whole = forces.isel(pair=first[order]).assign_coords(pair=unique[order])
+    every = forces["force"].transpose("time", "pair").values
+    joined = np.column_stack([every[:, names == name].sum(axis=1) for name in unique[order]])
+    return whole.assign(force=(("time", "pair"), joined, forces["force"].attrs))
 
 
 def time_step(store: xr.Dataset) -> float:

@@ -1,7 +1,5 @@
 """The checks of the stage `calibrate` in words: contact, energy, steps, penetration, floors."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import xarray as xr

@@ -1,14 +1,9 @@
 """The stage `calibrate`: the 3D model against a rigid wall, and the stick that stands for it."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.building.floor import contact_edge
 from impactfem.building.from_case import read_parts
@@ -35,10 +30,8 @@ from impactfem.stages.calibrate.impact import (
     floor_impacts,
     penalty_parameters,
 )
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Step = Callable[[str], AbstractContextManager[None]]
+from impactfem.system.arrays import Array, Index
+from impactfem.system.log import Step
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,20 +86,19 @@ def prepare(case: Case, mesh_file: Path) -> Prepared:
         InputError: The mesh is not usable.
         ImpactfemError: Edges and wall do not go together.
     """
-    structure, setup = case.structure, case.wall_impact
-    if structure is None or setup is None:
-        raise ValueError("the case has no structure or no wall impact")
+    setup = case.wall_impact
+    if setup is None:
+        raise ValueError("the case has no wall impact")
     parts, masses, _ = read_parts(case, mesh_file)
     side = wall_side(parts.mesh, setup.floors, mesh_file)
     edges = [contact_edge(parts.mesh, floor, setup.contact_spacing) for floor in setup.floors]
-    own = case.building(structure.building).damping.law
     return Prepared(
         parts=parts,
         mass=masses.floors[[list(parts.mesh.floors).index(floor) for floor in setup.floors]],
         experiment=WallExperiment(
             **setup.model_dump(exclude={"building", "contact_spacing"}), side=side
         ),
-        dampings={OWN: own}
+        dampings={OWN: case.modelled_building.damping.law}
         | {one.name: one.law for one in case.damping_cases if one.restitution == CALIBRATED},
         position=np.concatenate([edge.position for edge in edges]),
         length=np.concatenate([edge.weight for edge in edges]),
@@ -132,13 +124,11 @@ def run_calibrate(case: Case, prepared: Prepared, model: WallModel, step: Step) 
             penalty = penalty_parameters(impacts[-1].first_complete())
             cases.append(DampedRun(name, damping, run, impacts, penalty))
     with step("stick"):
-        if case.structure is None:
-            raise ValueError("the case has no structure")
         # Contacts of the pounding have no part in it, and their laws may be what is sought here.
         alone = case.model_copy(update={"contacts": ()})
         penalty = cases[0].penalty
         stick = run_stick(
-            system_of(alone, calibration_of(case)).stick(case.structure.building),
+            system_of(alone, calibration_of(case)).stick(case.modelled.building),
             experiment,
             K=penalty.K_Ceq,
             xi=penalty.xi_c,

@@ -10,18 +10,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
 from impactfem.case.calibration import Pull
 from impactfem.coupling.contact import kelvin_voigt
 from impactfem.coupling.pounding import End, Pair, System, Update, simulate
 from impactfem.sticks.stick import Stick
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 
 if TYPE_CHECKING:
     from impactfem.reduction.wall import Side
 
-Array = NDArray[np.float64]
 SEPARATION = 5e-3
 """Pulses less than this apart are one impact [s]: a slab's waves take some ms, its return 0.1 s."""
 

@@ -1,7 +1,5 @@
 """The figures of the stage `calibrate`, from its store, in the paper's layout and numbering."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace
@@ -47,7 +45,6 @@ def wall_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[Pa
     Published values, in SI by the name of the result, are drawn with ours.
     """
     target = folder / "figures"
-    target.mkdir(exist_ok=True)
     with open_store(folder / "calibrate.nc") as store:
         curves = (_forces(store, published), _with_stick(store), _energy(store))
         drawn = [one.write(target) for one in curves]

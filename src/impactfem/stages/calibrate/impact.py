@@ -4,19 +4,15 @@ The evaluation knows histories, not the model that they come from: a floor's for
 chain of pulses as nonsmooth contact gives it, or pull at its end as the penalty law does.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.coupling.restitution import kelvin_voigt_phase, kelvin_voigt_xi
 from impactfem.stages.calibrate.experiment import SEPARATION, WallHistory
 from impactfem.system.errors import ImpactfemError, SolutionError
 
-Array = NDArray[np.float64]
 THRESHOLD = 1e-6
 """Forces up to this part of the largest one of all floors are those of a solver's residual [-]."""
 

@@ -3,13 +3,10 @@
 Stages take the laws; figures, tables and checks take histories, impacts and damping cases.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from impactfem.case import Case, KelvinVoigtLaw
 from impactfem.case.damping import OWN
@@ -18,8 +15,8 @@ from impactfem.coupling.restitution import kelvin_voigt_phase, kelvin_voigt_xi
 from impactfem.stages.calibrate.experiment import WallHistory
 from impactfem.stages.calibrate.impact import FloorImpacts, floor_impacts
 from impactfem.stages.stores import damping_of, names_of, number_of, open_store, time_step
+from impactfem.system.arrays import Array
 
-Array = NDArray[np.float64]
 MODEL, STICK = "", "stick_"
 """What the names of the histories of the 3D model and of the stick begin with."""
 
@@ -63,8 +60,7 @@ def with_calibrated_contact(case: Case, epsilon: float, K_Ceq: float) -> Case:
 def with_contact_of_run(case: Case, folder: Path) -> Case:
     """The case with what `calibrate.nc` of this run gives for its contact laws.
 
-    Raises:
-        ImpactfemError: The store has no restitution or stiffness of the building's own damping.
+    ImpactfemError where the store has no restitution or stiffness of the building's own damping.
     """
     if not asks_calibration(case):
         return case

@@ -1,7 +1,5 @@
 """The stage `calibrate`: penalty parameters from an impact of the 3D model on a rigid wall."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from impactfem.case import Case
@@ -45,13 +43,7 @@ CALIBRATE = Stage(
         "contact stiffness {calibration.K_Ceq}",
         "impact of {calibration.impact_duration}",
     ),
-    steps={
-        "inputs": 2.0,
-        "impact": 1.0,
-        "stick": 3.0,
-        "stores": 1.0,
-        DRAWING: 4.0,
-    },
+    steps={"inputs": 2.0, "impact": 1.0, "stick": 3.0, "stores": 1.0, DRAWING: 4.0},
     sections=("damping_cases", "calibration", "wall_impact", "pounding"),
     # The stick before the wall is fitted to the modes of other buildings, too.
     further=lambda case: "".join(stage.key(case.whole) for stage in target_models(case.whole)),

@@ -4,8 +4,6 @@ Displacements and velocities are those of the mass centres, positive towards the
 the floors away from it. What begins with `stick_` is of the stick, the rest of the 3D model.
 """
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

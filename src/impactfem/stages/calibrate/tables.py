@@ -1,28 +1,13 @@
 """Tables of the stage `calibrate`: the paper's values beside ours, impacts, damping cases."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from impactfem.plot.table import (
-    Cell,
-    Table,
-    beside_published,
-    columns_of,
-    heads,
-    write_tables,
-)
-from impactfem.stages.calibrate.selection import (
-    MODEL,
-    STICK,
-    damping_ratios,
-    half_wave,
-    impacts_of,
-)
+from impactfem.plot.table import Cell, Table, beside_published, columns_of, heads, write_tables
+from impactfem.stages.calibrate.selection import MODEL, STICK, damping_ratios, half_wave, impacts_of
 from impactfem.stages.stores import open_store, time_step
 from impactfem.system.scalar import scalars_of
 
@@ -42,11 +27,9 @@ def wall_tables(folder: Path, published: Mapping[str, float]) -> list[Path]:
 
 
 def _impacts(store: xr.Dataset) -> Table:
-    """All impacts by floor; a floor without one has a row that says how near it came.
-
-    The impulse is the largest on its way and that at the end, the peak that of the force; `over`
-    says whether the impact ends in the window.
-    """
+    """All impacts by floor; a floor without one has a row that says how near it came."""
+    # The impulse is the largest on its way and that at the end, the peak that of the force; `over`
+    # says whether the impact ends in the window.
     rows: list[tuple[Cell, ...]] = []
     for kind, which in (("3D", MODEL), ("stick", STICK)):
         for found in reversed(impacts_of(store, which)):

@@ -10,23 +10,19 @@ one solve and one product, M v_θ, make it, and K v_θ follows from M̂ v_θ = r
 a second solve: M̂⁻¹ G would be as fast, but is as large as the basis of a reduced model.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numba
 import numpy as np
 import scipy.sparse
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.coupling.unilateral import check_rule, state_of
 from impactfem.dynamics.columns import combined, inner, product, wrapped
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.dynamics.factorisation import BLOCK, Factorisation, Held
+from impactfem.system.arrays import Array
 from impactfem.system.errors import SolutionError
-
-Array = NDArray[np.float64]
 
 
 class FullMotion(Held):
@@ -155,6 +151,12 @@ class FullMotion(Held):
             self._restoring,
         )
         return tuple(float(x) for x in self._comm.allreduce(np.array(mine)))
+
+    def coast(self, amplitudes: Array) -> None:
+        """None: one step after the other."""
+
+    def keep(self, steps: int) -> None:
+        """Of no use without `coast`."""
 
     def stored(self) -> tuple[float, float]:
         """Kinetic and elastic energy [J]."""

@@ -1,7 +1,5 @@
 """The checks of the stage `design` in words: points of the floors, members, their forces."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

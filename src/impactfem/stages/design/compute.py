@@ -1,9 +1,8 @@
 """The stage `design`: design spectra of the 3D building, and an ensemble of motions through it."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,13 +15,13 @@ from impactfem.coupling.from_case import calibration_of, system_of
 from impactfem.reduction.edge_force import Shares
 from impactfem.reduction.forces import checked_forces
 from impactfem.reduction.loads import Loads
+from impactfem.reduction.pounding_3d import Models3D
 from impactfem.reduction.reduced_building import ReducedBuilding
 from impactfem.reduction.response import modal_histories, record_spectra
 from impactfem.stages.design.ensemble import (
-    Array,
     Arrays,
     Carrier,
-    carry_motions,
+    carry,
     motion_loads,
     point_records,
     stacked,
@@ -39,9 +38,10 @@ from impactfem.stages.device.analysis import supports_of
 from impactfem.stages.device.compute import Prepared as DevicePrepared
 from impactfem.stages.device.compute import analyst_of
 from impactfem.stages.device.spectrum_plan import headline_of
-from impactfem.stages.ensemble.compute import member_key, members_of
+from impactfem.stages.ensemble.compute import member_key, members_of, worked_off
 from impactfem.stages.stores import of_run
 from impactfem.stages.transient.prepared import Prepared, transient_of
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import read_archive
 from impactfem.system.log import LOGGER, Steps
@@ -63,20 +63,15 @@ def run_design(
     *,
     key: str,
     members_key: str,
+    models: Models3D | None = None,
 ) -> list[Path]:
     """Run the stage and write `design.nc`: the case's own motion, and an ensemble. Collective.
 
-    Members of the ensemble are carried through the 3D building and the devices.
-
-    Args:
-        case: The case, with the targets of its sticks and the numbers of its contact laws.
-        prepared: Of the stage `transient`.
-        equipment: Of the stage `device`; None without devices, or without an ensemble.
-        reduced: The reduced building on rank 0, None on the others.
-        folder: The run's folder.
-        steps: The steps of the stage.
-        key: Hash of the stage's inputs.
-        members_key: Hash of what members depend on in addition to their motions.
+    Members of the ensemble are carried through the 3D building and the devices. The case has the
+    targets of its sticks and the numbers of its contact laws; `equipment` is None without devices,
+    or without an ensemble; `reduced` is None but on rank 0. `key` is the hash of the stage's
+    inputs, `members_key` of what members depend on in addition to their motions; `models` are the
+    3D models that pound, None where all buildings are sticks.
 
     Raises:
         SolutionError: Fewer than two members gave a result.
@@ -125,7 +120,7 @@ def run_design(
         system = system_of(case, calibration_of(case))
         for number, member in enumerate(waiting, 1):
             try:
-                loads[member.name] = motion_loads(member.case, system, names, edges, mesh)
+                loads[member.name] = motion_loads(member.case, system, names, edges, mesh, models)
             except ImpactfemError as error:
                 failed[member.name] = str(error)
                 LOGGER.warning("warning: ensemble member %s failed: %s", member.name, error)
@@ -153,13 +148,14 @@ def run_design(
         with workers() as executor:
             if executor is not None and carrier is not None:
                 with steps.step("members"):
-                    more, others = carry_motions(
-                        carrier,
+                    more, others = worked_off(
+                        partial(carry, carrier),
                         loads,
                         files,
                         keys,
                         executor,
                         lambda done: steps.within("members", done / len(loads)),
+                        where=" in 3D",
                     )
                 found |= more
                 failed |= others

@@ -4,14 +4,9 @@ Each motion goes through the sticks first, whose impact forces then act on the 3
 results are stored as soon as they are there, so that an interrupted run goes on.
 """
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, as_completed
-from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,28 +15,28 @@ from numpy.typing import NDArray
 
 from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case, Spectra
-from impactfem.coupling.force_history import ForceHistory
-from impactfem.coupling.from_case import loads_of
-from impactfem.coupling.pounding import System, interpolate_ground, simulate
+from impactfem.coupling.force_history import ForceHistory, PairEnds
+from impactfem.coupling.from_case import ground_of, loads_of
+from impactfem.coupling.pounding import System
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.motion.from_case import ground_motions
 from impactfem.reduction.edge_force import Shares
 from impactfem.reduction.forces import with_floor_forces
 from impactfem.reduction.loads import Loads, make_loads
+from impactfem.reduction.pounding_3d import Models3D
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.reduction.response import modal_histories, record_spectra
 from impactfem.spectra import response_spectra
 from impactfem.stages.design.floors import NO_POINTS, counted, enveloped, fewest
 from impactfem.stages.device.analysis import Analyst
 from impactfem.stages.device.spectrum_plan import SpectrumChoice
+from impactfem.stages.pounding.compute import respond
 from impactfem.stages.transient.maps import AS_THEY_ARE
 from impactfem.stages.transient.prepared import transient_of
-from impactfem.system.errors import ImpactfemError, SolutionError
-from impactfem.system.files import write_archive
-from impactfem.system.log import LOGGER
+from impactfem.system.arrays import Array
+from impactfem.system.errors import SolutionError
 from impactfem.system.parallel import threads
 
-Array = NDArray[np.float64]
 Arrays = dict[str, Any]
 
 AT_ONCE = 768
@@ -49,19 +44,18 @@ AT_ONCE = 768
 
 
 def motion_loads(
-    case: Case, system: System, names: Sequence[str], edges: Sequence[Shares], mesh: BuildingMesh
+    case: Case,
+    system: System,
+    names: Sequence[str],
+    edges: Sequence[Shares],
+    mesh: BuildingMesh,
+    models: Models3D | None = None,
 ) -> tuple[Loads, Array]:
     """Run the sticks under the motions of a case as the stage `pounding` does.
 
-    Gives the loads at the step of the 3D model, and the largest force of the sticks on each floor
-    that a pair touches, ascending [N]; 0 on one that is not hit.
-
-    Args:
-        case: The case with the motions.
-        system: The sticks.
-        names: Of the contact pairs that touch the building.
-        edges: The patterns of each.
-        mesh: The mesh of the building.
+    Gives the loads at the step of the 3D model, by the patterns of each of the contact pairs that
+    touch the building (`names`), and the largest force on each floor that a pair
+    touches, ascending [N]; 0 on one that is not hit.
 
     Raises:
         InputError: A record is not usable.
@@ -69,26 +63,30 @@ def motion_loads(
     """
     transient, dt = transient_of(case), case.pounding.time_step
     motions = ground_motions(case.motions, accept=False)
-    along = [motion.history for motion in motions]
-    longest = max(motion.accelerogram.duration for motion in motions)
-    n_t = round((case.pounding.duration or longest) / dt) + 1
-    ground, forces = interpolate_ground(along, dt, n_t), loads_of(case, system, dt, n_t)
-    response = simulate(system, ground, dt, update=case.pounding.update, loads=forces)
+    histories = [motion.history for motion in motions]
+    ground = ground_of(case, histories, dt)
+    forces = loads_of(case, system, dt, len(ground.acceleration))
+    response = respond(case, system, ground, forces, models)
     duration = transient.duration or float(response.time[-1])
     if response.time[-1] < duration - dt:
         raise SolutionError(
             f"the sticks end at {response.time[-1]:g} s, the 3D model runs up to {duration:g} s"
         )
-    every = [pair.name for pair in system.pairs]
-    columns = [every.index(name) for name in names]
-    history = ForceHistory(response.time, tuple(names), response.force[:, columns])
+    exerted = ForceHistory.of_response(response)
+    mine = exerted.of([exerted.pairs.index(name) for name in names])
+    history = replace(mine, ends=PairEnds())
     n_steps = math.floor(duration / transient.time_step * (1.0 + 1e-9))
     on_building, acting = with_floor_forces(case, mesh, history, list(edges))
     loads = make_loads(
-        along, on_building, acting, transient.time_step, n_steps, len(acting) - len(edges)
+        *(histories, on_building, acting, transient.time_step, n_steps, len(acting) - len(edges)),
+        delay=case.delays.get(case.modelled.building, 0.0),
     )
     floor = np.array([shares[0][0].floor for shares in edges])
-    peaks = [history.force[:, floor == k].max(initial=0.0) for k in np.unique(floor)]
+    # Points of contact of one line press together.
+    lines = np.array(mine.ends.line or names)
+    lines = np.where(lines == "", names, lines)
+    of_line = {k: history.force[:, lines == k].sum(axis=1).max() for k in np.unique(lines)}
+    peaks = [max(of_line[k] for k in lines[floor == one]) for one in np.unique(floor)]
     return loads, np.array(peaks, dtype=np.float64)
 
 
@@ -126,9 +124,10 @@ def point_records(
     return np.asarray(relative + loads.ground.T[component], dtype=np.float64)
 
 
-def carry(carrier: Carrier, loads: Loads) -> Arrays:
+def carry(carrier: Carrier, loads: Loads, impact_force: Array) -> Arrays:
     """The results of one motion, by their names in `design.nc`.
 
+    From loads and largest forces as of `motion_loads`; these are among the results.
     `member_psa`, the envelope over the probes of each floor and the vertices that govern under this
     motion, shape (n_dampings, n_floors, 3, n_f), and `member_zpa` of their peak accelerations,
     shape (n_floors, 3) [m/s2]; `member_centre_peak`, the largest ordinate at the mass centres,
@@ -173,6 +172,7 @@ def carry(carrier: Carrier, loads: Loads) -> Arrays:
         "member_centre_peak": spectra.psa[:, centres].max(axis=2).reshape(-1, floors, 3),
         "member_vertices": counted(chosen, floors),
         "member_basis_error": np.array(basis.difference),
+        "member_impact_force": impact_force,
     }
     if carrier.analyst is not None and carrier.choice is not None:
         results = carrier.analyst.analyse(loads, carrier.damping)
@@ -180,39 +180,6 @@ def carry(carrier: Carrier, loads: Loads) -> Arrays:
         found["member_device_force"] = np.array([one.detailed.largest for one in results])
         found["member_device_spectrum"] = np.array(by_spectrum)
     return found
-
-
-def carry_motions(
-    carrier: Carrier,
-    waiting: Mapping[str, tuple[Loads, Array]],
-    files: Mapping[str, Path],
-    keys: Mapping[str, str],
-    executor: Executor,
-    progress: Callable[[int], None],
-) -> tuple[dict[str, Arrays], dict[str, str]]:
-    """Carry motions through the 3D building, and store the results of each as soon as it is done.
-
-    `waiting` has loads and largest forces of the sticks, as of `motion_loads`, `files` and `keys`
-    where each motion is stored and the hash of what it depends on; `progress` is called with the
-    number of motions done. Gives the results by name, and the reason of those that failed.
-    """
-    one = partial(carry, carrier)
-    futures = {
-        executor.submit(one, loads): (name, force) for name, (loads, force) in waiting.items()
-    }
-    found: dict[str, Arrays] = {}
-    failed: dict[str, str] = {}
-    for done, future in enumerate(as_completed(futures), 1):
-        name, force = futures[future]
-        try:
-            found[name] = {**future.result(), "member_impact_force": force}
-        except ImpactfemError as error:
-            failed[name] = str(error)
-            LOGGER.warning("warning: ensemble member %s in 3D failed: %s", name, error)
-        else:
-            write_archive(files[name], keys[name], found[name])
-        progress(done)
-    return found, failed
 
 
 def stacked(names: Sequence[str], found: Mapping[str, Arrays], failed: Mapping[str, str]) -> Arrays:

@@ -1,7 +1,5 @@
 """Figures of the design spectra of the 3D building, and of the members of an ensemble."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -35,7 +33,6 @@ def design_figures(folder: Path, products: DesignProducts) -> list[Path]:
     Gives the files. ImpactfemError: a file cannot be written.
     """
     target = folder / "figures"
-    target.mkdir(parents=True, exist_ok=True)
     source = products.case.source
     files = []
     for x, d in np.ndindex(len(source.directions), len(source.damping)):
@@ -53,7 +50,7 @@ def _case_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
     caption = (
         f"under the case's motion: envelope of {_points(products)} of each floor of the 3D model "
         "as computed and for design, beside that of all vertices of the floor, without samples "
-        "between, and the design spectrum of the sticks at the mass centre, where there are such; "
+        "between, and the design spectrum of the mass centre in the pounding, where there is one; "
         f"{design.broadening_text}. Dotted: zero-period acceleration. Each floor "
         "has a scale of its own."
     )
@@ -66,7 +63,7 @@ def _case_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
         ]
         stick, whole = products.of_stick(place), products.of_vertices(place)
         if stick is not None:
-            curves.append(Curve(*stick, "sticks, for design", RED, "--", width=1.1))
+            curves.append(Curve(*stick, "pounding, for design", RED, "--", width=1.1))
         if whole is not None:
             curves.append(Curve(*whole, "3D, all vertices, computed", GREEN, width=0.7))
         ends, zpa = design.frequency[[0, -1]], design.zpa[s, x].repeat(2)
@@ -137,7 +134,7 @@ def _force_figure(path: Path, store: xr.Dataset) -> None:
     rows = -(-len(names) // columns)
     caption = (
         f"Largest force on the anchor along $e_{axis}$ in the 3D model and by response spectrum "
-        f"analysis ({store.attrs['analysis']}), against the largest impact force of the sticks, "
+        f"analysis ({store.attrs['analysis']}), against the largest impact force, "
         f"for each of {len(impact)} motions. Lines: mean (solid) and 84 % fractile (dashed) of "
         "either."
     )

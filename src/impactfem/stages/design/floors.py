@@ -10,21 +10,16 @@ from the lowest), `component` (0, 1 or 2 for x, y, z) and `node`;
 those of vertices have their coordinates `x`, `y`, `z` [m], too.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
 from impactfem.stages.stores import open_store
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import ImpactfemError
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 LEVEL = 0.05
 """How far from its mass centre's level a point of a floor may be [m]."""
@@ -32,7 +27,7 @@ STILL = 1e-9
 """Along a direction a floor is still where no ordinate is above this part of the largest of all."""
 LARGEST = 80
 """So many vertices of a floor with the largest ordinates, at any one frequency along any one
-direction, are looked at under other motions."""
+direction, are computed under other motions."""
 MISSED = 0.02
 """Part of the envelope of all that the envelope of the chosen ones may lack anywhere."""
 MOST = 24
@@ -46,16 +41,15 @@ NO_POINTS = pd.DataFrame(
 def read_probes(path: Path) -> xr.Dataset:
     """Spectra of the probes under the case's own motion in `transient.nc`, and their floors.
 
-    `psa` and `pfa` with the labels of the store; over `station`, the floors from the lowest,
-    `station_floor`, `elevation` [m] and `centre`, the place of the probe at the mass centre;
-    and `on_floor` over `probe` and `station`.
-
-    Raises:
-        ImpactfemError: The file cannot be read, is no such store, or has no probe at a mass centre.
+    `psa` and `pfa`, and those of rotations where there are some, with the labels of the store; over
+    `station`, the floors from the lowest, `station_floor`, `elevation` [m] and `centre`, the place
+    of the probe at the mass centre; and `on_floor` over `probe` and `station`. ImpactfemError where
+    the file cannot be read, is no such store, or has no probe at a mass centre.
     """
     with open_store(path) as store:
         try:
-            probes = store[["psa", "pfa", "probe_node", "probe_position"]].load()
+            turned = [name for name in ("rotational_psa", "rotational_pfa") if name in store]
+            probes = store[["psa", "pfa", "probe_node", "probe_position", *turned]].load()
             height = probes["probe_position"].sel(xyz="z").values
             centres = np.flatnonzero(probes["probe_kind"] == "centre")
             floors = probes["probe_floor"].values
@@ -154,11 +148,8 @@ class WholeFloors:
 def read_whole_floors(path: Path, elevation: Array) -> WholeFloors | None:
     """Read the fields over the floors in `transient_maps.nc`, and choose the vertices that govern.
 
-    None without the file, where the case requests no fields. `elevation` is that of the floors
-    from the lowest, shape (n_floors,) [m].
-
-    Raises:
-        ImpactfemError: The file cannot be read.
+    None without the file, where the case requests no fields. `elevation` is that of the floors from
+    the lowest, shape (n_floors,) [m]. ImpactfemError where the file cannot be read.
     """
     if not path.is_file():
         return None

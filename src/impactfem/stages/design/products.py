@@ -1,22 +1,22 @@
-"""Design spectra of the 3D building as tables, workbooks and stores, with those of the sticks.
+"""Design spectra of the 3D building as tables, workbooks and stores, with those of the pounding.
 
 Into `products/`: `design_spectra.csv`, `.xlsx` and `.nc` under the case's own motion and
-`design_peaks.csv`; with an ensemble that was carried through the 3D model `design_ensemble.csv`
+`design_peaks.csv`; of the floors' rotations `design_rotations.*` and `design_rotation_peaks.csv`;
+with an ensemble that was carried through the 3D model `design_ensemble.csv`
 with its statistics, and a workbook and a store of each of them. Statistics are taken frequency by
 frequency over the envelopes of the members, and broadened afterwards. Into `tables/`: what the
 points of each floor have of the envelope of all its vertices, the vertices that govern, and the
 members of the ensemble.
 """
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from impactfem.plot.floor_products import (
     FOLDER,
@@ -27,18 +27,22 @@ from impactfem.plot.floor_products import (
     labelled,
     read_floor_spectra,
     write_design_files,
+    write_floor_design,
 )
 from impactfem.plot.table import Cell, Table, cell, heads
 from impactfem.spectra.design import Ratio
 from impactfem.spectra.frequency_list import interpolate_frequency, merged_frequencies
 from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet, Station
 from impactfem.spectra.statistics import STATISTICS, over_members
+from impactfem.stages.design.floors import STILL
 from impactfem.stages.design.store import largest_impact
 from impactfem.stages.stores import names_of
+from impactfem.system.arrays import Array
 
-Array = NDArray[np.float64]
 Place = tuple[int, int, int]
 
+ROTATIONS = ("design_rotations", "design_rotation_peaks")
+"""Names of the products of the rotations."""
 VERTICES = "design_vertices"
 """Name of the table of the vertices that govern."""
 EACH = "the vertices that govern under each motion"
@@ -70,14 +74,15 @@ class DesignProducts:
 
     store: xr.Dataset  #: `design.nc`
     case: DesignFloorSpectra  #: under the case's own motion
-    sticks: xr.Dataset  #: the same of the sticks at their mass centres, as a store
+    rotations: DesignFloorSpectra | None  #: the same of rotations; None where none is known
+    sticks: xr.Dataset  #: the same of the mass centres as they pounded, as a store
     #: Under the motions of an ensemble, as computed; None without one.
     members: FloorSpectrumSet | None
     #: Over the members of an ensemble, by name; none without one.
     statistics: dict[str, DesignFloorSpectra]
 
     def of_stick(self, place: Place) -> tuple[Array, Array] | None:
-        """Frequencies [Hz] and design spectrum [m/s2] of the sticks; None where there is none."""
+        """Frequencies [Hz] and design spectrum [m/s2] as it pounded; None where there is none."""
         d, s, x = place
         there = {name: self.store[name].values[k] for name, k in (("station", s), ("direction", x))}
         try:
@@ -104,10 +109,7 @@ def design_products_of(
     """Make the design spectra from the open `design.nc` and `pounding.nc` of the same case.
 
     Peaks are broadened by a ratio to either side, or by one down and one up, narrow ones reduced
-    before where `clipping`.
-
-    Raises:
-        ImpactfemError: A store is not usable.
+    before where `clipping`. ImpactfemError where a store is not usable.
     """
     of_sticks, _ = read_floor_spectra(sticks)
     design = partial(FloorSpectrumSet.design, broadening=broadening, clipping=clipping)
@@ -115,24 +117,39 @@ def design_products_of(
     if "motion" in store.dims:
         members = _spectra(store, "member_", (EACH,) if "vertex" in store.dims else ())
         statistics = {name: design(members.of_members(name)) for name in STATISTICS}
-    own = _spectra(store, "", ())
-    return DesignProducts(store, design(own), floor_store(design(of_sticks)), members, statistics)
+    rotations = design(_rotations(store)) if "rotation" in store.dims else None
+    own, stick_store = design(_spectra(store, "", ())), floor_store(design(of_sticks))
+    return DesignProducts(store, own, rotations, stick_store, members, statistics)
+
+
+def _rotations(store: xr.Dataset) -> FloorSpectrumSet:
+    """The spectra of rotations, of those probes whose nodes' rotations are recorded."""
+    moving = store["rotational_pfa"].max("station").values
+    moves = np.flatnonzero(moving > STILL * moving.max())
+    return _spectrum_set(
+        store,
+        [tuple(str(on).split(", ")) for on in store["rotational_points"].values],
+        directions=tuple(np.array(names_of(store, "rotation"))[moves]),
+        psa=store["rotational_psa"].values[None][:, :, :, moves],
+        zpa=store["rotational_pfa"].values[None][:, :, moves],
+        motions=("that of the case",),
+        method=(
+            "pseudo-acceleration of oscillators that turn with the nodes of probes; 3D model of "
+            "shells and beams under ground motion and impact forces, meant up to "
+            f"{store.attrs['maximum_frequency']:g} Hz; envelope of the PROBES ALONE"
+        ),
+    )
 
 
 def _spectra(store: xr.Dataset, prefix: str, further: tuple[str, ...]) -> FloorSpectrumSet:
     """The spectra whose variables have a prefix, of the probes and of further points in words."""
-    directions, stations = names_of(store, "direction"), []
+    directions, points = names_of(store, "direction"), []
     psa, zpa = store[f"{prefix}psa"].values, store[f"{prefix}zpa"].values
-    for floor, probes, z, counts in zip(
-        store["station_floor"].values,
-        store["station_points"].values,
-        store["elevation"].values,
-        store["vertex_count"].values,
-        strict=True,
+    for probes, counts in zip(
+        store["station_points"].values, store["vertex_count"].values, strict=True
     ):
         along = [f"{_vertices(n)} along {x}" for n, x in zip(counts, directions, strict=True) if n]
-        points = (*str(probes).split(", "), *(further if prefix else along))
-        stations.append(Station(str(store.attrs["building"]), str(floor), points, float(z)))
+        points.append((*str(probes).split(", "), *(further if prefix else along)))
     method = (
         "pseudo-acceleration of oscillators at points of the floor; 3D model of shells and beams "
         f"under ground motion and impact forces, meant up to {store.attrs['maximum_frequency']:g} "
@@ -142,16 +159,29 @@ def _spectra(store: xr.Dataset, prefix: str, further: tuple[str, ...]) -> FloorS
         method += f"; on no floor: {', '.join(names_of(store, 'elsewhere'))}"
     if store["vertex_count"].any():
         method += f"; see tables/design_coverage.csv and tables/{VERTICES}.csv"
-    return FloorSpectrumSet(
-        frequency=np.asarray(store["frequency"].values, dtype=np.float64),
-        damping=np.asarray(store["damping"].values, dtype=np.float64),
-        stations=tuple(stations),
+    return _spectrum_set(
+        store,
+        points,
         directions=tuple(directions),
         psa=psa if prefix else psa[None],
         zpa=zpa if prefix else zpa[None],
         motions=tuple(names_of(store, "motion")) if prefix else ("that of the case",),
-        title=str(store.attrs["title"]),
         method=method,
+    )
+
+
+def _spectrum_set(
+    store: xr.Dataset, points: Sequence[tuple[str, ...]], **spectra: Any
+) -> FloorSpectrumSet:
+    """Spectra at the floors of the store, and the points of each."""
+    building, floors = str(store.attrs["building"]), store["station_floor"].values
+    of_floors = zip(floors, points, store["elevation"].values, strict=True)
+    return FloorSpectrumSet(
+        frequency=np.asarray(store["frequency"].values, dtype=np.float64),
+        damping=np.asarray(store["damping"].values, dtype=np.float64),
+        stations=tuple(Station(building, str(k), on, float(z)) for k, on, z in of_floors),
+        title=str(store.attrs["title"]),
+        **spectra,
     )
 
 
@@ -180,8 +210,7 @@ def _vertices(count: int) -> str:
 def write_design_products(folder: Path, products: DesignProducts) -> list[Path]:
     """Write tables, workbooks and stores into a run's folder; gives the files.
 
-    Raises:
-        ImpactfemError: A file cannot be written.
+    ImpactfemError where a file cannot be written.
     """
     target, others, store = folder / FOLDER, folder / "tables", products.store
     for one in (target, others):
@@ -194,8 +223,11 @@ def write_design_products(folder: Path, products: DesignProducts) -> list[Path]:
         files += [make(products).write_csv(others) for make in (coverage_table, vertex_table)]
     named = {"design_spectra": products.case}
     named |= {f"design_ensemble_{name}": one for name, one in products.statistics.items()}
+    inputs = str(store.attrs["inputs"])
+    if products.rotations is not None:
+        files += write_floor_design(folder, products.rotations, inputs, ROTATIONS)
     for name, design in named.items():
-        files += write_design_files(target / name, design, str(store.attrs["inputs"]))
+        files += write_design_files(target / name, design, inputs)
     return files
 
 
@@ -231,14 +263,14 @@ def _spectrum_tables(products: DesignProducts) -> list[Table]:
     heads_of_peaks = heads(
         "elevation [m]; peak [m/s2]; frequency of the peak [Hz]; zero-period acceleration [m/s2]; "
         f"{WITHIN}; point of the peak; number of points; "
-        "peak, sticks at the mass centre [m/s2]"
+        "peak, mass centre in the pounding [m/s2]"
     )
     return [
         _curve_table(
             "design_spectra",
             "Design spectra of the 3D building under the case's motion",
             (
-                *("computed", "for design", "for design, sticks at the mass centre"),
+                *("computed", "for design", "for design, mass centre in the pounding"),
                 "computed, all vertices of the floor, without samples between",
             ),
             curves,

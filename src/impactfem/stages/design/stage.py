@@ -1,7 +1,5 @@
 """The stage `design`: design spectra of the 3D building, of one motion and of an ensemble."""
 
-from __future__ import annotations
-
 import hashlib
 from pathlib import Path
 
@@ -17,7 +15,7 @@ from impactfem.stages.device.stage import DEVICE
 from impactfem.stages.ensemble.stage import ENSEMBLE
 from impactfem.stages.inputs import program_key
 from impactfem.stages.pounding.stage import POUNDING, motions_key
-from impactfem.stages.reduce.stage import REDUCE, model_key
+from impactfem.stages.reduce.stage import REDUCE, model_key, models_of_run
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import of_run, open_store
 from impactfem.stages.transient.stage import TRANSIENT
@@ -52,7 +50,7 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     equipment, shared = None, ""
     with steps.step("inputs"):
         inputs = on_root(lambda: POUNDING.key(case))
-        reduced = reduced_on_root(folder, on_root(lambda: model_key(case)))
+        reduced = reduced_on_root(folder, on_root(lambda: model_key(case)), case)
         if members:
             shared = on_root(lambda: members_key(case))
             case = on_root(
@@ -68,8 +66,17 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
                     case, mesh, forces, storey_factor(folder), impulses=impulses
                 )
             )
+        models = on_root(lambda: models_of_run(case, folder)) if members else None
     return run_design(
-        case, prepared, equipment, reduced, folder, steps, key=key, members_key=shared
+        case,
+        prepared,
+        equipment,
+        reduced,
+        folder,
+        steps,
+        key=key,
+        members_key=shared,
+        models=models,
     )
 
 

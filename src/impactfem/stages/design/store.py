@@ -10,8 +10,6 @@ of each floor. `ensemble3d.STATISTIC.X` is a statistic over the members of their
 that it has for the case's own motion, `design.X` for `frs.*`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -19,7 +17,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray as xr
-from numpy.typing import NDArray
 
 from impactfem.case import Case
 from impactfem.spectra.response_spectrum import ResponseSpectra
@@ -33,10 +30,9 @@ from impactfem.stages.design.floors import (
     probe_points,
 )
 from impactfem.stages.stores import Output, dataset, names_of
+from impactfem.system.arrays import Array
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, with_scalars
-
-Array = NDArray[np.float64]
 
 AXES = ["x", "y", "z"]
 _CURVE = "damping station direction frequency"
@@ -56,6 +52,12 @@ OUTPUTS = {
     "psa": Output(_CURVE, "m/s2", "envelope of the points under the case's own motion"),
     "zpa": Output(_PLACE, "m/s2", "envelope of their peak accelerations"),
     "governing": Output(_CURVE, "", "number of the point with the largest ordinate, from 0"),
+    "rotation": Output("rotation", "", "about x, y, z"),
+    "rotational_psa": Output(
+        "damping station rotation frequency", "rad/s2", "envelope of the rotations of probes"
+    ),
+    "rotational_pfa": Output("station rotation", "rad/s2", "envelope of their peak accelerations"),
+    "rotational_points": Output("station", "", "these probes", label=True),
     "probes_psa": Output(_CURVE, "m/s2", "envelope of the probes alone"),
     "probe_count": Output("station", "", "number of its probes"),
     "vertex_count": Output(_PLACE, "", "number of vertices that govern"),
@@ -81,7 +83,7 @@ OUTPUTS = {
     "member_vertices": Output(f"motion {_PLACE}", "", "number of vertices that govern"),
     "member_basis_error": Output("motion", "-", "estimated, of transfer functions at the points"),
     "edge": Output("edge", "", "number of the floor"),
-    "member_impact_force": Output("motion edge", "N", "largest one of the sticks"),
+    "member_impact_force": Output("motion edge", "N", "largest one"),
     "device": Output("device"),
     "component": Output("component"),
     "member_device_force": Output(_FORCE, "N, N m", "largest one in the 3D model"),
@@ -101,20 +103,12 @@ def write_design(
     members: Mapping[str, Any],
     analysis: str,
 ) -> None:
-    """Write `design.nc`.
+    """Write `design.nc`; ImpactfemError where it cannot be written.
 
-    Args:
-        path: The file.
-        case: The case.
-        key: Hash of the stage's inputs.
-        probes: As of `read_probes`.
-        whole: The spectra over whole floors; None without fields over the floors.
-        vertex_spectra: Of the vertices that govern, in their order; None without fields.
-        members: Results over an ensemble by their names in the store; empty without one.
-        analysis: Name of the response spectrum analysis of its devices; "" without devices.
-
-    Raises:
-        ImpactfemError: The file cannot be written.
+    `probes` are those of `read_probes`; `whole` are the spectra over whole floors, and
+    `vertex_spectra` those of the vertices that govern, None without fields over the floors.
+    `members` are the results over an ensemble by their names in the store, empty without one;
+    `analysis` is the response spectrum analysis of its devices, "" without devices.
     """
     names, building = names_of(probes, "probe"), str(probes.attrs["building"])
     on_floor = probes["on_floor"].values
@@ -136,6 +130,17 @@ def write_design(
         "probe_count": on_floor.sum(axis=0),
         "vertex_count": np.zeros((floors, 3), dtype=np.int64),
     }
+    if "rotation" in probes.dims:
+        # Of each floor those of its probes whose rotations are recorded, the mass centre at least.
+        turning = names_of(probes, "turning")
+        on = on_floor[[names.index(name) for name in turning]].T
+        values |= {"rotation": names_of(probes, "rotation")}
+        values["rotational_points"] = [", ".join(np.array(turning)[there]) for there in on]
+        order = ("damping", "turning", "rotation", "frequency")
+        psa_of = probes["rotational_psa"].transpose(*order).values
+        pfa_of = probes["rotational_pfa"].transpose("turning", "rotation").values
+        values["rotational_psa"] = np.stack([psa_of[:, k].max(axis=1) for k in on], axis=1)
+        values["rotational_pfa"] = np.stack([pfa_of[k].max(axis=0) for k in on])
     notes = {}
     if whole is not None and vertex_spectra is not None:
         number = len(names) + np.arange(len(whole.governing))
@@ -220,7 +225,7 @@ def design_scalars(store: xr.Dataset) -> list[Scalar]:
             at_centre = one["member_centre_peak"].values
             ensemble += _statistics(f"transient.{name}.peak", at_centre, "m/s2", "mass centre")
     if members:
-        ensemble += _statistics("impact_force", largest_impact(store), "N", "largest one, sticks")
+        ensemble += _statistics("impact_force", largest_impact(store), "N", "largest one")
     for d, device in enumerate(names_of(store, "device") if "device" in store.dims else ()):
         force = store.isel(device=d).sel(component=axis)
         name = "device" if d == 0 else f"device.{device}"
@@ -235,7 +240,7 @@ def design_scalars(store: xr.Dataset) -> list[Scalar]:
 
 
 def largest_impact(store: xr.Dataset) -> Array:
-    """Largest force of the sticks on the building, shape (n_m,) [N]; 0 without contact pairs."""
+    """Largest impact force on the building, shape (n_m,) [N]; 0 without contact pairs."""
     return np.asarray(store["member_impact_force"].values.max(axis=1, initial=0.0))
 
 

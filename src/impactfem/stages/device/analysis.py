@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.case import Spectra
 from impactfem.coupling.body import reduced_body
@@ -17,13 +16,11 @@ from impactfem.device.spectrum import AnchorSpectrum
 from impactfem.device.spectrum_analysis import SpectrumResponse
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.loads import Loads
-from impactfem.reduction.modal_response import modal_response
 from impactfem.reduction.reduced_building import CompleteModel
 from impactfem.spectra import response_spectra
 from impactfem.stages.device.spectrum_plan import SpectrumChoice, SpectrumPlan, envelopes
 from impactfem.sticks.element import COMPONENTS
-
-Array = NDArray[np.float64]
+from impactfem.system.arrays import Array
 
 WORDS = tuple(f"{word} {axis}" for word in ("force", "moment") for axis in "xyz")
 """Quantities of a response spectrum analysis, of the components x to rz."""
@@ -124,21 +121,32 @@ class Analyst:
         places = [
             [i for i, one in enumerate(supports) if one.device == k] for k in range(len(self.plans))
         ]
-        ports = {str(i): Φ for i, Φ in enumerate(model.anchors)}
+        below = model.foundation
+        if below is None:
+            ports = {str(i): Φ for i, Φ in enumerate(model.anchors)}
+            building = reduced_body("building", model.eigenvalue, damping, ports)
+            forces = loads.amplitudes @ model.load(loads).T
+        else:
+            # Device, building, raft and soil as one system.
+            both = zip(model.anchors, model.anchors_carried, strict=True)
+            on_base = {str(i): one for i, one in enumerate(both)}
+            building = below.body(model.eigenvalue, model.ground, damping, on_base)
+            forces = below.loads(building, model.load(loads)[:, len(loads.directions) :], loads)
         mounted = mounted_response(
-            [reduced_body("building", model.eigenvalue, damping, ports)],
+            [building],
             [
                 MountedDevice(
                     plan.device.name, plan.device, tuple(("building", str(i)) for i in rows)
                 )
                 for plan, rows in zip(self.plans, places, strict=True)
             ],
-            loads.amplitudes @ model.load(loads).T,
+            forces,
             loads.ground,
             loads.time_step,
             substeps=self.substeps,
         )
-        alone = modal_response(model.model(loads), loads.amplitudes, loads.time_step, damping)
+        alone = model.response(loads, damping)
+        anchors, further = model.shapes(), model.shapes(anchors=False)
 
         def shaken(shapes: Array) -> Array:
             """Absolute acceleration of a point, shape (6, n_t) [m/s2, rad/s2]."""
@@ -149,15 +157,15 @@ class Analyst:
         found = []
         for plan, history, rows in zip(self.plans, mounted.devices, places, strict=True):
             modes = device_modes(plan.device).below(plan.maximum_frequency)
-            motions = [shaken(model.anchors[i]) for i in rows]
-            moved = np.concatenate(model.anchors[rows]) @ alone.displacement
+            motions = [shaken(anchors[i]) for i in rows]
+            moved = np.concatenate(anchors[rows]) @ alone.displacement
             apart = _largest_apart(plan.device, self.positions[rows], moved).reshape(-1, 6)
             own: list[AnchorSpectrum] = []
             points = list[list[AnchorSpectrum]]()
             for number, (motion, row) in enumerate(zip(motions, rows, strict=True), 1):
                 own += self._spectra(modes, motion, loads.time_step, number, apart[number - 1])
                 points += [
-                    self._spectra(modes, shaken(model.points[k]), loads.time_step, number)
+                    self._spectra(modes, shaken(further[k]), loads.time_step, number)
                     for k in self.covered[row]
                 ]
             by_spectrum = plan.analyses(own, "computed")
@@ -212,8 +220,7 @@ class Analyst:
     def over_dampings(self, cases: Sequence[Sequence[DeviceResult]]) -> list[list[DeviceResult]]:
         """Results by damping with the analyses of the envelope of the spectra of all dampings.
 
-        Raises:
-            ImpactfemError: A spectrum does not reach a mode of a device.
+        ImpactfemError where a spectrum does not reach a mode of a device.
         """
         further = []
         for k, plan in enumerate(self.plans):
@@ -243,13 +250,11 @@ def _at(history: MountedHistory, support: Support) -> MountedHistory:
 
 
 def _largest_apart(device: Device, points: Array, displacement: Array) -> Array:
-    """Largest displacements of anchors against where the first one carries them, shape (6 p,).
-
-    A motion of the first anchor carries the others along as a rigid body, by its translations, and
-    by those rotations that the stiffness between the anchors leaves free. From points, shape (p, 3)
-    [m], and displacements, shape (6 p, n_t) [m, rad]; zero for a device with one anchor or nothing
-    between its anchors.
-    """
+    """Largest displacements of anchors against where the first one carries them, shape (6 p,)."""
+    # A motion of the first anchor carries the others along as a rigid body, by its translations,
+    # and by those rotations that the stiffness between the anchors leaves free. From points, shape
+    # (p, 3) [m], and displacements, shape (6 p, n_t) [m, rad]; zero for a device with one anchor or
+    # nothing between its anchors.
     K_a = device.anchor_stiffness
     if device.anchors == 1 or K_a is None or not np.any(K_a):
         return np.zeros(6 * device.anchors)

@@ -1,20 +1,11 @@
 """The checks of the stage `device` in words: balance, basis, impacts, restitution, verdict."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import xarray as xr
 
 from impactfem.stages.check import Check, limited
-from impactfem.stages.device.selection import (
-    LOADS,
-    Load,
-    anchor_of,
-    direction,
-    loaded,
-    restitution,
-)
+from impactfem.stages.device.selection import LOADS, Load, anchor_of, direction, loaded, restitution
 from impactfem.stages.device.verdict import anchors, pounding, shortfall
 from impactfem.stages.stores import names_of, open_store
 from impactfem.system.scalar import values_of

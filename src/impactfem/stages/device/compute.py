@@ -1,7 +1,5 @@
 """The stage `device`: devices in the 3D model and by response spectra, for every damping case."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
@@ -24,6 +22,7 @@ from impactfem.device.spectrum import given_spectra
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.reduction.loads import Loads
+from impactfem.reduction.pounding_3d import Models3D
 from impactfem.reduction.probes import CoveredPoints, covered_points
 from impactfem.reduction.reduced_building import CompleteModel
 from impactfem.reduction.sides import Impulses
@@ -55,6 +54,8 @@ class Prepared:
     restitution: Mapping[str, float] = field(default_factory=dict)
     #: of the impact on the wall, for spread `calibrated`; None for another one
     impulses: Impulses | None = None
+    #: the 3D models that pound, for other dampings; None where all buildings are sticks
+    models: Models3D | None = None
 
 
 def prepare(
@@ -68,22 +69,15 @@ def prepare(
 ) -> Prepared:
     """Read mesh, motions and forces, and build the devices. Not collective.
 
-    Args:
-        case: The case; it has a structure, a transient part and devices.
-        mesh_file: The mesh of the building.
-        forces_file: The impact forces of the sticks, where the case names none of its own.
-        storey_factor: Factor on walls and columns.
-        calibrated_laws: Contact laws that left their restitution to the impact on the wall.
-        restitution: What that gave by damping case.
-        impulses: What that gave along the edges, for spread `calibrated`.
+    The forces are those of the case where it names some, else of the pounding. What the impact
+    on the wall gave: contact laws that left their restitution to it, this by damping case, and what
+    it gave along the edges, for spread `calibrated`.
 
     Raises:
         InputError: The mesh, the forces or a device are not usable.
         SolutionError: An anchor stands on no node of a floor.
     """
-    structure, transient, analysis = case.structure, transient_of(case), _analysis_of(case)
-    if structure is None:
-        raise ValueError("the case has no structure")
+    transient, analysis = transient_of(case), _analysis_of(case)
     parts, _, _ = read_parts(case, mesh_file)
     path = transient.forces or forces_file
     forces = read_forces(path)
@@ -104,7 +98,7 @@ def prepare(
             )
             for device, setup in zip(devices, case.devices, strict=True)
         ),
-        own=case.building(structure.building).damping.law,
+        own=case.modelled_building.damping.law,
         loads=case_loads(
             case,
             parts.mesh,
@@ -186,13 +180,8 @@ def run_devices(
 ) -> DeviceStudy | None:
     """Run the stage; its results on rank 0. Collective.
 
-    Args:
-        case: The case, with the targets of its sticks and the numbers of its contact laws.
-        prepared: What `prepare` gave, the same on all ranks.
-        folder: Where checkpoints are kept.
-        steps: The steps of the stage.
-        model: The reduced building on rank 0.
-        key: Hash of what the stage depends on.
+    The case has the targets of its sticks and the numbers of its contact laws, `prepared` is the
+    same on all ranks, the model on rank 0; checkpoints are kept in the folder.
 
     Raises:
         ImpactfemError: A spectrum does not reach a mode of a device.
@@ -241,11 +230,7 @@ def run_devices(
 
 
 def _study(
-    case: Case,
-    prepared: Prepared,
-    model: CompleteModel,
-    full: FullHistories | None,
-    steps: Steps,
+    case: Case, prepared: Prepared, model: CompleteModel, full: FullHistories | None, steps: Steps
 ) -> DeviceStudy:
     """The devices with the building's own damping, then again with every damping case."""
     analyst, count = analyst_of(case, prepared, model), 1 + len(case.damping_cases)
@@ -303,16 +288,10 @@ def _damping_case(
     laws = prepared.calibrated_laws if calibrated else ()
     damped = damped_case(case, one, epsilon, laws)
     duration = prepared.loads.time_step * (len(prepared.loads.ground) - 1)
-    response = pounded(damped, calibration, prepared.motions, duration)
+    response = pounded(damped, calibration, prepared.motions, duration, prepared.models)
     forces, mesh = ForceHistory.of_response(response), prepared.parts.mesh
     loads = case_loads(
-        damped,
-        mesh,
-        prepared.motions,
-        forces,
-        case.path,
-        duration,
-        impulses=prepared.impulses,
+        damped, mesh, prepared.motions, forces, case.path, duration, impulses=prepared.impulses
     )
     LOGGER.debug("device: damping case %s with the restitution %s", one.name, epsilon)
     return _damped(analyst, one.name, one.law, loads, epsilon, calibrated=calibrated)
@@ -332,10 +311,7 @@ def _damped(
 
 
 def damped_case(
-    case: Case,
-    damping: DampingCase,
-    epsilon: float | None,
-    laws: Collection[str] = (),
+    case: Case, damping: DampingCase, epsilon: float | None, laws: Collection[str] = ()
 ) -> Case:
     """The case with another damping of all buildings, and another restitution.
 

@@ -7,8 +7,6 @@ those of further points or over all dampings, and spectra of a file; several sup
 in several ways.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
@@ -17,17 +15,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import NDArray
 
 from impactfem.case.damping import OWN
-from impactfem.plot.curves import (
-    NONE,
-    Curve,
-    CurveFigure,
-    Panel,
-    published_level,
-    published_point,
-)
+from impactfem.plot.curves import NONE, Curve, CurveFigure, Panel, published_level, published_point
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter, span
 from impactfem.stages.device.model_figures import (
     drawing_of,
@@ -57,9 +47,8 @@ from impactfem.stages.device.selection import (
     variant,
 )
 from impactfem.stages.stores import damping_of, names_of, open_stores
+from impactfem.system.arrays import Array
 from impactfem.system.parallel import meanwhile
-
-Array = NDArray[np.float64]
 
 WINDOW = (0.05, 0.15)
 """What is shown before and after the largest force [s]."""
@@ -81,29 +70,22 @@ def device_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[
 
     Figures 23 to 27, 29 and 30 of further devices than the first have their names in the files.
     What the stores have no data for is left out, such as the position without `building.nc`.
-    Published values, in SI by the name of the result, are drawn with ours.
-
-    Raises:
-        ImpactfemError: A file cannot be written, or OpenGL is missing.
+    Published values, in SI by the name of the result, are drawn with ours. ImpactfemError where a
+    file cannot be written, or OpenGL is missing.
     """
     target = folder / "figures"
-    target.mkdir(exist_ok=True)
     with meanwhile(lambda: device_pictures(folder)) as pictures, open_stores(folder) as opened:
         store = loaded(opened("device.nc"))
         building = opened("building.nc") if (folder / "building.nc").is_file() else None
-        drawn = [one.write(target) for one in _curves(store, published)]
-        drawn.append(_damping_figure(target / "figure_28_damping.svg", store))
+        drawn = [_damping_figure(target / "figure_28_damping.svg", store)]
         for device in names_of(store, "device"):
+            for made in (_spectra_figure, _force_figure):
+                drawn.append(made(store, device, published).write(target))
             for stem, draw in _of_device(store, device, building).items():
                 path = target / f"{file_stem(store, stem, device)}.svg"
                 draw(path, store, device)
                 drawn.append(path)
     return sorted([*drawn, *pictures()])
-
-
-def _curves(store: xr.Dataset, published: Mapping[str, float]) -> list[CurveFigure]:
-    makers, devices = (_spectra_figure, _force_figure), names_of(store, "device")
-    return [make(store, device, published) for make in makers for device in devices]
 
 
 def _of_device(
@@ -146,10 +128,8 @@ def _named(store: xr.Dataset, case: str, apart: str = ", ") -> str:
 
 
 def _different(store: xr.Dataset, *, restitution: bool = True) -> list[str]:
-    """Damping cases; the case's own where none repeats it, to a hundredth: as printed.
-
-    With `restitution` it is repeated only where the impacts have the same, too.
-    """
+    """Damping cases; the case's own where none repeats it, to a hundredth: as printed."""
+    # With `restitution` it is repeated only where the impacts have the same, too.
     own, *others = names_of(store, "case")
     frequency: Array = np.geomspace(*RANGE, 20)
     law, epsilon = damping_of(store.sel(case=own)).ratio(frequency), store["epsilon"].sel(case=own)
@@ -192,11 +172,9 @@ def _force_figure(store: xr.Dataset, device: str, published: Mapping[str, float]
 
 
 def _looks(store: xr.Dataset) -> dict[str, tuple[str, str, float]]:
-    """Colour, dashes and width of each damping case in the order in which they are drawn.
-
-    The own damping, which may be one of them again, is drawn last and dashed over the others, so
-    that these are seen below it.
-    """
+    """Colour, dashes and width of each damping case in the order in which they are drawn."""
+    # The own damping, which may be one of them again, is drawn last and dashed over the others, so
+    # that these are seen below it.
     own, *cases = names_of(store, "case")
     looks = {case: (_colour(k), _dashes(k), 1.2) for k, case in enumerate(cases, 1)}
     return looks | {own: (_colour(0), "--" if cases else "-", 0.9 if cases else 1.2)}
@@ -220,8 +198,6 @@ def _damping_figure(path: Path, store: xr.Dataset) -> Path:
             panel.axvline(mode, color="0.5", ls=":", lw=0.9)
         panel.set_xlabel("frequency [Hz]")
         panel.set_ylabel("damping ratio [%]")
-        panel.xaxis.set_major_formatter("{x:g}")
-        panel.yaxis.set_major_formatter("{x:g}")
         span(panel, frequency)
         panel.legend(loc="upper left")
     return path

@@ -13,8 +13,6 @@ matrices of the devices (equation 1 of :mod:`impactfem.device.mounted`),
 and the ground acts on the devices by −Wᵀ M_d (R, 0) g̈. The rows of ζ come last.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,7 +21,6 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 import scipy.sparse
-from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from impactfem.building.links import BasePlate, carried, linked
@@ -37,9 +34,8 @@ from impactfem.dynamics.factorisation import Held
 from impactfem.dynamics.history import QUANTITIES
 from impactfem.dynamics.newmark import Newmark
 from impactfem.reduction.loads import Loads
+from impactfem.system.arrays import Array, Index
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 FullHistories = tuple[tuple[MountedHistory, ...], tuple[MountedHistory, ...]]
 """The devices without impacts, and with them."""
 RUNS = ("no_impact", "impact")
@@ -76,14 +72,7 @@ def full_system(
 ) -> FullSystem:
     """Put devices into a building, whose matrices are gone afterwards. Collective.
 
-    Args:
-        building: The building.
-        mesh: Its mesh.
-        storey_factor: Factor on walls and columns.
-        base_plates: Of all anchors, device by device.
-        devices: The devices; their shapes do not count.
-        loads: The loads, for their patterns.
-        damping: α [1/s] and β [s] of the building.
+    Base plates are those of all anchors, device by device; of the loads the patterns count.
 
     Raises:
         ImpactfemError: A device cannot be mounted.

@@ -1,19 +1,15 @@
 """Figures of a device: its elements (24), its modes (25) and its mechanical model (26)."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
 from impactfem.stages.device.selection import anchor_of, direction, shown_modes
-
-Array = NDArray[np.float64]
+from impactfem.system.arrays import Array
 
 GREY = "0.35"
 SHOWN = 4

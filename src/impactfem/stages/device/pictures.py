@@ -1,7 +1,5 @@
 """Figure 23: where a device stands, on the plan of its floor and in the 3D model."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +7,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from numpy.typing import NDArray
 
 from impactfem.building.mesh import Part, parse_group
 from impactfem.plot.scene import (
@@ -33,10 +30,8 @@ from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
 from impactfem.stages.device.model_figures import device_size
 from impactfem.stages.device.selection import anchor_of, file_stem
 from impactfem.stages.stores import names_of, open_stores
+from impactfem.system.arrays import Array, Index
 from impactfem.system.own_process import in_own_process
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 FLAT = 1e-6
 """How far vertices of a slab may differ in height [m]."""
@@ -183,11 +178,8 @@ def _lines(panel: Axes, lines: Array, colour: str, width: float, label: str) -> 
 def device_pictures(folder: Path) -> list[Path]:
     """Draw each device in the building into `figures/`, in a process of their own.
 
-    None is drawn without `building.nc`.
-
-    Raises:
-        ImpactfemError: A file cannot be written, or the process that draws crashed, as it does
-            where OpenGL is missing (Debian's libegl1 and libgl1).
+    None is drawn without `building.nc`. ImpactfemError where a file cannot be written, or the
+    process that draws crashed, as it does where OpenGL is missing (Debian's libegl1 and libgl1).
     """
     return in_own_process(_draw, folder) if (folder / "building.nc").is_file() else []
 
@@ -195,7 +187,6 @@ def device_pictures(folder: Path) -> list[Path]:
 def _draw(folder: Path) -> list[Path]:
     """The building with each device (a), and the device on a piece of its floor (b)."""
     target = folder / "figures"
-    target.mkdir(exist_ok=True)
     drawn = []
     with open_stores(folder) as opened:
         building, store = opened("building.nc"), opened("device.nc")

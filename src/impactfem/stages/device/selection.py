@@ -1,7 +1,5 @@
 """What figures, tables and checks select from `device.nc`: loads, analyses, modes and names."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from itertools import product
@@ -9,12 +7,10 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from impactfem.case.damping import OWN
 from impactfem.stages.stores import names_of
-
-Array = NDArray[np.float64]
+from impactfem.system.arrays import Array
 
 WITHOUT, WITH = "without", "with"
 """Labels of the dimension `impact`."""

@@ -1,7 +1,5 @@
 """The response spectrum analyses that are done of a device."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -86,8 +84,7 @@ class SpectrumPlan:
     def analyses(self, spectra: Sequence[AnchorSpectrum], source: Source) -> Analyses:
         """All analyses with the spectra of one source: of all components of all anchors that move.
 
-        Raises:
-            ImpactfemError: A spectrum does not reach a mode.
+        ImpactfemError where a spectrum does not reach a mode.
         """
         straight = [s for s in spectra if s.component in COMPONENTS[:3]]
         inputs = {False: straight, True: spectra} if self.rotations else {False: straight}
@@ -112,8 +109,7 @@ class SpectrumPlan:
     def given_analyses(self) -> Analyses:
         """The analyses with the spectra of a file; none without one.
 
-        Raises:
-            ImpactfemError: A spectrum does not reach a mode.
+        ImpactfemError where a spectrum does not reach a mode.
         """
         if not self.given:
             return {}
@@ -122,10 +118,8 @@ class SpectrumPlan:
         return {choice: _with_notes(one, *notes) for choice, one in found.items()}
 
     def _combined(self, choice: SpectrumChoice, spectra: Sequence[AnchorSpectrum]) -> Analyses:
-        """The analyses of a choice with every combination of modes and every rigid part.
-
-        A further rigid part than the first is left out where a spectrum says too little for it.
-        """
+        """The analyses of a choice with every combination of modes and every rigid part."""
+        # A further rigid part than the first is left out where a spectrum says too little for it.
         rule = choice.supports or self.supports[0]
         if rule == "envelope":
             spectra, rule = _in_step(spectra, self.device.anchors), "algebraic"

@@ -1,7 +1,6 @@
 """The stage `device`: devices in the 3D model and by response spectra, for every damping case."""
 
-from __future__ import annotations
-
+from dataclasses import replace
 from pathlib import Path
 
 from impactfem.case import Case
@@ -20,7 +19,7 @@ from impactfem.stages.device.figures import device_figures
 from impactfem.stages.device.tables import device_tables
 from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING
-from impactfem.stages.reduce.stage import REDUCE, model_key
+from impactfem.stages.reduce.stage import REDUCE, model_key, models_of_run
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import of_run
 from impactfem.system.log import Steps
@@ -51,7 +50,10 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
                 impulses_of_run(case, folder),
             )
         )
-        reduced = reduced_on_root(folder, on_root(lambda: model_key(case)))
+        if case.damping_cases:
+            models = on_root(lambda: models_of_run(case, folder))
+            prepared = replace(prepared, models=models)
+        reduced = reduced_on_root(folder, on_root(lambda: model_key(case)), case)
     model = None if reduced is None else reduced.complete
     study = run_devices(case, prepared, folder, steps, model=model, key=key)
 

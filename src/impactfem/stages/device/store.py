@@ -12,8 +12,6 @@ with the own coordinates x = (s, d): the free motions s of the base, which a rig
 there, and what the beam deforms by, d. Above the beam the body is rigid.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -22,7 +20,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from impactfem.case import DeviceSetup
 from impactfem.case.devices import RIGID
@@ -35,10 +32,9 @@ from impactfem.stages.device.compute import DampedStudy, DeviceStudy
 from impactfem.stages.device.spectrum_plan import SpectrumChoice, SpectrumPlan, headline_of
 from impactfem.stages.stores import Output, damping_outputs, damping_values, dataset
 from impactfem.sticks.element import COMPONENTS, rigid_link
+from impactfem.system.arrays import Array
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, with_scalars
-
-Array = NDArray[np.float64]
 
 FORCES = ("fx", "fy", "fz", "mx", "my", "mz")
 """Words for the forces and moments of the components x to rz."""
@@ -97,8 +93,7 @@ OUTPUTS = {
 def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
     """Write the results of the stage into `device.nc`, with the hash of its inputs.
 
-    Raises:
-        ImpactfemError: The file cannot be written.
+    ImpactfemError where the file cannot be written.
     """
     case, cases, prepared, supports = study.case, study.cases, study.prepared, study.supports
     plates, plans = prepared.base_plates, [prepared.plans[one.device] for one in supports]
@@ -153,7 +148,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
         **damping_values([one.damping for one in cases]),
         "epsilon": [np.nan if one.epsilon is None else one.epsilon for one in cases],
         "epsilon_calibrated": [int(one.calibrated) for one in cases],
-        "impact_force": [one.loads.force.max(initial=0.0) for one in cases],
+        "impact_force": [one.loads.resultants[0].max(initial=0.0) for one in cases],
         **drawing_values(setups, [plan.device for plan in plans]),
         # What the response spectrum analyses assumed, each once.
         "note": list(
@@ -352,7 +347,7 @@ def device_scalars(study: DeviceStudy, store: xr.Dataset) -> list[Scalar]:
         if one.epsilon is not None:
             note = "calibrated, by the impact on the wall" if one.calibrated else "given"
             scalars.append(Scalar(f"device.epsilon.{one.name}", one.epsilon, "-", note))
-        note = "largest impact force of the sticks, as resampled to the steps of the 3D model"
+        note = "largest impact force, as resampled to the steps of the 3D model"
         peak = float(store["impact_force"][c])
         scalars.append(Scalar(f"device.impact_force.{one.name}", peak, "N", note))
     return scalars
@@ -361,10 +356,7 @@ def device_scalars(study: DeviceStudy, store: xr.Dataset) -> list[Scalar]:
 def load_scalars(of: xr.Dataset, plan: SpectrumPlan, result: DeviceResult) -> list[Scalar]:
     """The scalars of one device under one load with one damping, by what they are.
 
-    Args:
-        of: The store of this device, load and damping.
-        plan: Its analyses.
-        result: The same for what the store does not have.
+    From the store of this device, load and damping, and from its result what the store lacks.
     """
     axis = str(of.attrs["shown_direction"])
     c, choice = "xyz".index(axis), headline_of(plan.rules)

@@ -1,7 +1,5 @@
 """Tables of the stage `device`: the paper's values (tables 6 to 9) beside ours, and the verdict."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from itertools import product
@@ -43,10 +41,8 @@ PRINTED = "printed"
 def device_tables(folder: Path, published: Published) -> list[Path]:
     """Write the tables of the stage into `tables/` and into the log; gives the files.
 
-    Published values are in SI by the name of the result.
-
-    Raises:
-        ImpactfemError: A file cannot be written.
+    Published values are in SI by the name of the result. ImpactfemError where a file cannot be
+    written.
     """
     with open_store(folder / "device.nc") as opened:
         store = loaded(opened)
@@ -78,10 +74,8 @@ def _analyses_shown(store: xr.Dataset) -> list[tuple[str, str | None]]:
 
 
 def _modes(store: xr.Dataset, published: Published) -> Table:
-    """Table 6 of the paper.
-
-    Its modes of one frequency come in the order y, x, with the same values for both.
-    """
+    """Table 6 of the paper."""
+    # Its modes of one frequency come in the order y, x, with the same values for both.
     rows: Rows = []
     for device in names_of(store, "device"):
         modes = modes_of(store, device)
@@ -162,10 +156,8 @@ def _demand(store: xr.Dataset, published: Published) -> Table:
 
 
 def _dampings(store: xr.Dataset, published: Published) -> Table:
-    """Table 8, whose restitutions are printed in one order and described in the other.
-
-    The text says that ε grows as damping falls; the printed row falls with it.
-    """
+    """Table 8, whose restitutions are printed in one order and described in the other."""
+    # The text says that ε grows as damping falls; the printed row falls with it.
     first, *_ = names_of(store, "device")
     frequencies = shown_modes(store, first)["mode_frequency"].values
     shown = sorted({float(f"{f:.3g}") for f in frequencies})[:2]
@@ -298,11 +290,9 @@ def _anchors(store: xr.Dataset) -> Table:
 
 
 def _shares(store: xr.Dataset) -> Table:
-    """What each mode gives to the force, and the displacement that its oscillator has.
-
-    A mode with the effective mass M along the direction and M_i along or about the component i of
-    the anchor gives √(M M_i) S to the force under the pseudo-acceleration S of that component.
-    """
+    """What each mode gives to the force, and the displacement that its oscillator has."""
+    # A mode with the effective mass M along the direction and M_i along or about the component i of
+    # the anchor gives √(M M_i) S to the force under the pseudo-acceleration S of that component.
     rows: Rows = []
     for load in loads_of(store):
         modes = modes_of(store, load.device)

@@ -1,7 +1,5 @@
 """The device study in words: what pounding and damping do, what RSA lacks, what anchors bear."""
 
-from __future__ import annotations
-
 import math
 
 import xarray as xr
@@ -131,12 +129,10 @@ def shortfall(store: xr.Dataset, device: str, case: str = OWN) -> list[str]:
 
 
 def _following(load: Load) -> list[str]:
-    """Pseudo-accelerations of the modes beside the ZPA, and the sum of their forces with signs.
-
-    Modes follow the floor that are all above the peak of its spectrum, and at its ZPA. With their
-    signs the forces by the spectrum along the shown direction are M_i S_i, the missing mass left
-    out.
-    """
+    """Pseudo-accelerations of the modes beside the ZPA, and the sum of their forces with signs."""
+    # Modes follow the floor that are all above the peak of its spectrum, and at its ZPA. With their
+    # signs the forces by the spectrum along the shown direction are M_i S_i, the missing mass left
+    # out.
     axis = direction(load.store)
     zpa = float(abs(load.of("anchor_acceleration", component=axis)).max())
     modes = shown_modes(load.store, load.device)

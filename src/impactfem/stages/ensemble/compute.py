@@ -3,28 +3,30 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, as_completed
 from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from impactfem.case import Case, SyntheticMotion, motion_files
 from impactfem.coupling.pounding import System
 from impactfem.stages.pounding.compute import run_sticks
 from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.sticks.calibration import Calibration
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError, SolutionError
 from impactfem.system.files import read_archive, write_archive
 from impactfem.system.log import LOGGER
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from impactfem.reduction.pounding_3d import Models3D
+
 PERCENTILES = (5.0, 16.0, 50.0, 84.0, 95.0)
 PARTS = ("psa", "psa_free", "pfa", "pfa_free")
 AXES = ("directions", "frequency", "damping")
@@ -87,6 +89,7 @@ def run_ensemble(
     key: str,
     executor: Executor,
     progress: Callable[[int, int], None],
+    models: Models3D | None = None,
 ) -> EnsembleResult:
     """Run the members that are not done yet, and gather all.
 
@@ -100,6 +103,7 @@ def run_ensemble(
         key: Hash of what the members depend on, besides their motion.
         executor: Runs the members.
         progress: Called with the number of members done and of all.
+        models: The 3D models that pound, shared as well; None where all buildings are sticks.
 
     Raises:
         SolutionError: Fewer than two members gave a result.
@@ -111,22 +115,18 @@ def run_ensemble(
     files = {name: folder / f"{own}.npz" for name, own in keys.items()}
     found = {name: read_archive(files[name], own) for name, own in keys.items()}
     given = {name: arrays for name, arrays in found.items() if arrays is not None}
-    waiting = [member for member in members if member.name not in given]
-    failed: dict[str, str] = {}
-    done = len(members) - len(waiting)
-    progress(done, len(members))
-    work = partial(run_member, ready)
-    futures = {executor.submit(work, member): member for member in waiting}
-    for future in as_completed(futures):
-        name = futures[future].name
-        try:
-            given[name] = future.result()
-            write_archive(files[name], keys[name], given[name])
-        except ImpactfemError as error:
-            failed[name] = str(error)
-            LOGGER.warning("warning: ensemble member %s failed: %s", name, error)
-        done += 1
-        progress(done, len(members))
+    waiting = {member.name: (member,) for member in members if member.name not in given}
+    before = len(given)
+    progress(before, len(members))
+    more, failed = worked_off(
+        partial(run_member, ready, models=models),
+        waiting,
+        files,
+        keys,
+        executor,
+        lambda done: progress(before + done, len(members)),
+    )
+    given |= more
     names = [member.name for member in members if member.name not in failed]
     if len(names) < 2:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
@@ -145,9 +145,44 @@ def run_ensemble(
     return EnsembleResult(table, units, failed, spectra)
 
 
-def run_member(ready: tuple[Calibration | None, System], member: Member) -> dict[str, Array]:
+def worked_off(
+    work: Callable[..., dict[str, Any]],
+    waiting: Mapping[str, tuple[Any, ...]],
+    files: Mapping[str, Path],
+    keys: Mapping[str, str],
+    executor: Executor,
+    progress: Callable[[int], None],
+    where: str = "",
+) -> tuple[dict[str, dict[str, Any]], dict[str, str]]:
+    """Do the work of members with the arguments of each, and store each result when it is there.
+
+    `files` and `keys` are where it is stored and the hash of what it depends on; `progress` is
+    called with the number of members done. Gives the results by name, and the reason of those that
+    failed. ImpactfemError where a file cannot be written.
+    """
+    futures = {executor.submit(work, *given): name for name, given in waiting.items()}
+    found: dict[str, dict[str, Any]] = {}
+    failed: dict[str, str] = {}
+    for done, future in enumerate(as_completed(futures), 1):
+        name = futures[future]
+        try:
+            found[name] = future.result()
+        except ImpactfemError as error:
+            failed[name] = str(error)
+            LOGGER.warning("warning: ensemble member %s%s failed: %s", name, where, error)
+        else:
+            write_archive(files[name], keys[name], found[name])
+        progress(done)
+    return found, failed
+
+
+def run_member(
+    ready: tuple[Calibration | None, System], member: Member, models: Models3D | None = None
+) -> dict[str, Array]:
     """The results of one member: what `EnsembleResult` gathers, and names as arrays of text."""
-    study = run_sticks(member.case, lambda _: nullcontext(), ready=ready, buildings=1)
+    study = run_sticks(
+        member.case, lambda _: nullcontext(), ready=ready, buildings=1, models=models
+    )
     scalars = [s for s in stick_scalars(study) if not s.name.startswith("sticks.")]
     return {
         "names": np.array([s.name for s in scalars]),

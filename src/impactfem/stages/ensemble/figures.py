@@ -1,7 +1,5 @@
 """What a person sees of an ensemble: bands beside published values, and spectra with bands."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from pathlib import Path

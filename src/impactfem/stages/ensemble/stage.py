@@ -1,7 +1,5 @@
 """The stage `ensemble`: many motions through the sticks."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from impactfem.case import Case
@@ -14,6 +12,7 @@ from impactfem.stages.ensemble.figures import ensemble_checks, ensemble_results
 from impactfem.stages.ensemble.store import write_ensemble
 from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING, motions_key
+from impactfem.stages.reduce.stage import models_of_run
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.system.log import Steps
 from impactfem.system.parallel import on_root, workers
@@ -30,6 +29,7 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     with steps.step("sticks"):
         calibration = on_root(lambda: calibration_of(case))
         ready = (calibration, system_of(case, calibration))
+        models = on_root(lambda: models_of_run(case, folder))
     members_key = on_root(lambda: motions_key(case))
     with workers() as executor:
         if executor is None:
@@ -42,6 +42,7 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
                 members_key,
                 executor,
                 lambda done, of: steps.within("members", done / of),
+                models,
             )
     with steps.step("stores"):
         write_ensemble(folder / "ensemble.nc", case, result, key)
@@ -62,7 +63,7 @@ def _draw(case: Case, folder: Path) -> list[Path]:
 ENSEMBLE = Stage(
     name="ensemble",
     title="Many motions",
-    about="The sticks under other motions: bands of every result.",
+    about="The pounding under other motions: bands of every result.",
     headlines=(
         "{ensemble.members} motions",
         "force {ensemble.p05.pounding.main_impact_force} to "

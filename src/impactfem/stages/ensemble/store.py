@@ -1,7 +1,5 @@
 """The store of the stage `ensemble`, and its scalars by the names of `summary.json`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +34,7 @@ def ensemble_scalars(result: EnsembleResult) -> list[Scalar]:
 _SPECTRUM = "damping station direction frequency"
 OUTPUTS = {
     "motion": Output("motion", "", "seed or record"),
-    "scalar": Output("scalar", "", "name of a result of the sticks"),
+    "scalar": Output("scalar", "", "name of a result of the pounding"),
     "unit": Output("scalar", "", "of the result", label=True),
     "value": Output("motion scalar", "as unit"),
     "percentile": Output("percentile", "%"),

@@ -1,47 +1,47 @@
 """The one reduced model of the 3D building: what it is made for, and how accurate it has to be."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from impactfem.building.facade import facades
 from impactfem.building.from_case import read_parts
 from impactfem.building.links import find_base_plates
 from impactfem.building.mesh import BuildingMesh, place
 from impactfem.building.model import assemble_building
 from impactfem.building.parts import BuildingParts
+from impactfem.building.read_mesh import read_mesh
 from impactfem.case import Case
-from impactfem.case.calibration import WallImpactSetup
-from impactfem.case.transient import LARGEST_BASIS, MAXIMUM_FREQUENCY, TOLERANCE
+from impactfem.case.transient import LARGEST_BASIS, MAXIMUM_FREQUENCY, TOLERANCE, Transient
 from impactfem.dynamics.damping import DampingLaw
-from impactfem.reduction.forces import check_contacts
+from impactfem.dynamics.soil import Soil
+from impactfem.reduction.contact_line import contact_lines
+from impactfem.reduction.edge_force import floor_shares
+from impactfem.reduction.forces import check_contacts, loaded_edges
 from impactfem.reduction.probes import checked_probes, covered_points, motion_grid, recorded_nodes
 from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import ReducedBuilding, ReductionPlan, reduce_building
 from impactfem.reduction.response import LARGER
 from impactfem.reduction.wall import Wall, wall_side
+from impactfem.stages.reduce.store import MODEL
 from impactfem.system.errors import Fault, ImpactfemError, InputError
-from impactfem.system.log import LOGGER
-from impactfem.system.parallel import on_root
+from impactfem.system.log import LOGGER, Steps
+from impactfem.system.parallel import communicator, on_root
 
-Step = Callable[[str], AbstractContextManager[None]]
-Progress = Callable[[str, float], None]
-
-MODEL = "reduce.npz"
 LIGHT_FREQUENCY = 100.0
 """Up to which the whole space is accurate with the lightest damping case [Hz]. Measured on the
 paper's building with 63,000 degrees of freedom: a basis for the own damping alone (352 vectors)
 gives the largest force of the paper's device with a fifth of β within 0.15 % of a basis for that
 damping up to 450 Hz (892)."""
 COMPLETE = 0.005
-"""Tolerance of the whole space: with the lightest damping case, and at the wall, where an impact of
-10 ms has its power below 200 Hz. On the paper's building, with a fifth of β and three times of it,
-290 vectors more change no restitution by more than 0.2 %."""
+"""Tolerance of the whole space: with the lightest damping case, and at the wall. On the paper's
+building, with a fifth of β and three times of it, 290 vectors more change no restitution by more
+than 0.2 %."""
+WALL_FREQUENCY = 200.0
+"""Up to which the whole space is accurate at the wall, where an impact of 10 ms has its power below
+200 Hz [Hz]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,12 +53,17 @@ class Prepared:
     plan: ReductionPlan  #: What it is reduced for.
 
 
-def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
+def prepare(
+    case: Case,
+    mesh_file: Path,
+    storey_factor: float,
+    others: Mapping[str, Path] | None = None,
+) -> Prepared:
     """Read the mesh, and see what the case needs of the building. Not collective.
 
-    Raises:
-        InputError: The mesh is not usable; a probe, a contact, a device or the wall does not go
-            with it.
+    In `others` are the meshes of all buildings with a 3D model by name; needed where this one
+    pounds in 3D. InputError where the mesh is not usable; a probe, a contact, a device or the wall
+    does not go with it.
     """
     parts, _, _ = read_parts(case, mesh_file)
     mesh, transient = parts.mesh, case.transient
@@ -67,13 +72,25 @@ def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
     if case.wall_impact is not None:
         asked = case.wall_impact
         wall_side(mesh, asked.floors, mesh_file)
-        _check_pull(case, mesh, asked)
+        # The displaced floor must be free to be held at a displacement as a whole.
+        slab = np.unique(mesh.triangles[mesh.slab(asked.displaced_floor)])
+        clamped = np.isin(slab, mesh.base)
+        if asked.pull == "whole_floor" and clamped.any():
+            at = place(mesh.nodes[slab[clamped][0]])
+            expected = (
+                f"{clamped.sum()} of the {len(slab)} nodes of the slab of floor "
+                f"{asked.displaced_floor} are clamped, at {at} for example; expected a floor that "
+                "is free to move, or 'even_load' or 'mass_centre'"
+            )
+            raise InputError([Fault(case.path, "wall_impact.pull", asked.pull, expected)])
         wall = Wall(asked.floors, asked.displaced_floor, asked.pull, asked.contact_spacing)
     probes = [plate.master for plate in plates] + list(covered.nodes)
     if wall is not None:
         probes += wall_probes(mesh, wall.floors)
     if transient is not None:
         probes += [probe.node for probe in checked_probes(case, mesh)]
+    if touches := in_3d(case):
+        probes += list(mesh.centres.values())
     certified = np.unique(np.array(probes, dtype=np.int64))
     plan = ReductionPlan(
         probes=certified,
@@ -87,23 +104,56 @@ def prepare(case: Case, mesh_file: Path, storey_factor: float) -> Prepared:
         nodes = recorded_nodes(mesh, certified, case.wave_floor)
         if transient.export:
             nodes = np.union1d(nodes, motion_grid(mesh, transient.export_nodes).nodes)
+        directions = tuple(sorted({"xyz".index(motion.direction) for motion in case.motions}))
+        if soil_under(case) is not None:
+            # Whatever the soil, its base moves in all components.
+            directions = tuple(range(6))
         plan = replace(
             plan,
             nodes=nodes,
-            directions=tuple(sorted({"xyz".index(motion.direction) for motion in case.motions})),
+            directions=directions,
             edges=check_contacts(case, mesh),
             shift=transient.shift,
             largest=transient.largest_basis,
             larger=transient.band == LARGER,
         )
+    if touches:
+        plan = _with_contacts(plan, case, mesh, others or {})
     return Prepared(parts, storey_factor, plan)
+
+
+def in_3d(case: Case) -> bool:
+    """Whether the 3D model of a view pounds."""
+    return case.structure is not None and case.structure.building in case.pounding_in_3d
+
+
+def _with_contacts(
+    plan: ReductionPlan, case: Case, mesh: BuildingMesh, others: Mapping[str, Path]
+) -> ReductionPlan:
+    """A plan with the lines along which the building touches others, and all of its floors."""
+    name = "" if case.structure is None else case.structure.building
+    meshes = {other: mesh if other == name else read_mesh(path) for other, path in others.items()}
+    contacts = [force for line in contact_lines(case, meshes) for force in line.forces_on(name)]
+    patterns = list(plan.edges)
+    patterns += [one for shares in loaded_edges(case, mesh).values() for one, _ in shares]
+    for force in contacts:
+        if force.height is None:
+            # All of a side, and its turning: what its points do together.
+            facade, _ = facades(mesh, force.floor, force.side or None)[force.side]
+            place = (force.floor, facade, force.direction, facade.length)
+            patterns += [one for one, _ in floor_shares(*place, Transient(time_step=1.0))]
+    return replace(
+        plan,
+        directions=tuple(sorted({"xyz".index(motion.direction) for motion in case.motions})),
+        edges=tuple(dict.fromkeys(patterns)),
+        contacts=tuple(contacts),
+        points=(*plan.points, *(mesh.centres[floor] for floor in mesh.floors)),
+    )
 
 
 def accuracies(case: Case) -> tuple[Accuracy, ...]:
     """How accurate the reduced building has to be: its own model first, then the whole space."""
-    if case.structure is None:
-        raise ValueError("the case has no structure")
-    own, transient = case.building(case.structure.building).damping.law, case.transient
+    own, transient = case.modelled_building.damping.law, case.transient
     if transient is None:
         remedy = f"more than {LARGEST_BASIS} need a section [transient] with a larger largest_basis"
         return (Accuracy(own, MAXIMUM_FREQUENCY, TOLERANCE, remedy),)
@@ -113,7 +163,7 @@ def accuracies(case: Case) -> tuple[Accuracy, ...]:
     # The frequencies of the wall and of the devices are not those of the case.
     remedy = "allow more with transient.largest_basis"
     if case.wall_impact is not None:
-        requested.append(Accuracy(own, MAXIMUM_FREQUENCY, COMPLETE, remedy))
+        requested.append(Accuracy(own, WALL_FREQUENCY, COMPLETE, remedy))
     if case.devices and cases:
         low = min(LIGHT_FREQUENCY, top)
         requested.append(Accuracy(_lightest(cases, low), low, COMPLETE, remedy))
@@ -134,49 +184,16 @@ def wall_probes(mesh: BuildingMesh, floors: tuple[int, ...]) -> list[int]:
     return nodes
 
 
-def _check_pull(case: Case, mesh: BuildingMesh, asked: WallImpactSetup) -> None:
-    """See that the displaced floor can be held at a displacement as a whole."""
-    slab = np.unique(mesh.triangles[mesh.slab(asked.displaced_floor)])
-    clamped = np.isin(slab, mesh.base)
-    if asked.pull == "whole_floor" and clamped.any():
-        expected = (
-            f"{clamped.sum()} of the {len(slab)} nodes of the slab of floor "
-            f"{asked.displaced_floor} are clamped, at {place(mesh.nodes[slab[clamped][0]])} for "
-            "example; expected a floor that is free to move, or 'even_load' or 'mass_centre'"
-        )
-        raise InputError([Fault(case.path, "wall_impact.pull", asked.pull, expected)])
-
-
 def run_reduce(
-    prepared: Prepared,
-    folder: Path,
-    comm: Any,
-    step: Step,
-    *,
-    model_key: str,
-    within: Progress = lambda name, part: None,
+    prepared: Prepared, folder: Path, steps: Steps, *, model_key: str
 ) -> ReducedBuilding | None:
     """Run the stage: the reduced building of an earlier run where it serves, or a new one.
 
-    Collective.
-
-    Args:
-        prepared: What `prepare` gave, the same on all ranks.
-        folder: Where the reduced building is kept.
-        comm: Communicator of the matrices.
-        step: Called with the name of each step ("matrices", "basis"), which runs inside its
-            context.
-        model_key: Hash of what the reduced building depends on; loads, nodes and accuracy are
-            looked at when it is used again.
-        within: Called with the name of a step and the part of it that is done.
-
-    Returns:
-        The reduced building on rank 0, None on the others.
-
-    Raises:
-        SolutionError: The basis does not reach its tolerance.
+    Collective; None on ranks other than 0. `model_key` is the hash of what the reduced building
+    depends on; loads, nodes and accuracy are checked when it is used again. SolutionError where
+    the basis does not reach its tolerance.
     """
-    plan = prepared.plan
+    plan, comm = prepared.plan, communicator()
     # On rank 0 alone: it is large, and the others have no use for it.
     stored = ReducedBuilding.read(folder / MODEL, model_key) if comm.rank == 0 else None
     if stored is not None:
@@ -186,25 +203,30 @@ def run_reduce(
     if comm.bcast(stored is not None):
         LOGGER.info("reduce: the reduced building of %s is used again", MODEL)
         return stored
-    with step("matrices"):
+    with steps.step("matrices"):
         building = assemble_building(comm, prepared.parts)
-    with step("basis"):
+    with steps.step("basis"):
         reduced = reduce_building(
             building,
             prepared.parts.mesh,
             prepared.storey_factor,
             plan,
-            progress=lambda part: within("basis", part),
+            progress=lambda part: steps.within("basis", part),
         )
     on_root(lambda: reduced.write(folder / MODEL, model_key))
     return reduced if comm.rank == 0 else None
 
 
+def soil_under(case: Case) -> Soil | None:
+    """Soil under the building of the 3D model about its base; None where it is clamped."""
+    soil = None if case.structure is None else case.building(case.structure.building).soil
+    return None if soil is None else soil.law
+
+
 def reduced_of_run(folder: Path, model_key: str) -> ReducedBuilding:
     """The reduced building of a run. Not collective.
 
-    Raises:
-        ImpactfemError: The folder has none that was made from this case.
+    ImpactfemError where the folder has none that was made from this case.
     """
     found = ReducedBuilding.read(folder / MODEL, model_key)
     if found is None:
@@ -212,11 +234,16 @@ def reduced_of_run(folder: Path, model_key: str) -> ReducedBuilding:
     return found
 
 
-def reduced_on_root(folder: Path, model_key: str) -> ReducedBuilding | None:
-    """The reduced building of a run on rank 0, None on the others: it is large. Collective.
+def reduced_on_root(folder: Path, model_key: str, case: Case) -> ReducedBuilding | None:
+    """The reduced building of a run on its soil on rank 0, None on the others: it is large.
 
-    Args: as of `reduced_of_run`.
+    Collective; arguments as of `reduced_of_run`.
     """
     kept: list[ReducedBuilding] = []
-    on_root(lambda: kept.append(reduced_of_run(folder, model_key)))
+
+    def read() -> None:
+        found, soil = reduced_of_run(folder, model_key), soil_under(case)
+        kept.append(found if soil is None else found.on(soil))
+
+    on_root(read)
     return kept[0] if kept else None

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import json
+import shutil
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from impactfem.case import Case
 from impactfem.case.transient import transient_files
@@ -12,8 +16,12 @@ from impactfem.stages.check import Check, limited
 from impactfem.stages.inputs import matrices_key
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import names_of, open_store
+from impactfem.system.files import atomic, read_archive
 from impactfem.system.log import Steps
-from impactfem.system.parallel import communicator, on_root
+from impactfem.system.parallel import on_root
+
+if TYPE_CHECKING:
+    from impactfem.reduction.pounding_3d import Models3D
 
 
 def _wanted(case: Case) -> str:
@@ -24,17 +32,23 @@ def _wanted(case: Case) -> str:
         *("export", "export_nodes", "serve_damping_cases"),
         *("spread", "patch_width", "eccentricity"),
     }
-    content = {
+    content: dict[str, object] = {
         "transient": None if transient is None else transient.model_dump_json(include=keys),
         # The lightest of them counts where devices stand on the building, or where all are served.
         "dampings": [str(one.law) for one in case.damping_cases]
         if case.devices or (transient is not None and transient.serve_damping_cases)
         else [],
         "directions": sorted(motion.direction for motion in case.motions),
+        "soil": case.structure is not None
+        and case.building(case.structure.building).soil is not None,
         "contacts": [
             contact.model_dump_json(include={"a", "b", "normal"}) for contact in case.contacts
         ],
     }
+    if case.pounding_in_3d:
+        content["pounding"] = case.pounding.model_dump_json(include={"models", "contact_spacing"})
+        content["gaps"] = [contact.gap for contact in case.whole.contacts]
+        content["others"] = [BUILDING.key(view) for view in case.whole.views]
     return json.dumps(content)
 
 
@@ -47,7 +61,7 @@ def _files(case: Case) -> tuple[Path, ...]:
 def model_key(case: Case) -> str:
     """Hash of what the vectors of the reduced building depend on: not on gaps, times and masses.
 
-    Its loads, its nodes, and how accurate it is for a damping are looked at when it is used again.
+    Its loads, its nodes, and how accurate it is for a damping are checked when it is used again.
     """
     transient, wall = case.transient, case.wall_impact
     own = "" if transient is None else transient.model_dump_json(include={"shift"})
@@ -63,23 +77,81 @@ def model_key(case: Case) -> str:
     return matrices_key(case, REDUCE.modules, own)
 
 
+def take_model(case: Case, folder: Path, others: Iterable[Path]) -> Path | None:
+    """Copy the largest reduced building of other runs with the same 3D model.
+
+    It may serve another damping, gap or motion, which the stage then sees. Gives the folder it was
+    copied from; None when none has it, or this run has one already.
+    """
+    from impactfem.stages.reduce.store import MODEL
+
+    if (folder / case.part / MODEL).is_file():
+        return None
+    found = {other: other / case.part / MODEL for other in others}
+    sizes = {other: path.stat().st_size for other, path in found.items() if path.is_file()}
+    key = model_key(case)
+    for other in sorted(sizes, key=sizes.__getitem__, reverse=True):
+        if read_archive(found[other], key) is not None:
+            (folder / case.part).mkdir(parents=True, exist_ok=True)
+            with atomic(folder / case.part / MODEL) as temporary:
+                shutil.copyfile(found[other], temporary)
+            return other
+    return None
+
+
+def models_of_run(case: Case, folder: Path) -> Models3D | None:
+    """The 3D models of a run that pound, and the lines along which they touch. Not collective.
+
+    None where all buildings are sticks.
+
+    Raises:
+        ImpactfemError: The folder, of the run or of a view, lacks a reduced building of this case.
+    """
+    if not case.pounding_in_3d:
+        return None
+    # dolfinx and PETSc are loaded where 3D models pound, not before.
+    from impactfem.building.mesh import outward_normal
+    from impactfem.building.read_mesh import read_mesh
+    from impactfem.reduction.contact_line import contact_lines
+    from impactfem.reduction.forces import loaded_edges
+    from impactfem.reduction.pounding_3d import Models3D
+    from impactfem.stages.building.compute import mesh_of_run
+    from impactfem.stages.reduce.compute import in_3d, reduced_of_run
+
+    whole, run = case.whole, case.run_folder(folder)
+    meshes, models, pushes = {}, {}, {}
+    for view in whole.views:
+        if view.structure is not None and in_3d(view):
+            name, own = view.structure.building, view.folder(run)
+            meshes[name] = read_mesh(mesh_of_run(view, own))
+            for floor, shares in loaded_edges(view, meshes[name]).items():
+                pushes[name, floor] = outward_normal(meshes[name], floor), shares
+            complete = reduced_of_run(own, model_key(view)).complete
+            # Without what stands on it, and the wall: members of ensembles are handed the rest.
+            models[name] = replace(
+                complete,
+                wall=None,
+                anchors=complete.anchors[:0],
+                anchors_carried=complete.anchors_carried[:0],
+            )
+    return Models3D(contact_lines(whole, meshes), models, pushes)
+
+
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.stages.building.compute import mesh_of_run
-    from impactfem.stages.reduce.compute import MODEL, prepare, run_reduce
-    from impactfem.stages.reduce.store import write_reduced
+    from impactfem.stages.reduce.compute import prepare, run_reduce
+    from impactfem.stages.reduce.store import MODEL, write_reduced
 
     mesh = mesh_of_run(case, folder)
     with steps.step("inputs"):
-        prepared = on_root(lambda: prepare(case, mesh, storey_factor(folder)))
-    reduced = run_reduce(
-        prepared,
-        folder,
-        communicator(),
-        steps.step,
-        model_key=on_root(lambda: model_key(case)),
-        within=steps.within,
-    )
+        others = {
+            view.structure.building: mesh_of_run(view, view.folder(case.run_folder(folder)))
+            for view in case.whole.views
+            if view.structure is not None
+        }
+        prepared = on_root(lambda: prepare(case, mesh, storey_factor(folder), others))
+    reduced = run_reduce(prepared, folder, steps, model_key=on_root(lambda: model_key(case)))
 
     def write() -> list[Path]:
         if reduced is None:
@@ -93,7 +165,11 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
 
 
 def _lacks(case: Case) -> str | None:
-    return "transient" if case.transient is None and case.wall_impact is None else None
+    touching = case.pounding_in_3d
+    if case.complete is not None and case.structure is not None:
+        touching = tuple(name for name in touching if name == case.structure.building)
+    asked = case.transient is not None or case.wall_impact is not None or touching
+    return None if asked else "transient"
 
 
 def _checks(folder: Path) -> list[Check]:

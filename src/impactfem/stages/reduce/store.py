@@ -1,7 +1,5 @@
 """The store of the stage `reduce`: sizes and errors; the model itself is in `reduce.npz`."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,6 +9,7 @@ from impactfem.stages.stores import Output, dataset
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar
 
+MODEL = "reduce.npz"
 OUTPUTS = {
     "load": Output("load", "", "load pattern of the basis"),
     "accuracy": Output("accuracy", "", "what the transfer functions are accurate for"),

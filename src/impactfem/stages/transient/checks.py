@@ -1,7 +1,5 @@
 """The checks of the stage `transient` in words: samples, loads, basis, band."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from pathlib import Path

@@ -1,21 +1,21 @@
 """The stage `transient`: ground motion and impacts on the 3D building."""
 
-from __future__ import annotations
-
+import hashlib
 from collections.abc import Callable
-from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from impactfem.building.links import Displacements, carried, linked
-from impactfem.building.model import assemble_building, damping_matrix
+from impactfem.building.model import BuildingModel, assemble_building, damping_matrix
 from impactfem.case import Case
-from impactfem.dynamics.newmark import in_full_order
+from impactfem.dynamics.checkpoints import Checkpoints, resumable_march
+from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.energy import Energy
+from impactfem.dynamics.newmark import ModalPart, Newmark, in_full_order
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.reduction.response import (
@@ -26,18 +26,113 @@ from impactfem.reduction.response import (
     response_band,
 )
 from impactfem.spectra import ResponseSpectra
-from impactfem.stages.transient.full_run import FullRun, run_full
 from impactfem.stages.transient.maps import floor_maps
 from impactfem.stages.transient.prepared import Prepared, transient_of
-from impactfem.system.log import LOGGER
+from impactfem.system.arrays import Array, Index
+from impactfem.system.log import LOGGER, Steps
+from impactfem.system.parallel import communicator
 
-Array = NDArray[np.float64]
-Step = Callable[[str], AbstractContextManager[None]]
-Progress = Callable[[str, float], None]
+RECORDED = ("displacement", "acceleration")
+
+
+@dataclass(frozen=True, eq=False)
+class FullRun:
+    """The result of the full model."""
+
+    response: NodeResponse  #: histories at the nodes
+    energy: Energy  #: energies at each step
+    factor_memory: float  #: memory of the factorisation; 0 when all steps had been made before [B]
+
+
+def run_full(
+    model: BuildingModel,
+    K: Any,
+    loads: Loads,
+    patterns: Array,
+    damping: Rayleigh,
+    probes: Displacements,
+    *,
+    C: Any | None = None,
+    modal: ModalPart | None = None,
+    checkpoints: Path,
+    key: str,
+    every: int,
+    progress: Callable[[float], None] = lambda part: None,
+) -> FullRun:
+    """Newmark's average acceleration from rest over all steps of the loads. Collective.
+
+    A run that was interrupted goes on as of `resumable_march`; `remove_checkpoints` is the
+    caller's.
+
+    Args:
+        model: The building.
+        K: Its stiffness.
+        loads: The loads.
+        patterns: Their patterns, shape (n_local, n_patterns).
+        damping: The damping.
+        probes: What is recorded; clamped nodes move with the ground.
+        C: Damping in addition, by part (see `damping_matrix`).
+        modal: Damping in addition, of single modes (see `in_full_order`).
+        checkpoints: Folder of the checkpoints.
+        key: Hash of what the run depends on, C included; loads, other damping and probes are added.
+        every: Most steps between two checkpoints.
+        progress: Called with the part of the work that is done.
+
+    Raises:
+        SolutionError: The response is not finite.
+        ImpactfemError: A checkpoint cannot be written.
+    """
+    free = np.flatnonzero(probes.rows >= 0)
+    seen: list[Any] = [(loads.time_step, *astuple(damping)), loads.amplitudes]
+    seen += [probes.rows, probes.motion.data, *(() if modal is None else (modal.excess,))]
+    digest = hashlib.sha256(b"".join(np.asarray(part).tobytes() for part in seen)).hexdigest()
+    store = Checkpoints(model.comm, checkpoints, f"{key}, {digest}")
+    step = loads.time_step
+    with Newmark(K, model.mass, step, patterns, damping=damping, C=C, modal=modal) as system:
+        whole = resumable_march(
+            system,
+            loads.amplitudes,
+            probes.rows[free],
+            RECORDED,
+            store,
+            every,
+            stage="transient",
+            progress=progress,
+        )
+        memory = system.memory
+    count = len(loads.ground)
+    motion = {
+        name: (probes.motion[:, free] @ values.T).T.reshape(count, -1, 3)
+        for name, values in whole.motion.items()
+    }
+    return FullRun(
+        response=NodeResponse(
+            time_step=loads.time_step,
+            displacement=motion["displacement"],
+            acceleration=motion["acceleration"] + loads.ground[:, None, :],
+        ),
+        energy=whole.energy,
+        factor_memory=memory,
+    )
+
 
 CHECKPOINTS = "transient_checkpoints"
+TURNING = ("centre", "point")
+"""Kinds of probes whose rotations are recorded, too."""
 QUIET = 0.01
 """Part of the largest force below which an impact has not begun, or has ended."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rotations:
+    """Rotations of the nodes of some probes, n of them."""
+
+    probes: Index  #: their places among all probes, shape (n,)
+    response: NodeResponse  #: histories [rad, rad/s2]
+    spectra: ResponseSpectra
+    #: Half width of the error band of each PSa, shape (n_dampings, n, 3, n_frequencies) [rad/s2].
+    band: Array
+    pfa_band: Array  #: of each peak acceleration, shape (n, 3) [rad/s2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +148,7 @@ class TransientStudy:
     band: Array
     pfa_band: Array  #: of each peak acceleration, shape (n_probes, 3) [m/s2]
     basis: ReducedBasis | None  #: the reduced basis; None for the full model alone
+    rotations: Rotations | None  #: by the reduced model; None for the full model alone
     maps: xr.Dataset | None  #: fields over the floors, for `transient_maps.nc`; None without
     full: FullRun | None  #: the run in full order; None for the reduced model alone
     #: With both solvers the largest relative difference of a spectrum by the reduced model from the
@@ -82,24 +178,15 @@ def run_transient(
     case: Case,
     prepared: Prepared,
     folder: Path,
-    comm: Any,
-    step: Step,
+    steps: Steps,
     *,
     basis: ReducedBasis | None,
     key: str,
-    within: Progress = lambda name, part: None,
 ) -> TransientStudy | None:
     """Run the stage; the results on rank 0, None on the others. Collective.
 
-    Args:
-        case: The case.
-        prepared: What `prepare` gave, the same on all ranks.
-        folder: Where checkpoints are kept.
-        comm: Communicator of the matrices.
-        step: Called with the name of each step, which runs inside its context.
-        basis: The reduced basis on rank 0; None for the full model alone.
-        key: Hash of what the stage depends on.
-        within: Called with the name of a step and the part of it that is done.
+    `prepared` is the same on all ranks, the basis on rank 0; None for the full model alone. The
+    key is the hash of what the stage depends on; checkpoints are kept in the folder.
 
     Raises:
         SolutionError: The response is not finite.
@@ -108,28 +195,43 @@ def run_transient(
     transient, loads, damping = transient_of(case), prepared.loads, prepared.damping
     run = None
     if transient.solver != "reduced":
-        run = _full(case, prepared, folder, comm, step, key, within)
-    if comm.rank != 0:
+        run = _full(case, prepared, folder, steps, key)
+    if communicator().rank != 0:
         return None
     nodes = np.array([probe.node for probe in prepared.probes])
     wanted = bool(transient.fields) or transient.snapshots
-    maps = full_error = None
-    with step("spectra"):
+    maps = full_error = rotations = None
+    with steps.step("spectra"):
         if basis is not None:
             history = modal_histories(basis, loads, damping)
-            response = node_response(basis, history, loads, nodes)
-            spectra = node_spectra(response, case.spectra)
-            error = response_band(
-                basis,
-                loads,
-                damping,
-                nodes,
-                response,
-                spectra.psa,
-                case.spectra,
-                kind=transient.band,
-            )
-            band, pfa_band = by_probe(error.psa, len(nodes)), error.acceleration
+            kinds = np.array([probe.kind in TURNING for probe in prepared.probes])
+            known = kinds & np.isin(nodes, basis.certified)
+            turning = np.flatnonzero(known)
+            if lacking := [prepared.probes[k].name for k in np.flatnonzero(kinds & ~known)]:
+                LOGGER.warning(
+                    "warning: transient: no rotations of %s: the reduced building of an earlier run"
+                    " serves, which was made without them; run with --fresh for these",
+                    ", ".join(lacking),
+                )
+            found = []
+            for at, turned in ((nodes, False), (nodes[turning], True)):
+                of_nodes = node_response(basis, history, loads, at, rotations=turned)
+                of_oscillators = node_spectra(of_nodes, case.spectra)
+                error = response_band(
+                    basis,
+                    loads,
+                    damping,
+                    at,
+                    of_nodes,
+                    of_oscillators.psa,
+                    case.spectra,
+                    kind=transient.band,
+                    rotations=turned,
+                )
+                band = by_probe(error.psa, len(at))
+                found.append((of_nodes, of_oscillators, band, error.acceleration))
+            response, spectra, band, pfa_band = found[0]
+            rotations = Rotations(turning, *found[1])
             if run is not None:
                 # The largest relative difference, both solvers with Newmark at the same step.
                 newmark = modal_histories(basis, loads, damping, scheme="newmark")
@@ -148,7 +250,7 @@ def run_transient(
     if basis is None and wanted:
         LOGGER.info("transient: the full model records its probes only; no maps and no waves")
     if basis is not None and wanted:
-        with step("maps"):
+        with steps.step("maps"):
             maps = floor_maps(
                 prepared.parts,
                 basis,
@@ -157,27 +259,19 @@ def run_transient(
                 case.spectra,
                 main_impact=main_impact(loads) if transient.snapshots else None,
                 floor=prepared.wave_floor,
-                progress=lambda part: within("maps", part),
+                progress=lambda part: steps.within("maps", part),
             )
     return TransientStudy(
-        case, prepared, response, spectra, band, pfa_band, basis, maps, run, full_error
+        case, prepared, response, spectra, band, pfa_band, basis, rotations, maps, run, full_error
     )
 
 
-def _full(
-    case: Case,
-    prepared: Prepared,
-    folder: Path,
-    comm: Any,
-    step: Step,
-    key: str,
-    within: Progress,
-) -> FullRun:
+def _full(case: Case, prepared: Prepared, folder: Path, steps: Steps, key: str) -> FullRun:
     """The run in full order, with the base plates tied as in the reduced building. Collective."""
     transient, loads, mesh = transient_of(case), prepared.loads, prepared.parts.mesh
     links = [plate.link for plate in prepared.base_plates]
-    nodes = np.array([probe.node for probe in prepared.probes])
-    with step("matrices"):
+    nodes, comm = np.array([probe.node for probe in prepared.probes]), communicator()
+    with steps.step("matrices"):
         building = assemble_building(comm, prepared.parts)
         model, T = linked(building, links, mesh.nodes)
         patterns = carried(T, loads.patterns(building, mesh))
@@ -193,7 +287,7 @@ def _full(
                 comm, prepared.parts, dampings, prepared.storey_factor, prepared.damping.rayleigh
             ).ptap(T)
         T.destroy()
-    with step("time steps"):
+    with steps.step("time steps"):
         highest = transient.maximum_frequency
         base, modal = in_full_order(prepared.damping, K, model.mass, highest)
         return run_full(
@@ -208,5 +302,5 @@ def _full(
             checkpoints=folder / CHECKPOINTS,
             key=key,
             every=max(1, round(transient.checkpoint_every / loads.time_step)),
-            progress=lambda part: within("time steps", part),
+            progress=lambda part: steps.within("time steps", part),
         )

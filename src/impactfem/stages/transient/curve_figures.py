@@ -1,7 +1,5 @@
 """Figures of the 3D building over time and frequency, at its probes: 11 to 13, 15, 16, 19 to 22."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -9,16 +7,8 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-from impactfem.plot.curves import (
-    NONE,
-    Curve,
-    CurveFigure,
-    Panel,
-    published_level,
-    published_point,
-)
+from impactfem.plot.curves import NONE, Curve, CurveFigure, Panel, published_level, published_point
 from impactfem.plot.style import (
     BLUE,
     DASHES,
@@ -41,14 +31,14 @@ from impactfem.stages.transient.selection import (
     main_impact,
     main_side,
     of_kind,
-    of_sticks,
+    of_pounding,
     plates_note,
+    pounded,
     shown_line,
     transfer,
     wave_floor,
 )
-
-Array = NDArray[np.float64]
+from impactfem.system.arrays import Array
 
 BEFORE, AFTER = 0.5, 2.0
 """What is shown about the main impact, in parts of how long it lasts."""
@@ -116,7 +106,7 @@ def _forces(response: xr.Dataset) -> CurveFigure:
         f"Figure 11: Impact forces on the sides of building {response.attrs['building']} over time "
         f"(a), and the main impact, of {force['edge'].values[order[0]]}, at the times of the 3D "
         f"model (b). Positive in compression; samples every {1e3 * time_step(response):g} ms, the "
-        "straight lines between which are nearest in the mean square to the force of the sticks "
+        "straight lines between which are nearest in the mean square to the force of the pounding "
         "and keep its impulses: "
         "outside an impact the samples alternate about zero, and away from it fall to 27 % from "
         "one to the next." + beside_note(response)
@@ -126,14 +116,15 @@ def _forces(response: xr.Dataset) -> CurveFigure:
 
 
 def _centre(response: xr.Dataset, sticks: xr.Dataset) -> CurveFigure:
-    """Figure 12: displacement and acceleration of the top floor's mass centre, 3D and sticks."""
+    """Figure 12: displacement and acceleration of the top floor's mass centre; of the pounding."""
     d, top, main = response["component"].item(), wave_floor(response), focus(response)
+    model = pounded(sticks, response)
     centre = at_floor(response, "centre", top)
     every = slice(*centre["time"].values[[0, -1]])
     caption = (
         "Figure 12: Displacement relative to the ground (a) and absolute acceleration (b) along "
         f"$e_{d}$ of the mass centre of floor {top}"
-        f"{', and its main impact (c)' if main else ''}: 3D model and sticks."
+        f"{', and its main impact (c)' if main else ''}: 3D model and {model}."
     )
     acceleration = f"acceleration $\\ddot u_{d}$ [m/s²]"
     wanted = [
@@ -143,10 +134,10 @@ def _centre(response: xr.Dataset, sticks: xr.Dataset) -> CurveFigure:
     ]
     panels = []
     for name, factor, label, times in wanted:
-        other, curves = of_sticks(sticks, name, response), []
+        other, curves = of_pounding(sticks, name, response), []
         if other is not None:
             part = factor * other.sel(time=times)
-            curves.append(_history(part, "sticks", RED, dash="--", width=0.8))
+            curves.append(_history(part, model, RED, dash="--", width=0.8))
         curves.append(_history(factor * centre[name].sel(time=times), "3D", BLUE, width=0.8))
         panels.append(Panel("time [s]", label, curves, legend=""))
     panels[0] = replace(panels[0], room=0.35, legend="upper right")
@@ -322,37 +313,33 @@ def spectra_figures(
         )
         labels = [f"floor {floor}" for floor in edges["probe_floor"].values]
         panels = _both(edges, labels, floor_looks(len(labels)), reverse=True)
-        panels[1] = replace(panels[1], curves=[*panels[1].curves, *_overtaking(edges, published)])
+        # Where the floor below the one with the line is published to be above it, if it is.
+        floors = [floor for floor in floors_of(edges, "edge") if floor <= wave_floor(edges)][-2:]
+        name = "_above_".join(f"floor_{floor}" for floor in floors)
+        ends = [published.get(f"transient.frs.{name}.{end}") for end in ("lowest", "highest")]
+        if None not in ends:
+            x, level = np.array(ends, dtype=float), 0.03 * float(known(edges)["psa"].max())
+            words = "published, floor {} above floor {}".format(*floors)
+            higher = Curve(x, np.full(2, level), words, "black", width=1.4, marker="|")
+            panels[1] = replace(panels[1], curves=[*panels[1].curves, higher])
         yield CurveFigure("figure_19_edge_spectra", caption, panels)
-
-
-def _overtaking(edges: xr.Dataset, published: Mapping[str, float]) -> list[Curve]:
-    """Where the floor below the one with the line is published to be above it, if it is."""
-    floors = [floor for floor in floors_of(edges, "edge") if floor <= wave_floor(edges)][-2:]
-    name = "_above_".join(f"floor_{floor}" for floor in floors)
-    ends = [published.get(f"transient.frs.{name}.{end}") for end in ("lowest", "highest")]
-    if None in ends:
-        return []
-    level = np.full(2, 0.03 * float(known(edges)["psa"].max()))
-    words = "published, floor {} above floor {}".format(*floors)
-    return [Curve(np.array(ends, dtype=float), level, words, "black", width=1.4, marker="|")]
 
 
 def centre_spectrum(
     response: xr.Dataset, sticks: xr.Dataset, published: Mapping[str, float] = NONE
 ) -> CurveFigure:
-    """Figure 13: the spectrum of the top floor's mass centre, 3D and sticks, and of the others."""
+    """Figure 13: the spectrum of the top floor's mass centre, 3D and pounding, and the others."""
     top = wave_floor(response)
     centre = at_floor(response, "centre", top)
-    other = of_sticks(sticks, "psa", response)
+    other, model = of_pounding(sticks, "psa", response), pounded(sticks, response)
     caption = (
         "Figure 13: Floor response spectrum (pseudo-acceleration, "
         f"{100 * response['damping'].item():g} % damping) along "
         f"$e_{response['component'].item()}$ at the mass centre of floor {top}, 3D model and "
-        "sticks (a), and at those of all floors and user-defined points, 3D model (b)."
+        f"{model} (a), and at those of all floors and user-defined points, 3D model (b)."
         f"{_note(centre.expand_dims('probe'))}{plates_note(response)}"
     )
-    curves = [] if other is None else _with_peak(_spectrum(other, "sticks", (RED, "--")))
+    curves = [] if other is None else _with_peak(_spectrum(other, model, (RED, "--")))
     curves += _with_peak(_spectrum(centre["psa"], "3D", (BLUE, "-"), centre["psa_band"]))
     for name, label, colour in (("frs", "sticks", RED), ("transient.frs", "3D", BLUE)):
         key = f"{name}.floor_{top}.peak"
@@ -397,10 +384,7 @@ def _both(
 
 
 def _spectrum(
-    spectrum: xr.DataArray,
-    label: str,
-    look: Sequence[Any],
-    band: xr.DataArray | None = None,
+    spectrum: xr.DataArray, label: str, look: Sequence[Any], band: xr.DataArray | None = None
 ) -> Curve:
     frequency, values = spectrum["frequency"].values, spectrum.values
     around = None

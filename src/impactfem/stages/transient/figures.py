@@ -1,7 +1,5 @@
 """The figures of the stage `transient`, from its stores, in the paper's layout and numbering."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -11,6 +9,7 @@ from impactfem.case.transient import Transient
 from impactfem.plot.curves import NONE
 from impactfem.stages.stores import open_stores
 from impactfem.stages.transient.animation import wave_animation
+from impactfem.stages.transient.both import both_figures
 from impactfem.stages.transient.curve_figures import probe_figures
 from impactfem.stages.transient.floor_figures import (
     floor_map,
@@ -35,16 +34,11 @@ def transient_figures(
 ) -> list[Path]:
     """Draw figures 11 to 22, maps of the floors and a film of the wave into `figures/`; the files.
 
-    What the stores have no data for is left out; so are the maps of frequencies without spectra.
-
-    Args:
-        folder: The run's folder, with the stores; that of the fields where they were computed.
-        published: Published values in SI by the name of the result, which are drawn with ours.
-        fields: Maps of the floors, as in the case: "pfa", "psa" or both.
-        field_frequencies: Frequencies of the maps of pseudo-acceleration [Hz].
+    What the stores have no data for is left out; so are the maps of frequencies [Hz] without
+    spectra. Maps are "pfa", "psa" or both; published values, in SI by the name of the result, are
+    drawn with ours.
     """
     target = folder / "figures"
-    target.mkdir(exist_ok=True)
     with meanwhile(lambda: transient_pictures(folder)) as pictures, open_stores(folder) as opened:
         response = shown(opened("transient.nc"))
         curves = probe_figures(response, opened("pounding.nc"), published)
@@ -69,5 +63,5 @@ def transient_figures(
         for name, draw in makers.items():
             draw(target / name)
             drawn.append(target / name)
-        drawn += wave_animation(folder)
+        drawn += [*wave_animation(folder), *both_figures(folder)]
     return sorted([*drawn, *pictures()])

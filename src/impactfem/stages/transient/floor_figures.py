@@ -1,7 +1,5 @@
 """Figures of the floor with the line in plan: waves (17, 18), peaks and spectra over the floor."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -11,7 +9,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
 
 from impactfem.plot.floor_field import (
     COLOURS,
@@ -38,9 +35,8 @@ from impactfem.stages.transient.selection import (
     plates_note,
     wave_floor,
 )
+from impactfem.system.arrays import Array
 from impactfem.system.scalar import values_of
-
-Array = NDArray[np.float64]
 
 DEFORMED = 0.06
 """Largest deformation in a picture over the smaller side of the floor."""

@@ -1,12 +1,9 @@
 """Fields over the floors: peak acceleration and spectra of every node, and the waves."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from impactfem.building.mesh import DOFS
 from impactfem.building.parts import BuildingParts
@@ -18,10 +15,8 @@ from impactfem.reduction.probes import floor_vertices, wave_slab
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.spectra import logarithmic_frequencies, response_spectra, sampling_loss
 from impactfem.stages.stores import Output, dataset
+from impactfem.system.arrays import Array, Index
 from impactfem.system.parallel import all_blas_threads, threads
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 AT_ONCE = 256
 AS_THEY_ARE = 2.0
@@ -73,15 +68,8 @@ def floor_maps(
 ) -> xr.Dataset:
     """The content of `transient_maps.nc`: fields at vertices of floors, and waves on one floor.
 
-    Args:
-        parts: The building.
-        basis: Its reduced basis.
-        history: Modal coordinates.
-        loads: The loads.
-        spectra: The case's spectra; their highest frequency and first damping count.
-        main_impact: Start and end of the main impact [s]; None without one.
-        floor: Number of the floor with the waves; the top floor when None.
-        progress: Called with the part of the work that is done.
+    Of the case's spectra the highest frequency and the first damping count. The main impact has a
+    start and an end [s], None without one; the waves are on the top floor where none is named.
     """
     mesh = parts.mesh
     nodes = floor_vertices(mesh)

@@ -4,14 +4,11 @@ Functions of arrays, and `physics_scalars` of the stores. None stands for what d
 exist in a run, such as the crossing time of a wave where nothing touches.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from scipy import signal
 
 from impactfem.spectra.response_spectrum import upsample
@@ -24,14 +21,15 @@ from impactfem.stages.transient.selection import (
     main_impact,
     main_side,
     of_kind,
-    of_sticks,
+    of_pounding,
+    pounded,
     shown,
     transfer,
     wave_floor,
 )
+from impactfem.system.arrays import Array
 from impactfem.system.scalar import Scalar, values_of
 
-Array = NDArray[np.float64]
 Row = tuple[str, float | None, str, str]
 """Name of a scalar without that of the stage, value, unit and note."""
 
@@ -244,8 +242,9 @@ def physics_scalars(store: xr.Dataset, sticks: xr.Dataset) -> list[Scalar]:
     """All numbers that `transient.nc` and `pounding.nc` have, by the names of `summary.json`."""
     response = shown(store)
     good, top, rows = known(response), wave_floor(response), list[Row]()
-    other = of_sticks(sticks, "psa", response)
-    if other is not None:
+    other = of_pounding(sticks, "psa", response)
+    # A 3D model that pounds is the same model.
+    if other is not None and pounded(sticks, response) == "sticks":
         ours = at_floor(good, "centre", top)["psa"]
         theirs = other.isel(frequency=(other["frequency"] <= _highest(response)).values)
         peak, stick_peak = ours.isel(ours.argmax(...)), theirs.isel(theirs.argmax(...))

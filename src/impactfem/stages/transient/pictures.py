@@ -1,6 +1,4 @@
-"""Pictures of the response in 3D: where it is looked at (14), and all floors with their peaks."""
-
-from __future__ import annotations
+"""Pictures of the response in 3D: where it is recorded (14), and all floors with their peaks."""
 
 import math
 from pathlib import Path
@@ -11,7 +9,6 @@ import xarray as xr
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import LogNorm, Normalize
-from numpy.typing import NDArray
 
 from impactfem.plot.floor_field import COLOURS
 from impactfem.plot.scene import (
@@ -32,9 +29,9 @@ from impactfem.plot.style import RED, figure
 from impactfem.plot.words import spoken
 from impactfem.stages.stores import open_stores
 from impactfem.stages.transient.selection import of_kind, shown
+from impactfem.system.arrays import Array
 from impactfem.system.own_process import in_own_process
 
-Array = NDArray[np.float64]
 Grids = dict[int, Any]
 """Triangles of each floor, with the values of both pictures at their nodes."""
 
@@ -75,7 +72,6 @@ def transient_pictures(folder: Path) -> list[Path]:
 def draw(folder: Path) -> list[Path]:
     """Draw what `transient_pictures` gives, in this process."""
     target = folder / "figures"
-    target.mkdir(exist_ok=True)
     with open_stores(folder) as opened:
         building, response = opened("building.nc"), shown(opened("transient.nc"))
         files = [_probes(target / PROBES, building, response)]
@@ -85,7 +81,7 @@ def draw(folder: Path) -> list[Path]:
 
 
 def _probes(path: Path, building: xr.Dataset, response: xr.Dataset) -> Path:
-    """The points where the response is looked at, seen from the side of the impact."""
+    """The points where the response is recorded, seen from the side of the impact."""
     scene = plotter()
     add_ghost(scene, building)
     size = float(np.ptp(building["node_position"].values, axis=0).max())
@@ -103,7 +99,7 @@ def _probes(path: Path, building: xr.Dataset, response: xr.Dataset) -> Path:
     labelled = xr.concat([one["probe_position"] for one in named], "probe")
     caption = (
         f"Figure 14: Points of building {response.attrs['building']} where the response in 3D is "
-        f"looked at: {response.sizes['probe']} nodes of the mesh nearest to them."
+        f"recorded: {response.sizes['probe']} nodes of the mesh nearest to them."
     )
     counts = (f"{of_kind(response, k).sizes['probe']} {label}" for k, (label, _) in KINDS.items())
     listed = ", ".join(one for one in counts if not one.startswith("0 "))

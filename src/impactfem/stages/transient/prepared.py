@@ -1,7 +1,5 @@
 """What the stage `transient` needs in addition to matrices: mesh, probes, loads and dampings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -48,20 +46,11 @@ def prepare(
 ) -> Prepared:
     """Read mesh, motions and forces. Not collective.
 
-    Args:
-        case: The case.
-        mesh_file: The mesh of the building.
-        forces_file: The impact forces of the sticks, where the case names none of its own.
-        storey_factor: Factor on walls and columns.
-        inputs: Hash of what the sticks of this run depend on.
-        impulses: Of the impact on the wall, for spread `calibrated`.
-
-    Raises:
-        InputError: The mesh or the forces are not usable, or a probe is outside the building.
+    The forces are those of the case where it names some, else of the pounding; `inputs` is the
+    hash of what these depend on, `impulses` of the impact on the wall, for spread `calibrated`.
+    InputError where the mesh or the forces are not usable, or a probe is outside the building.
     """
-    transient, structure = transient_of(case), case.structure
-    if structure is None:
-        raise ValueError("the case has no structure")
+    transient = transient_of(case)
     parts, _, _ = read_parts(case, mesh_file)
     path = transient.forces or forces_file
     history = read_forces(path)
@@ -75,7 +64,7 @@ def prepare(
         loads=loads,
         storey_factor=storey_factor,
         base_plates=find_base_plates(case, parts.mesh),
-        damping=case.building(structure.building).damping.law,
+        damping=case.modelled_building.damping.law,
         wave_floor=case.wave_floor,
         impulses=impulses,
     )
@@ -91,20 +80,10 @@ def case_loads(
     inputs: str = "",
     impulses: Impulses | None = None,
 ) -> Loads:
-    """Ground motions and impact forces as loads at the time step of the 3D model.
+    """Ground motions and impact forces, for a duration [s], as loads at the 3D model's step.
 
-    Args:
-        case: The case; it has a structure and a transient part.
-        mesh: The mesh of the building.
-        motions: The ground motions.
-        history: The impact forces.
-        path: Their file, for messages.
-        duration: Time that is to be computed [s].
-        inputs: Hash of what the sticks of this run depend on; empty when it is not known.
-        impulses: Of the impact on the wall, for spread `calibrated`.
-
-    Raises:
-        InputError: The forces do not go with the case.
+    `path` is the forces' file, for messages; `inputs` the hash of what the sticks of this run
+    depend on, empty when it is not known. InputError where the forces do not go with the case.
     """
     time_step = transient_of(case).time_step
     forces, edges = checked_forces(history, path, case, mesh, duration, inputs, impulses)
@@ -112,7 +91,10 @@ def case_loads(
     forces, edges = with_floor_forces(case, mesh, forces, edges)
     n_steps = math.floor(duration / time_step * (1.0 + 1e-9))
     ground = [m.history for m in motions]
-    loads = make_loads(ground, forces, edges, time_step, n_steps, len(edges) - contacts)
+    loads = make_loads(
+        *(ground, forces, edges, time_step, n_steps, len(edges) - contacts),
+        delay=case.delays.get(case.modelled.building, 0.0),
+    )
     known = transient_of(case).floors
     lacking = sorted({edge.floor for edge in loads.edges} - set(known or ()))
     if known is not None and lacking:

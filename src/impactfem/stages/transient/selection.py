@@ -1,14 +1,12 @@
 """What figures, tables and checks select from `transient.nc` and `pounding.nc`."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from impactfem.stages.stores import time_step
+from impactfem.system.arrays import Array
 
 QUIET = 0.01
 """Peak acceleration over the largest one along the same axis up to which a point is at rest."""
@@ -184,10 +182,18 @@ def plates_note(response: xr.Dataset) -> str:
     return f" Rigid base plates on the floor, where it is flat: {'; '.join(words)}."
 
 
-def of_sticks(sticks: xr.Dataset, name: str, response: xr.Dataset) -> xr.DataArray | None:
-    """A history, or a spectrum at its first damping, of the sticks at the floor with the line.
+def pounded(sticks: xr.Dataset, response: xr.Dataset) -> str:
+    """What pounded: "sticks", or of a building in 3D its model at the steps of the pounding."""
+    if sticks["building_model"].sel(building=response.attrs["building"]).item() == "stick":
+        return "sticks"
+    return f"pounding, steps of {1e3 * time_step(sticks):.3g} ms"
 
-    Along the shown direction; None where the sticks have no such floor, or do not move along it.
+
+def of_pounding(sticks: xr.Dataset, name: str, response: xr.Dataset) -> xr.DataArray | None:
+    """A history, or a spectrum at its first damping, as it pounded, at the floor with the line.
+
+    Along the shown direction, a displacement relative to the ground under the building; None where
+    what pounded has no such floor, or does not move along it.
     """
     axis = "direction" if "direction" in sticks[name].dims else "component"
     direction = response["component"].item()
@@ -196,4 +202,7 @@ def of_sticks(sticks: xr.Dataset, name: str, response: xr.Dataset) -> xr.DataArr
     if direction not in sticks[axis].values or not here.any():
         return None
     chosen = sticks[name].sel({axis: direction}).isel(station=here.values).isel(station=0)
+    if name == "displacement" and "ground_apart" in sticks:
+        ground = sticks["ground_apart"].sel(building=response.attrs["building"], axis=direction)
+        chosen = chosen - ground.reset_coords(drop=True)
     return chosen.isel(damping=0, missing_dims="ignore")

@@ -1,7 +1,5 @@
 """The stage `transient`: ground motion and impacts on the 3D building."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from impactfem.case import Case
@@ -15,16 +13,12 @@ from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import of_run, open_store
-from impactfem.stages.transient.checks import (
-    samples_check,
-    stick_against_model,
-    transient_checks,
-)
+from impactfem.stages.transient.checks import samples_check, stick_against_model, transient_checks
 from impactfem.stages.transient.figures import transient_figures
 from impactfem.stages.transient.physics import physics_scalars
 from impactfem.stages.transient.tables import transient_tables
 from impactfem.system.log import Steps
-from impactfem.system.parallel import communicator, on_root
+from impactfem.system.parallel import on_root
 from impactfem.system.scalar import Scalar
 
 
@@ -56,17 +50,9 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         )
         reduced = None
         if _reduces(case):
-            reduced = reduced_on_root(folder, on_root(lambda: model_key(case)))
-    study = run_transient(
-        case,
-        prepared,
-        folder,
-        communicator(),
-        steps.step,
-        basis=None if reduced is None else reduced.basis,
-        key=key,
-        within=steps.within,
-    )
+            reduced = reduced_on_root(folder, on_root(lambda: model_key(case)), case)
+    basis = None if reduced is None else reduced.basis
+    study = run_transient(case, prepared, folder, steps, basis=basis, key=key)
 
     def write() -> list[Path]:
         if study is None:
@@ -98,6 +84,8 @@ def _checks(case: Case, folder: Path) -> list[Check]:
     found = transient_checks(folder)
     # Forces of another program are not the stick's.
     own = case.transient is not None and case.transient.forces is None
+    # Nor are those of 3D models that pound.
+    own = own and case.modelled_building.name not in case.pounding_in_3d
     return [*found, *stick_against_model(folder)] if own else found
 
 

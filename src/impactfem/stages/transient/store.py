@@ -3,8 +3,6 @@
 Displacements are relative to the ground, accelerations absolute.
 """
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
@@ -25,6 +23,8 @@ from impactfem.system.scalar import Scalar, with_scalars
 AXES = ["x", "y", "z"]
 _HISTORY = "time probe component"
 _SPECTRUM = "damping probe component frequency"
+_ROTATION = "time turning rotation"
+_ROTATIONAL = "damping turning rotation frequency"
 _TRANSFER = "transfer_frequency transfer_load probe component"
 OUTPUTS = {
     "time": Output("time", "s"),
@@ -48,6 +48,15 @@ OUTPUTS = {
     "pfa_interpolated": Output(
         "probe component", "m/s2", "peak acceleration of the histories as the oscillators saw them"
     ),
+    "rotation": Output("rotation", "", "about x, y, z"),
+    "turning": Output("turning", "", "probe whose node's rotations are recorded"),
+    "turning_floor": Output("turning", "", "number of its floor; 0 for a point", label=True),
+    "rotational_displacement": Output(_ROTATION, "rad"),
+    "rotational_acceleration": Output(_ROTATION, "rad/s2"),
+    "rotational_psa": Output(_ROTATIONAL, "rad/s2", "pseudo-acceleration"),
+    "rotational_psa_band": Output(_ROTATIONAL, "rad/s2", "half width of its error band"),
+    "rotational_pfa": Output("turning rotation", "rad/s2", "peak acceleration at the samples"),
+    "rotational_pfa_band": Output("turning rotation", "rad/s2", "half width of its error band"),
     "ground_acceleration": Output("time component", "m/s2"),
     "base_plate": Output("base_plate", "", "anchor of a device, whose plate is tied to the floor"),
     "base_plate_floor": Output("base_plate", label=True),
@@ -120,6 +129,19 @@ def _response(study: TransientStudy, key: str) -> xr.Dataset:
         "edge_force": force,
         "edge_moment": moment,
     }
+    if study.rotations is not None:
+        turned, count = study.rotations, len(study.rotations.probes)
+        values |= {
+            "rotation": [f"r{axis}" for axis in AXES],
+            "turning": [probes[k].name for k in turned.probes],
+            "turning_floor": [probes[k].floor for k in turned.probes],
+            "rotational_displacement": turned.response.displacement,
+            "rotational_acceleration": turned.response.acceleration,
+            "rotational_psa": by_probe(turned.spectra.psa, count),
+            "rotational_psa_band": turned.band,
+            "rotational_pfa": np.abs(turned.response.acceleration).max(axis=0),
+            "rotational_pfa_band": turned.pfa_band,
+        }
     if plates:
         away = [np.linalg.norm(nodes[plate.nodes] - plate.point, axis=1) for plate in plates]
         values |= {

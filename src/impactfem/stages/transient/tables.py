@@ -1,7 +1,5 @@
 """Tables of the stage `transient`: what each probe sees, and the paper's findings beside ours."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -11,12 +9,7 @@ import xarray as xr
 from impactfem.plot.table import Table, beside_published, columns_of, write_tables
 from impactfem.stages.stores import of_run, open_store, time_step
 from impactfem.stages.transient.physics import force_spectra, physics_scalars, power_spectrum
-from impactfem.stages.transient.selection import (
-    floors_of,
-    known,
-    of_kind,
-    shown,
-)
+from impactfem.stages.transient.selection import floors_of, known, of_kind, shown
 from impactfem.system.scalar import scalars_of
 
 
@@ -30,6 +23,7 @@ def transient_tables(folder: Path, published: Mapping[str, float]) -> list[Path]
         open_store(of_run(folder, "pounding.nc")) as sticks,
     ):
         tables = [_probes(store), _physics(store, sticks, published)]
+        tables += [_rotations(store)] if "rotation" in store.dims else []
         files = write_tables(folder, tables + ([_sides(store)] if store.sizes["edge"] else []))
         return files + [t.write_csv(folder / "tables") for t in density_tables(shown(store))]
 
@@ -106,6 +100,38 @@ def _probes(store: xr.Dataset) -> Table:
             ("pfa", "peak acceleration", "m/s2"),
             ("pfa_band", "band of it", "m/s2"),
             ("displacement", "largest displacement", "cm"),
+        ],
+    )
+
+
+def _rotations(store: xr.Dataset) -> Table:
+    """Peaks of the rotations of each probe whose node's are recorded, with their error bands."""
+    response = known(store).isel(damping=0)
+    response = response.stack(place=("turning", "rotation"), create_index=False)
+    peak = response["rotational_psa"].argmax("frequency")
+    at_peak = response[["rotational_psa", "rotational_psa_band"]].isel(frequency=peak)
+    found = response[["rotational_pfa", "rotational_pfa_band"]].assign(
+        peak=at_peak["rotational_psa"],
+        band=at_peak["rotational_psa_band"],
+        peak_frequency=at_peak["frequency"],
+        largest=abs(response["rotational_displacement"]).max("time"),
+    )
+    return columns_of(
+        found,
+        "transient_rotations",
+        f"Rotations of nodes of the 3D building {store.attrs['building']}: peak of the floor "
+        f"response spectrum ({100 * response['damping'].item():g} % damping, up to "
+        f"{response['frequency'].values[-1]:.4g} Hz) and peak acceleration, with half widths of "
+        "their error bands",
+        [
+            ("turning", "probe", ""),
+            ("rotation", "about", ""),
+            ("peak", "spectral peak", "rad/s2"),
+            ("band", "band", "rad/s2"),
+            ("peak_frequency", "at", "Hz"),
+            ("rotational_pfa", "peak acceleration", "rad/s2"),
+            ("rotational_pfa_band", "band of it", "rad/s2"),
+            ("largest", "largest rotation", "rad"),
         ],
     )
 
