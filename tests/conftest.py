@@ -1,7 +1,5 @@
 """A small case, a finished run of it, and what keeps one test out of another."""
 
-from __future__ import annotations
-
 import fcntl
 import logging
 import os

@@ -24,7 +24,7 @@ PACKAGES = {
     "case": {"dynamics", "records", "spectra"},
     "motion": {"case", "records", "spectra"},
     "sticks": {"dynamics"},
-    "coupling": {"case", "dynamics", "sticks"},
+    "coupling": {"case", "dynamics", "records", "sticks"},
     "building": {"_fenicsx", "case", "dynamics"},
     "reduction": {"building", "case", "coupling", "dynamics", "spectra"},
     "device": {"case", "coupling", "dynamics", "spectra", "sticks"},
@@ -37,12 +37,12 @@ PACKAGES = {
         *("stages.building", "stages.reduce", "sticks"),
     },
     "stages.pounding": {
-        *("case", "coupling", "motion", "plot", "spectra", "stages", "stages.building"),
-        *("stages.calibrate", "sticks"),
+        *("case", "coupling", "motion", "plot", "records", "reduction", "spectra", "stages"),
+        *("stages.building", "stages.calibrate", "stages.reduce", "sticks"),
     },
     "stages.ensemble": {
-        *("case", "coupling", "plot", "stages", "stages.building", "stages.calibrate"),
-        *("stages.pounding", "sticks"),
+        *("case", "coupling", "plot", "reduction", "stages", "stages.building"),
+        *("stages.calibrate", "stages.pounding", "stages.reduce", "sticks"),
     },
     "stages.transient": {
         *("building", "case", "coupling", "dynamics", "motion", "plot", "reduction"),
@@ -80,8 +80,12 @@ PACKAGES = {
         *("stages", "stages.building", "stages.calibrate", "stages.design", "stages.device"),
         *("stages.ensemble", "stages.pounding", "stages.reduce", "stages.transient"),
     },
-    "study": {"run", "stages"},
-    "cli": {"case", "run", "study", "verify"},
+    "fit": {
+        *("building", "case", "coupling", "dynamics", "plot", "run", "stages"),
+        *("stages.building", "stages.pounding", "sticks"),
+    },
+    "study": {"fit", "run", "stages"},
+    "cli": {"case", "fit", "run", "study", "verify"},
 }
 
 

@@ -278,7 +278,7 @@ class TestReuse:
         """A full disk or an interrupt after the stores are written."""
         case = new_case(tmp_path)
 
-        def fail(*_):
+        def fail(*_, **__):
             raise ImpactfemError("no space")
 
         with monkeypatch.context() as patch:
@@ -332,7 +332,7 @@ class TestFolder:
             study.run(copied, out=tmp_path / "run")
 
     def test_an_empty_folder_may_be_used(self, new_case, tmp_path, monkeypatch):
-        def stop(*_):
+        def stop(*_, **__):
             raise SolutionError("stopped")
 
         monkeypatch.setattr(sticks, "run_sticks", stop)

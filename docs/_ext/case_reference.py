@@ -26,6 +26,7 @@ from impactfem.case.model import CaseFile
 from impactfem.case.place import one_line
 from impactfem.case.quantity import Quantity, Ratio
 from impactfem.case.report import PublishedRow, Reference
+from impactfem.case.soil import ImpedanceRow
 from impactfem.case.table import leaf_of
 
 __all__ = ["json_schema", "reference_page", "schema_text", "write_reference"]
@@ -46,6 +47,12 @@ _TABLE_MODELS: tuple[tuple[str, str, type[Section]], ...] = (
     ),
     ("Beam table", "`beams` of `[buildings.structure.mesh]`: one row a beam.", Beam),
     ("Column table", "`columns` of `[buildings.structure.mesh]`: one row a column.", Column),
+    (
+        "Impedance table",
+        "`file` of `[buildings.soil]` with type `table`: one row a component and a frequency, in "
+        "order of frequency.",
+        ImpedanceRow,
+    ),
     ("Mode table", "`modes` of `[[devices]]`: one row a mode and a direction.", DeviceMode),
     ("Published values", "`published`: one row a result that was published.", PublishedRow),
 )
@@ -147,11 +154,13 @@ class _Writer:
         schema: The JSON schema.
         place: What anchors of keys at its top begin with.
         headings: The heading under which each table was written, by the name of its definition.
+        written: Names of the definitions that were written.
     """
 
     schema: dict[str, Any]
     place: str = ""
     headings: dict[str, str] = field(default_factory=dict)
+    written: set[str] = field(default_factory=set)
 
     def sections(self, heading: str = "Top of the file") -> Iterator[str]:
         """The sections of all tables, outer ones first."""
@@ -171,7 +180,8 @@ class _Writer:
         yield f"## {title}\n\n{table['description']}\n\n"
         yield _markdown(("Key", "Value", "Meaning"), rows)
         for inner_heading, inner_path, name in inner:
-            if self.headings[name] == inner_heading:
+            if self.headings[name] == inner_heading and name not in self.written:
+                self.written.add(name)
                 yield from self._section(inner_heading, inner_path, self.schema["$defs"][name])
 
     def _tables_in(
@@ -239,6 +249,9 @@ def _plain(entry: dict[str, Any]) -> tuple[str, str]:
         return " or ".join(f'`"{value}"`' for value in entry["enum"]), ""
     if "const" in entry:
         return f'`"{entry["const"]}"`', ""
+    if isinstance(entry.get("additionalProperties"), dict):
+        words, unit = _plain(entry["additionalProperties"])
+        return f"table by names, each {words}", unit
     if entry.get("type") == "boolean":
         return "`true` or `false`", ""
     words, unit = entry["x-accepts"], entry.get("x-unit", "")

@@ -1,28 +1,24 @@
 """A case in a folder of its own, which a test may break."""
 
-from __future__ import annotations
-
 import shutil
-from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
-from .sections import DATA, STRUCTURE, TABLES, Base, Edit
+from .sections import DATA, STRUCTURE, TABLES, Base
 from .texts import added, replaced
 
 
 @pytest.fixture
-def pair() -> Path:
+def pair():
     """A case file without faults."""
     return DATA / "pair.toml"
 
 
 @pytest.fixture
-def written(tmp_path: Path) -> Callable[..., Path]:
+def written(tmp_path):
     """Write a case with texts replaced, and give its path."""
 
-    def write(base: Base, *edits: Edit) -> Path:
+    def write(base, *edits):
         for source in DATA.glob("pair*"):
             shutil.copy(source, tmp_path)
         path = tmp_path / "pair.toml"
@@ -46,20 +42,20 @@ def written(tmp_path: Path) -> Callable[..., Path]:
 
 
 @pytest.fixture
-def broken(written: Callable[..., Path]) -> Callable[..., Path]:
+def broken(written):
     """The case, with something at its end, texts replaced, and further files."""
 
-    def write(*edits: Edit, more: str = "", **base: object) -> Path:
+    def write(*edits, more="", **base):
         return written(Base(more, structure=False, **base), *edits)  # type: ignore[arg-type]
 
     return write
 
 
 @pytest.fixture
-def structured(written: Callable[..., Path]) -> Callable[..., Path]:
+def structured(written):
     """The same of the case with a 3D model."""
 
-    def write(*edits: Edit, more: str = "", **base: object) -> Path:
+    def write(*edits, more="", **base):
         return written(Base(more, **base), *edits)  # type: ignore[arg-type]
 
     return write

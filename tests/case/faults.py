@@ -1,22 +1,19 @@
 """The faults that the loader finds in a case."""
 
-from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from impactfem.case import load_case
-from impactfem.system.errors import Fault, InputError
+from impactfem.system.errors import InputError
 
-from .sections import Base
 from .texts import replaced
 
 JARGON = ("Input should", "pydantic", "https://", "Value error", "type=", "validation", "Tag")
 
 
-def all_faults(path: Path) -> tuple[Fault, ...]:
+def all_faults(path):
     """Every fault of a case, each once, in no words of pydantic's."""
     with pytest.raises(InputError) as caught:
         load_case(path)
@@ -26,37 +23,36 @@ def all_faults(path: Path) -> tuple[Fault, ...]:
     return faults
 
 
-def by_file(path: Path) -> dict[str, str]:
+def by_file(path):
     """What was expected, by 'file: key' of each fault."""
     return {f"{Path(f.file).name}: {f.key}": f.expected for f in all_faults(path)}
 
 
-def faults_of(path: Path) -> dict[str, str]:
+def faults_of(path):
     """What was found and what was expected, by the key of each fault; no key has two."""
     faults = all_faults(path)
     assert len({fault.key for fault in faults}) == len(faults), faults
     return {fault.key: f"{fault.value} {fault.expected}" for fault in faults}
 
 
-def own_faults(path: Path) -> dict[str, str]:
+def own_faults(path):
     """The same; all of them in the case file itself."""
     assert {fault.file for fault in all_faults(path)} == {path}
     return faults_of(path)
 
 
-def refused(path: Path, key: str, words: str) -> None:
+def refused(path, key, words):
     """A case has one fault, of a key of it or of 'file: key', with these words."""
     (fault,) = all_faults(path)
     assert (fault.file, fault.key) == (path, key) or f"{Path(fault.file).name}: {fault.key}" == key
     assert words in f"{fault.value} {fault.expected}"
 
 
-Row = tuple[str, ...]
 """The text that is replaced ("" adds at the end), what stands in its place, the key of the fault,
 words of it, and the keys of further faults that follow from it."""
 
 
-def each_row(tables: Iterable[tuple[Base, str | None, str, Iterable[Row]]]) -> Any:
+def each_row(tables):
     """One test for each row of tables: a base, the file that is changed, what keys begin with."""
     params = [
         pytest.param(base, file, key, row, id=f"{key}{row[2]}-{row[3]}")
@@ -66,9 +62,7 @@ def each_row(tables: Iterable[tuple[Base, str | None, str, Iterable[Row]]]) -> A
     return pytest.mark.parametrize(("base", "file", "key", "row"), params)
 
 
-def check_row(
-    written: Callable[..., Path], base: Base, file: str | None, key: str, row: Row
-) -> None:
+def check_row(written, base, file, key, row):
     """A case with the change of a row has its fault, and no other but those that it says."""
     old, new, last, words, *others = row
     edits = []

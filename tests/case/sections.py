@@ -1,7 +1,5 @@
 """Sections, tables and edits of the case in `data`, from which the tests make other cases."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -241,9 +239,7 @@ PIPE_FILES = {
     "1,2,y,0.01\n50,2,y,0.01\n1,1,y,0.05\n50,2,y,0.05\n",
 }
 LOADS = '\n[[loads]]\nfile = "blast.csv"\ndirection = [0, -2, 0]\n'
-BLAST = {
-    "blast.csv": "time [ms],B1.floor_8 [MN],B2.floor_1 [kN]\n0,0,0\n5,2.5,-40\n20,0,0\n",
-}
+BLAST = {"blast.csv": "time [ms],B1.floor_8 [MN],B2.floor_1 [kN]\n0,0,0\n5,2.5,-40\n20,0,0\n"}
 RECORD = '[[motions]]\ndirection = "x"\ntype = "record"\nfile = "motion.csv"\n\n'
 RECORDED = Base(
     files={"motion.csv": "time [s],NS [g],EW [g]\n0,0,0\n1,1,2\n"},
@@ -256,7 +252,7 @@ TABLE = 'type = "table"\nfile = "target.csv"\n'
 POINTS = "frequency [Hz],acceleration [g]\n0.2,0.1\n10,0.5\n50,0.2\n"
 
 
-def with_spectrum(keys: str, points: str = POINTS) -> Base:
+def with_spectrum(keys, points=POINTS):
     """The case with another spectrum of its motion."""
     edit = (None, SPECTRUM, f"[motions.spectrum]\n{keys}\n")
     return Base(files={"target.csv": points}, edits=(edit,), structure=False)

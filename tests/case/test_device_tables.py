@@ -1,7 +1,6 @@
 """Tables of a device: its matrices, and floor spectra that are given for it."""
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -44,11 +43,11 @@ Read = Callable[..., tuple[Any, list[Fault]]]
 
 
 @pytest.fixture
-def read(tmp_path: Path) -> Read:
+def read(tmp_path):
     """Read a text as floor spectra, or as a matrix."""
 
-    def of(text: str, reader: Callable[..., Any] = read_given_spectra) -> tuple[Any, list[Fault]]:
-        faults: list[Fault] = []
+    def of(text, reader=read_given_spectra):
+        faults = []
         path = tmp_path / "table.csv"
         path.write_text(text, encoding="utf-8")
         return reader(path, faults), faults
@@ -56,7 +55,7 @@ def read(tmp_path: Path) -> Read:
     return of
 
 
-def test_a_matrix(read: Read) -> None:
+def test_a_matrix(read):
     found, faults = read(MATRIX, read_matrix)
     assert found is not None and not faults
     assert found.names == ("1.y", "middle y", "2.y")
@@ -77,18 +76,18 @@ def test_a_matrix(read: Read) -> None:
         ("0,-1e6", "0,-2e6", "2.y, middle y", "symmetric matrix, found -1e+06 at middle y, 2.y"),
     ],
 )
-def test_faults_of_a_matrix(read: Read, old: str, new: str, key: str, message: str) -> None:
+def test_faults_of_a_matrix(read, old, new, key, message):
     found, faults = read(MATRIX.replace(old, new), read_matrix)
     assert found is None
     assert any(fault.key == key and message in fault.expected for fault in faults), faults
 
 
-def matrices(*names: str) -> DeviceMatrices:
+def matrices(*names):
     none = tuple(tuple(0.0 for _ in names) for _ in names)
     return DeviceMatrices(mass=NamedMatrix(names, none), stiffness=NamedMatrix(names, none))
 
 
-def test_which_motion_is_whose() -> None:
+def test_which_motion_is_whose():
     found = matrices("1.y", "2.rx", "tip", "3.y above", "10.z")
     assert found.anchored == {0: 1, 1: 9, 4: 56}
     assert found.own == ("tip", "3.y above")
@@ -102,13 +101,13 @@ def test_which_motion_is_whose() -> None:
         (("1.y", "2.y"), 2, "expected motions of the device's own"),
     ],
 )
-def test_beside_the_supports(names: tuple[str, ...], supports: int, message: str) -> None:
+def test_beside_the_supports(names, supports, message):
     (found,) = matrices(*names).lacks(supports)
     assert message in found
     assert not list(matrices("1.y", "2.y", "tip").lacks(2))
 
 
-def test_a_table_holds_for_all_supports(read: Read) -> None:
+def test_a_table_holds_for_all_supports(read):
     found, faults = read(TABLE)
     assert found is not None and not faults
     light, heavy = found.at("B1", [8])
@@ -119,16 +118,15 @@ def test_a_table_holds_for_all_supports(read: Read) -> None:
     assert list(found.lacks("B1", [7, 8])) == []
 
 
-def test_a_table_by_support(read: Read) -> None:
+def test_a_table_by_support(read):
     lines = TABLE.replace("damping [%]", "damping [%],support").splitlines()
     found, _ = read("\n".join([lines[0], *(f"{row},2" for row in lines[1:] if row[0] != "#")]))
-    assert found is not None
     assert [one.support for one in found.at("B1", [7, 8])] == [2, 2]
     assert list(found.lacks("B1", [7, 8])) == ["it has no spectrum of support 1"]
     assert "it has spectra of support 2; expected those of 1 to 1" in found.lacks("B1", [7])
 
 
-def test_products_of_a_run(read: Read) -> None:
+def test_products_of_a_run(read):
     """The broadened spectra of the device's floor; what was not computed at a corner is no loss."""
     found, faults = read(PRODUCT)
     assert found is not None and not faults
@@ -148,7 +146,7 @@ def test_products_of_a_run(read: Read) -> None:
         ("10,8,y,2", "10,8,north,2", "line 3, column direction", "expected 'x', 'y' or 'z'"),
     ],
 )
-def test_faults_of_a_table(read: Read, old: str, new: str, key: str, message: str) -> None:
+def test_faults_of_a_table(read, old, new, key, message):
     assert old in TABLE
     found, faults = read(TABLE.replace(old, new))
     assert found is None
@@ -163,14 +161,14 @@ def test_faults_of_a_table(read: Read, old: str, new: str, key: str, message: st
         ("2,5,5", "1,5,5", "line 5, column frequency [Hz]", "in order, each once; before: 1"),
     ],
 )
-def test_faults_of_products(read: Read, old: str, new: str, key: str, message: str) -> None:
+def test_faults_of_products(read, old, new, key, message):
     found, faults = read(PRODUCT.replace(old, new))
     assert (found is None) == bool(message)
     assert [fault.key for fault in faults] == ([key] if message else [])
     assert all(message in fault.expected for fault in faults)
 
 
-def test_no_table(read: Read) -> None:
+def test_no_table(read):
     for text, message in (
         ("", "the file is empty"),
         (TABLE.splitlines()[0], "no row below its header"),

@@ -1,25 +1,27 @@
 import math
 import re
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from impactfem.case import base, leaf, quantity, unit
+from impactfem.case import base, leaf, load_case, quantity, unit
+from impactfem.case.model import CaseFile
+from impactfem.case.place import key_fault, read_key
 from impactfem.case.reading import Reading
 from impactfem.case.source import Source
 
 FILE = Reading()  # the context of a case file, in which units must be stated
 
 
-def read(kind: Any, value: Any) -> Any:
+def read(kind, value):
     return TypeAdapter(kind).validate_python(value, context=FILE)
 
 
-def refusal(kind: Any, value: Any) -> str:
+def refusal(kind, value):
     with pytest.raises(ValidationError) as caught:
         read(kind, value)
     (error,) = caught.value.errors()
@@ -51,11 +53,11 @@ LIST = Annotated[tuple[int, ...], leaf.Wholes()]
         (quantity.Number, -3, -3.0),
     ],
 )
-def test_numbers(kind: Any, value: Any, read_as: float) -> None:
+def test_numbers(kind, value, read_as):
     assert read(kind, value) == pytest.approx(read_as, rel=1e-15)
 
 
-def test_what_is_held_as_it_is() -> None:
+def test_what_is_held_as_it_is():
     assert read(quantity.Time, "0.3358 ms") == 0.3358e-3  # the nearest float
     assert read(Annotated[int, leaf.Whole(1, 1000)], 1000) == 1000
     assert (read(LIST, 8), read(LIST, [1, 2])) == ((8,), (1, 2))
@@ -99,12 +101,12 @@ RATIO = "expected a number of at least 0 and below 1, bare or as a percentage"
         (leaf.File, ("", "  ", "a\0b", 3), "expected a file name"),
     ],
 )  # fmt: skip
-def test_refused(kind: Any, values: tuple[Any, ...], message: str) -> None:
+def test_refused(kind, values, message):
     for value in values:
         assert message in refusal(kind, value), value
 
 
-def test_from_python_floats_are_si() -> None:
+def test_from_python_floats_are_si():
     adapter = TypeAdapter(quantity.PositiveLength)
     assert adapter.validate_python(2.5) == 2.5
     assert adapter.validate_python("2.5 cm") == 0.025
@@ -117,14 +119,14 @@ def test_from_python_floats_are_si() -> None:
     st.floats(min_value=-1e30, max_value=1e30),
     st.sampled_from([("m", 1.0), ("km", 1e3), ("ft", 0.3048)]),
 )
-def test_round_trip(value: float, symbol: tuple[str, float]) -> None:
+def test_round_trip(value, symbol):
     name, factor = symbol
     assert read(quantity.Length, f"{value!r} {name}") == pytest.approx(value * factor, rel=1e-15)
 
 
 @settings(deadline=None, max_examples=50)
 @given(st.text(max_size=30) | st.text("0123456789.eE+- /*^²kgmsNPat", max_size=12))
-def test_any_text_is_read_or_refused(text: str) -> None:
+def test_any_text_is_read_or_refused(text):
     try:
         value = read(quantity.Length, text)
     except ValidationError as error:
@@ -134,7 +136,7 @@ def test_any_text_is_read_or_refused(text: str) -> None:
 
 
 @pytest.mark.parametrize("sign", ["\n", "\t", "\x1b", "\x7f", "\x85", "\u2028", "\u202e"])
-def test_text_without_control_characters(sign: str) -> None:
+def test_text_without_control_characters(sign):
     assert "one line without control characters" in refusal(leaf.Text, f"a{sign}b")
     assert "a name of visible characters" in refusal(leaf.Key, f"a{sign}b")
     assert "file name" in refusal(leaf.File, f"a{sign}b")
@@ -144,7 +146,7 @@ def test_text_without_control_characters(sign: str) -> None:
         assert "without control characters" in refusal(leaf.Prose, f"a{sign}b")
 
 
-def test_reference_names_the_nearest() -> None:
+def test_reference_names_the_nearest():
     adapter = TypeAdapter(leaf.LawName)
     laws = {"contact_laws": {"concrete": {}, "steel": {}}}
     known = Reading(Source(Path("case.toml"), laws))
@@ -159,24 +161,122 @@ def test_reference_names_the_nearest() -> None:
 
 @pytest.mark.parametrize(
     ("name", "words"),
-    [
-        ("gapp", "did you mean 'gap'?"),
-        ("GAP", "did you mean 'gap'?"),
-        ("zzz", "known: gap, law"),
-    ],
+    [("gapp", "did you mean 'gap'?"), ("GAP", "did you mean 'gap'?"), ("zzz", "known: gap, law")],
 )
-def test_nearest(name: str, words: str) -> None:
+def test_nearest(name, words):
     assert base.nearest(name, ["gap", "law"]) == words
 
 
-def test_nearest_of_none() -> None:
+def test_nearest_of_none():
     assert base.nearest("gap", []) == "none is defined"
 
 
-def test_schema_pattern_agrees_with_the_reader() -> None:
+def test_schema_pattern_agrees_with_the_reader():
     schema = TypeAdapter(quantity.Length).json_schema()
     for text in ("1 cm", "-1e-3m", "+.5 ft"):
         assert re.search(schema["pattern"], text)
     for text in ("1", "15", "1.5", "cm", ""):
         assert not re.search(schema["pattern"], text)
     assert schema["x-unit"] == unit.LENGTH.unit
+
+
+RAW = {
+    "damping": {"ratio": "5 %"},
+    "materials": {"concrete": {"young_modulus": "30 GPa"}},
+    "buildings": [{"name": "A"}, {"name": "B"}],
+    "structure": {"mesh": {"type": "generated", "slab_thickness": "25 cm"}},
+}
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("title", ("title",)),
+        (" damping.ratio ", ("damping", "ratio")),
+        ("buildings[0].stiffness_factor", ("buildings", 0, "stiffness_factor")),
+        ("a[1][12].b-c", ("a", 1, 12, "b-c")),
+    ],
+)
+def test_a_key(text, place):
+    assert read_key(text) == place
+
+
+@pytest.mark.parametrize("text", ["", ".", "a.", "a..b", "[0]", "a[-1]", "a[x]", "a b", "a[0", "é"])
+def test_no_key(text):
+    assert read_key(text) is None
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "damping.ratio",
+        "damping.frequencies",  # left to its default
+        "materials.concrete.density",
+        "buildings[1].stiffness_factor",
+        "structure.mesh.slab_thickness",
+        "wall_impact",
+    ],
+)
+def test_a_case_has_a_key(text):
+    assert key_fault(read_key(text) or (), RAW, CaseFile) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("dampin.ratio", "unknown key; did you mean 'damping'?"),
+        ("damping.rato", "unknown key; did you mean 'ratio'?"),
+        ("materials.concret.density", "unknown key; did you mean 'concrete'?"),
+        ("materials.concrete.densit", "unknown key; did you mean 'density'?"),
+        ("structure.mesh.slab", "unknown key; known: type, "),
+        ("buildings[2].name", "an index below 2"),
+        ("buildings.name", r"an index: buildings\[0\]"),
+        ("damping[0].ratio", "no index: damping is no list"),
+        ("damping.ratio.x", "no key below damping.ratio"),
+        ("wall_impact.gap", "a table or list wall_impact in this case; it has none"),
+    ],
+)
+def test_a_case_lacks_a_key(text, expected):
+    fault = key_fault(read_key(text) or (), RAW, CaseFile)
+    assert fault is not None and re.search(expected, fault)
+
+
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+
+
+@pytest.fixture(scope="module")
+def frames():
+    return load_case(GEOMETRY / "two_frames.toml")
+
+
+def turned(case, *normals):
+    """The case with contacts along these normals only."""
+    contacts = tuple(case.contacts[0].model_copy(update={"normal": n}) for n in normals)
+    return case.model_copy(update={"contacts": contacts})
+
+
+def test_results_are_told_along_the_pounding(frames):
+    """The first motion is along x, the buildings pound along y."""
+    assert [motion.direction for motion in frames.motions] == ["x", "y"]
+    assert frames.shown_direction == "y"
+    assert turned(frames, (-1.0, 0.0, 0.0)).shown_direction == "x"
+    assert turned(frames, (0.6, 0.8, 0.0)).shown_direction == "y"
+
+
+def test_without_a_motion_along_the_pounding_the_first_one_is_told(frames):
+    assert turned(frames).shown_direction == "x"
+    assert turned(frames, (0.0, 0.0, 1.0)).shown_direction == "x"
+    alone = frames.model_copy(update={"motions": frames.motions[:1]})
+    assert alone.shown_direction == "x"
+
+
+def test_waves_are_looked_at_where_the_building_may_be_struck(frames):
+    assert frames.wave_floor == 5
+    assert frames.model_copy(update={"contacts": frames.contacts[1:]}).wave_floor == 4
+    assert turned(frames).wave_floor == 6
+    assert load_case(GEOMETRY / "npp_pair.toml").wave_floor == 8
+
+
+def test_without_a_structure_there_are_no_waves(frames):
+    with pytest.raises(ValueError, match="no structure"):
+        _ = frames.model_copy(update={"structure": None}).wave_floor

@@ -1,7 +1,6 @@
 import hashlib
 import os
 import pickle
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -15,13 +14,10 @@ from .faults import refused
 from .sections import PAIR, RECORDED
 from .texts import added
 
-Broken = Callable[..., Path]
-
-
 GRID = '{ minimum = "0.5 Hz", maximum = "500 Hz", per_decade = 100 }'
 
 
-def test_all_faults_of_all_files_at_once(broken: Broken) -> None:
+def test_all_faults_of_all_files_at_once(broken):
     path = broken(
         (None, 'gap = "1 cm"', 'gap = "-1 cm"'),
         (None, 'law = "floor"', 'law = "flor"'),
@@ -50,7 +46,7 @@ def test_all_faults_of_all_files_at_once(broken: Broken) -> None:
     }
 
 
-def test_what_needs_a_broken_part_is_not_checked(broken: Broken) -> None:
+def test_what_needs_a_broken_part_is_not_checked(broken):
     path = broken((None, 'name = "B2"', "name = 2"), ("pair_floors.csv", "1787", "x"))
     assert set(faults_of(path)) == {
         "pair.toml: buildings[1].name",
@@ -58,7 +54,7 @@ def test_what_needs_a_broken_part_is_not_checked(broken: Broken) -> None:
     }
 
 
-def test_two_motions_of_one_direction(broken: Broken) -> None:
+def test_two_motions_of_one_direction(broken):
     path = broken((None, "[contact_laws", '[[motions]]\ndirection = "y"\n[contact_laws'))
     faults = faults_of(path)
     assert (
@@ -79,13 +75,13 @@ def test_two_motions_of_one_direction(broken: Broken) -> None:
         (b"x = " + b"1" * 5_000, "not valid TOML"),
     ],
 )  # fmt: skip
-def test_no_case_file_at_all(tmp_path: Path, content: bytes, expected: str) -> None:
+def test_no_case_file_at_all(tmp_path, content, expected):
     path = tmp_path / "case.toml"
     path.write_bytes(content)
     refused(path, "case.toml: ", expected)
 
 
-def test_paths_that_cannot_be_read(tmp_path: Path) -> None:
+def test_paths_that_cannot_be_read(tmp_path):
     assert "no such file" in faults_of(tmp_path / "none.toml")["none.toml: "]
     assert "this is a directory" in faults_of(tmp_path)[f"{tmp_path.name}: "]
     pipe = tmp_path / "pipe.toml"
@@ -99,14 +95,14 @@ def test_paths_that_cannot_be_read(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may read every file")
-def test_file_without_permission(broken: Broken) -> None:
+def test_file_without_permission(broken):
     path = broken()
     path.chmod(0)
     assert "cannot be read (Permission denied)" in faults_of(path)["pair.toml: "]
 
 
-def test_permission_denied_is_a_fault(broken: Broken, monkeypatch: pytest.MonkeyPatch) -> None:
-    def denied(self: Path) -> bytes:
+def test_permission_denied_is_a_fault(broken, monkeypatch):
+    def denied(self):
         raise PermissionError(13, "Permission denied")
 
     path = broken()
@@ -114,7 +110,7 @@ def test_permission_denied_is_a_fault(broken: Broken, monkeypatch: pytest.Monkey
     assert "cannot be read (Permission denied)" in faults_of(path)["pair.toml: "]
 
 
-def test_syntax_error_names_line_and_column(broken: Broken) -> None:
+def test_syntax_error_names_line_and_column(broken):
     path = broken((None, "starts = 40", "starts = = 40"))
     line = path.read_text(encoding="utf-8").splitlines().index("starts = = 40") + 1
     with pytest.raises(InputError, match=f"line {line}, column 10 = 'starts = = 40': not valid"):
@@ -146,7 +142,7 @@ def test_syntax_error_names_line_and_column(broken: Broken) -> None:
         "contact_laws = {a = 1}",
     ],
 )
-def test_any_toml_is_refused_in_words(tmp_path: Path, junk: str) -> None:
+def test_any_toml_is_refused_in_words(tmp_path, junk):
     path = tmp_path / "case.toml"
     path.write_text(junk)
     faults = faults_of(path)
@@ -154,7 +150,7 @@ def test_any_toml_is_refused_in_words(tmp_path: Path, junk: str) -> None:
     assert all(faults.values())
 
 
-def test_pairs_at_two_points_of_the_same_floors(broken: Broken) -> None:
+def test_pairs_at_two_points_of_the_same_floors(broken):
     twice = """
 [[contacts]]
 a = { building = "B1", floor = 8, offset = ["1 m", "7.8 m", "0 m"] }
@@ -167,7 +163,7 @@ law = "floor"
     assert case.contacts[-1].name == "B1.floor_8-B2.floor_8#2"
 
 
-def test_resolved_case(pair: Path) -> None:
+def test_resolved_case(pair):
     case = load_case(pair)
     first, second = case.buildings
     assert case.building("B2") is second
@@ -183,14 +179,14 @@ def test_resolved_case(pair: Path) -> None:
     assert isinstance(motion, SyntheticMotion)
 
 
-def test_own_damping_and_material(broken: Broken) -> None:
+def test_own_damping_and_material(broken):
     own = 'name = "B2"\ndamping = { mass_coefficient = "1 1/s", stiffness_coefficient = "1 ms" }'
     case = load_case(broken((None, 'name = "B2"', own)))
     assert case.building("B2").damping.rayleigh == Rayleigh(1.0, 1e-3)
     assert case.building("B1").damping.rayleigh != Rayleigh(1.0, 1e-3)
 
 
-def test_only_what_is_needed(broken: Broken) -> None:
+def test_only_what_is_needed(broken):
     spans = [("[calibration]", "[[motions]]"), ("[contact_laws", "[pounding]"), ("published", "\n")]
     cut = [(None, PAIR[PAIR.index(a) : PAIR.index(b, PAIR.index(a))], "") for a, b in spans]
     case = load_case(broken(*cut))
@@ -199,7 +195,7 @@ def test_only_what_is_needed(broken: Broken) -> None:
     assert case.published == {}
 
 
-def test_record(written: Broken) -> None:
+def test_record(written):
     path = written(RECORDED, (None, '"motion.csv"', '"motion.csv"\nscale = 2'))
     (motion,) = load_case(path).motions
     assert isinstance(motion, RecordMotion)
@@ -209,7 +205,7 @@ def test_record(written: Broken) -> None:
     assert "no such file" in faults_of(path)["pair.toml: motions[0].file"]
 
 
-def test_hash_covers_every_file(written: Broken) -> None:
+def test_hash_covers_every_file(written):
     path = written(RECORDED)
     record = path.parent / "motion.csv"
     first = load_case(path).content_hash()
@@ -227,11 +223,11 @@ def test_hash_covers_every_file(written: Broken) -> None:
     assert load_case(path).content_hash() == first
 
 
-def test_hash_does_not_depend_on_the_folder(broken: Broken, pair: Path) -> None:
+def test_hash_does_not_depend_on_the_folder(broken, pair):
     assert load_case(broken()).content_hash() == load_case(pair).digest
 
 
-def test_case_is_frozen_and_travels_between_processes(pair: Path) -> None:
+def test_case_is_frozen_and_travels_between_processes(pair):
     case = load_case(str(pair))
     with pytest.raises(ValueError, match="frozen"):
         case.title = "another"  # type: ignore[misc]
@@ -250,14 +246,12 @@ def test_case_is_frozen_and_travels_between_processes(pair: Path) -> None:
         ('name = "B2"', 'name = "B2"\nsetback = "-1 m"', "buildings[0].setback"),
     ],
 )
-def test_a_section_at_fault_hides_no_other_fault(
-    structured: Callable[..., Path], old: str, new: str, key: str
-) -> None:
+def test_a_section_at_fault_hides_no_other_fault(structured, old, new, key):
     section = '[transient]\ntime_step = "1 ms"\neccentricity = "30 m"\n'
     path = structured((None, old, new), more=section)
     assert set(faults_of(path)) == {f"pair.toml: {key}", "pair.toml: transient.eccentricity"}
 
 
-def test_key_structure_in_a_case_without_buildings(tmp_path: Path) -> None:
+def test_key_structure_in_a_case_without_buildings(tmp_path):
     path = added(tmp_path / "case.toml", "[[damping_cases]]\nstructure = 1\n")
     assert {"case.toml: damping_cases[0].structure", "case.toml: buildings"} <= set(faults_of(path))

@@ -3,9 +3,6 @@
 import pickle
 import re
 import tomllib
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import jsonschema
 import pytest
@@ -23,19 +20,16 @@ from impactfem.case import (
     motion_files,
 )
 from impactfem.case.design_spectrum import read_spectrum
-from impactfem.system.errors import Fault
 
 from .faults import by_file as faults_of
 from .sections import DECREE, EC8, POINTS, RECORDED, SPECTRUM, TABLE, with_spectrum
 
-Write = Callable[..., Path]
 
-
-def record(**keys: object) -> RecordMotion:
+def record(**keys):
     return RecordMotion.model_validate({"direction": "x", "type": "record", "file": "a.csv"} | keys)
 
 
-def test_nothing_is_done_unless_requested() -> None:
+def test_nothing_is_done_unless_requested():
     plain = record()
     assert (plain.baseline, plain.taper, plain.filter, plain.resample) == ("none", None, None, None)
     assert plain.component is None
@@ -48,11 +42,11 @@ def test_nothing_is_done_unless_requested() -> None:
         *(("AOM.ud2", "knet"), ("a.ASC", None), ("a.txt", None), ("a.v2", None)),
     ],
 )
-def test_format_by_the_ending(file: str, expected: str | None) -> None:
+def test_format_by_the_ending(file, expected):
     assert record(file=file).format == expected
 
 
-def test_ending_of_no_format() -> None:
+def test_ending_of_no_format():
     message = "missing; expected 'csv' or 'at2' or 'esm' or 'cosmos' or 'csmip' or 'knet', the end"
     with pytest.raises(ValidationError, match=message):
         record(file="a.dat")
@@ -60,11 +54,11 @@ def test_ending_of_no_format() -> None:
 
 
 @pytest.mark.parametrize(("given", "held"), [("NS", "NS"), (2, "2"), (" 90 deg ", "90 deg")])
-def test_component_by_name_or_number(given: object, held: str) -> None:
+def test_component_by_name_or_number(given, held):
     assert record(component=given).component == held
 
 
-def test_treatment_with_units(written: Write) -> None:
+def test_treatment_with_units(written):
     keys = (
         'component = "NS"\nbaseline = "rest"\ntaper = "500 ms"\nresample = "2 ms"\n'
         'filter = ["0.1 Hz", "0.04 kHz"]\npga = "0.2 g"\n'
@@ -77,21 +71,21 @@ def test_treatment_with_units(written: Write) -> None:
     assert motion.component == "NS"
 
 
-def spectrum_of(path: Path) -> Any:
+def spectrum_of(path):
     (motion,) = load_case(path).motions
     assert isinstance(motion, SyntheticMotion)
     return motion.spectrum
 
 
 @pytest.mark.parametrize("type_line", ["", 'type = "corner-periods"\n'])
-def test_corner_periods_with_and_without_type(written: Write, type_line: str) -> None:
+def test_corner_periods_with_and_without_type(written, type_line):
     keys = 'ground_acceleration = "2 m/s2"\ncorner_periods = ["0.1 s", "0.2 s", "2 s"]\n'
     spectrum = spectrum_of(written(with_spectrum(type_line + keys)))
     assert isinstance(spectrum, DesignSpectrum)
     assert (spectrum.amplification, spectrum.type) == (2.5, "corner-periods")
 
 
-def test_standards(written: Write) -> None:
+def test_standards(written):
     for keys, kind, more, values in (
         (EC8, EurocodeSpectrum, "importance_factor = 1.4\nvertical = true\n", (1.4, True)),
         (DECREE, DecreeSpectrum, 'text = "special"\nimportance_factor = 2.2\n', (2.2, False)),
@@ -104,7 +98,7 @@ def test_standards(written: Write) -> None:
     assert spectrum_of(written(with_spectrum(DECREE))).text == "ordinary"
 
 
-def test_table(written: Write) -> None:
+def test_table(written):
     path = written(with_spectrum(TABLE))
     spectrum, case = spectrum_of(path), load_case(path)
     assert isinstance(spectrum, TableSpectrum)
@@ -115,13 +109,13 @@ def test_table(written: Write) -> None:
 
 
 @pytest.mark.parametrize("value", ["3", '"ec8"', "[]", "true", "{}", "{ type = [1] }"])
-def test_any_value_is_refused_in_words(broken: Write, value: str) -> None:
+def test_any_value_is_refused_in_words(broken, value):
     faults = faults_of(broken((None, SPECTRUM, f"spectrum = {value}\n\n")))
     assert all(key.startswith("pair.toml: motions[0].spectrum") for key in faults)
     assert all(faults.values())
 
 
-def test_every_fault_at_once(written: Write) -> None:
+def test_every_fault_at_once(written):
     keys = 'type = "ec8"\nspectrum_type = 7\nground = "b"\nimportance_factor = -1\n'
     assert list(faults_of(written(with_spectrum(keys)))) == [
         f"pair.toml: motions[0].spectrum.{key}"
@@ -130,7 +124,7 @@ def test_every_fault_at_once(written: Write) -> None:
 
 
 @pytest.mark.parametrize("keys", [EC8, DECREE, TABLE])
-def test_any_spectrum_agrees_with_the_schema_and_travels(written: Write, keys: str) -> None:
+def test_any_spectrum_agrees_with_the_schema_and_travels(written, keys):
     validator = jsonschema.Draft202012Validator(json_schema())
     path = written(with_spectrum(keys))
     raw = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -142,14 +136,14 @@ def test_any_spectrum_agrees_with_the_schema_and_travels(written: Write, keys: s
     assert pickle.loads(pickle.dumps(case)) == case
 
 
-def read(tmp_path: Path, text: str) -> tuple[Any, list[Fault]]:
+def read(tmp_path, text):
     path = tmp_path / "target.csv"
     path.write_text(text)
-    faults: list[Fault] = []
+    faults = []
     return read_spectrum(path, faults), faults
 
 
-def test_periods_and_dampings(tmp_path: Path) -> None:
+def test_periods_and_dampings(tmp_path):
     text = "period [ms],acceleration [g],damping [%]\n100,1,2\n1000,0.5,2\n100,2,5\n10,1,5\n"
     table, faults = read(tmp_path, text)
     assert not faults
@@ -179,14 +173,14 @@ F, A = "column frequency [Hz]", "column acceleration [g]"
          "line 2, column damping [%]", "below 1"),
     ],
 )  # fmt: skip
-def test_tables_refused(tmp_path: Path, text: str, key: str, words: str) -> None:
+def test_tables_refused(tmp_path, text, key, words):
     table, faults = read(tmp_path, text)
     assert table is None
     assert key in [fault.key for fault in faults]
     assert re.search(words, " | ".join(fault.expected for fault in faults))
 
 
-def test_damping_that_the_table_does_not_have(written: Write) -> None:
+def test_damping_that_the_table_does_not_have(written):
     points = "frequency [Hz],acceleration [g],damping [%]\n1,1,2\n9,1,2\n1,1,4\n9,1,4\n"
     line, words = 'damping = "5 %"\n', "expected a damping of target.csv: 2 %, 4 %"
     for new, expected in (('damping = "3 %"\n', words), ("", f"{words}, not the default 5 %")):
@@ -199,13 +193,12 @@ def test_damping_that_the_table_does_not_have(written: Write) -> None:
     assert spectrum_of(path)
 
 
-def test_a_broken_table_is_reported_by_its_line(written: Write) -> None:
+def test_a_broken_table_is_reported_by_its_line(written):
     faults = faults_of(written(with_spectrum(TABLE, POINTS.replace("0.5", "x"))))
     assert list(faults) == ["target.csv: line 3, column acceleration [g]"]
 
 
-def test_synthetic_ensemble(broken: Write) -> None:
+def test_synthetic_ensemble(broken):
     ensemble = load_case(broken(more="\n[ensemble]\nmotions = 5\nfirst_seed = 3\n")).ensemble
-    assert ensemble is not None
     assert (ensemble.motions, ensemble.first_seed, ensemble.files()) == (5, 3, ())
     assert ensemble.structure_motions == 0

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.case import Case, GeneratedMesh, KelvinVoigtLaw, load_case
+from impactfem.case import GeneratedMesh, KelvinVoigtLaw, load_case
 from impactfem.dynamics.damping import Rayleigh
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
@@ -18,25 +18,24 @@ TABLE_1 = {
 
 
 @pytest.fixture(scope="module")
-def case() -> Case:
+def case():
     return load_case(GEOMETRY / "npp_pair.toml")
 
 
 @pytest.fixture(scope="module")
-def mesh(case: Case) -> GeneratedMesh:
-    assert case.structure is not None
+def mesh(case):
     assert isinstance(case.structure.mesh, GeneratedMesh)
     return case.structure.mesh
 
 
-def test_masses_of_appendix_a(case: Case) -> None:
+def test_masses_of_appendix_a(case):
     # Section 3.1: the modes carry more than 81 % of the mass; 12 742 t is 81.2 % of 15 701 t.
     for building in case.buildings:
         assert sum(floor.mass for floor in building.floors) == pytest.approx(15_701e3)
         assert min(floor.mass for floor in building.floors) == 1574e3  # lightest, section 3.2.2
 
 
-def test_polar_moments_of_appendix_a(case: Case) -> None:
+def test_polar_moments_of_appendix_a(case):
     """The third moments are close to the sum of the others: a slip of the pen would not be."""
     for floor in case.buildings[0].floors:
         assert floor.Jz == pytest.approx(floor.Jx + floor.Jy, rel=0.03)
@@ -45,7 +44,7 @@ def test_polar_moments_of_appendix_a(case: Case) -> None:
         assert floor.Avz < floor.A
 
 
-def test_heights(case: Case) -> None:
+def test_heights(case):
     floors = case.buildings[0].floors
     assert case.buildings[0].elevations[-1] == pytest.approx(30.30, abs=1e-9)  # section 2
     basement, storeys = floors[1], floors[2:]
@@ -54,7 +53,7 @@ def test_heights(case: Case) -> None:
         assert (storey.storey_height_min, storey.storey_height_max) == (3.50, 4.80)
 
 
-def test_the_points_in_contact_are_the_gap_apart(case: Case) -> None:
+def test_the_points_in_contact_are_the_gap_apart(case):
     for contact in case.contacts:
         a, b = case.building(contact.a.building), case.building(contact.b.building)
         distance = (b.axis[1] + contact.b.offset[1]) - (a.axis[1] + contact.a.offset[1])
@@ -63,7 +62,7 @@ def test_the_points_in_contact_are_the_gap_apart(case: Case) -> None:
         assert contact.bearing_area == pytest.approx(46.20 * 0.30)
 
 
-def test_parameters_of_table_5(case: Case) -> None:
+def test_parameters_of_table_5(case):
     law = case.contact_laws["floor"]
     assert isinstance(law, KelvinVoigtLaw)
     assert (law.stiffness, law.damping_ratio, law.tension) == (1e11, 0.12, True)
@@ -73,8 +72,7 @@ def test_parameters_of_table_5(case: Case) -> None:
     assert case.pounding.duration / case.pounding.time_step == pytest.approx(50_000)
 
 
-def test_targets_of_tables_2_to_4(case: Case) -> None:
-    assert case.calibration is not None
+def test_targets_of_tables_2_to_4(case):
     targets = {(t.building, t.mode): t for t in case.calibration.targets}
     assert list(targets) == [("B1", 1), ("B1", 2), ("B1", 3), ("B2", 1), ("B2", 2), ("B2", 4)]
     # Table 3: the masses of the first three modes of the sticks add up to 12 742 t.
@@ -85,12 +83,9 @@ def test_targets_of_tables_2_to_4(case: Case) -> None:
             assert published.value == getattr(target, quantity)
 
 
-def test_structure_of_section_2(case: Case, mesh: GeneratedMesh) -> None:
-    assert case.structure is not None
-    assert case.structure.calibration is not None
+def test_structure_of_section_2(case, mesh):
     assert case.structure.calibration.frequency == case.published["building.frequency.1"].value
     assert (mesh.length, mesh.width, mesh.slab_thickness) == (46.2, 15.6, 0.3)
-    assert mesh.parapet is not None
     top = case.building("B1").elevations[-1] + mesh.parapet.height
     assert top == pytest.approx(30.93, abs=1e-9)
     assert {wall.thickness for wall in mesh.walls} == {0.6, 1.0}  # "between 60 cm and 100 cm"
@@ -105,7 +100,7 @@ def test_structure_of_section_2(case: Case, mesh: GeneratedMesh) -> None:
     assert [(c.x, c.y) for c in mesh.columns] == [(b.x1, mesh.width / 2.0) for b in rows]
 
 
-def test_bays_of_table_1(mesh: GeneratedMesh) -> None:
+def test_bays_of_table_1(mesh):
     sizes = {(bay.bay, round(bay.width * 100), round(bay.height * 100)) for bay in mesh.bays}
     assert sizes == TABLE_1
     storeys = {bay.bay: bay.storey for bay in mesh.bays}  # the 1st storey is storey 3
@@ -118,16 +113,15 @@ def test_bays_of_table_1(mesh: GeneratedMesh) -> None:
     assert len(west) * 2 == len(mesh.bays)
 
 
-def test_bays_end_below_the_beams(case: Case, mesh: GeneratedMesh) -> None:
+def test_bays_end_below_the_beams(case, mesh):
     lowest = max(-b.offset + b.depth / 2.0 for b in mesh.beams if b.beam.startswith("longitud"))
     for bay in mesh.bays:
         height = case.building("B1").floors[bay.storey - 1].storey_height
         assert bay.top <= height - lowest + 1e-9
 
 
-def test_fine_mesh_is_the_same_building(case: Case, mesh: GeneratedMesh) -> None:
+def test_fine_mesh_is_the_same_building(case, mesh):
     fine = load_case(GEOMETRY / "npp_pair_fine.toml")
-    assert fine.structure is not None
     assert isinstance(fine.structure.mesh, GeneratedMesh)
     assert fine.structure.mesh.size < mesh.size
     assert fine.structure.mesh.model_copy(update={"size": mesh.size}) == mesh
@@ -136,16 +130,15 @@ def test_fine_mesh_is_the_same_building(case: Case, mesh: GeneratedMesh) -> None
         assert one.model_copy(update={"structure": other.structure}) == other
 
 
-def test_published_floor_masses(case: Case) -> None:
+def test_published_floor_masses(case):
     for floor in case.building("B1").floors:
         assert case.published[f"building.floor_mass.{floor.floor}"].value == floor.mass
     modes = [case.published[f"building.effective_mass.{k}"].value for k in (1, 2, 3)]
     assert sum(modes) == pytest.approx(13_066e3)  # section 3.1
 
 
-def test_transient_of_section_4(case: Case, mesh: GeneratedMesh) -> None:
+def test_transient_of_section_4(case, mesh):
     transient = case.transient
-    assert transient is not None
     assert (transient.time_step, transient.duration) == (1e-3, 10.0)  # 10 001 times
     assert transient.maximum_frequency < 0.5 / transient.time_step
     top = case.building("B1").elevations[-1]
@@ -154,7 +147,6 @@ def test_transient_of_section_4(case: Case, mesh: GeneratedMesh) -> None:
     assert {(x, y) for x, y, _ in points} == corners
     assert [z for _, _, z in points] == pytest.approx([top] * 4, abs=1e-9)
     for probe in transient.probes:
-        assert probe.point is not None
         assert ("impact" in probe.name) == (probe.point[1] == mesh.width)  # building 2 beyond it
     peaks = ("frs.floor_8", "transient.frs.floor_8")
     at = {case.published[f"{name}.peak_frequency"].value for name in peaks}
@@ -163,9 +155,8 @@ def test_transient_of_section_4(case: Case, mesh: GeneratedMesh) -> None:
     )
 
 
-def test_impact_on_a_wall_of_section_3_2_2(case: Case) -> None:
+def test_impact_on_a_wall_of_section_3_2_2(case):
     setup = case.wall_impact
-    assert setup is not None
     assert (setup.floors, setup.displaced_floor) == ((6, 7, 8), 8)
     assert (setup.displacement, setup.gap, setup.duration) == (-0.02, 0.01, 1.3)
     assert setup.pull == "whole_floor"
@@ -176,7 +167,7 @@ def test_impact_on_a_wall_of_section_3_2_2(case: Case) -> None:
     assert not law.calibrated
 
 
-def test_damping_cases_of_table_8(case: Case) -> None:
+def test_damping_cases_of_table_8(case):
     under, damped, over = case.damping_cases
     assert under.rayleigh == Rayleigh(0.838, 2.12e-4)
     assert damped.rayleigh == Rayleigh(0.838, 1.06e-3)
@@ -191,25 +182,22 @@ def test_damping_cases_of_table_8(case: Case) -> None:
     assert {one.restitution for one in case.damping_cases} == {"calibrated"}
 
 
-def test_device_of_section_5(case: Case) -> None:
+def test_device_of_section_5(case):
     (pump,) = case.devices
     assert pump.point == (23.1, 12.0, 30.3)
     assert (pump.mass, pump.mass_height, pump.radius) == (1500.0, 0.46, 0.5)
-    assert pump.stiffness is not None
     assert (pump.stiffness.y, pump.stiffness.rx) == (1.4e8, 3.0e7)
     # Two equal modes in each plane of table 6: the planes are alike.
     assert (pump.stiffness.x, pump.stiffness.ry) == (pump.stiffness.y, pump.stiffness.rx)
     # Body and beam weigh what the modes of table 6 carry along an axis.
     carried = [case.published[f"device.effective_mass.{mode}"].value for mode in (1, 3)]
-    assert pump.beam is not None
     assert pump.mass + pump.beam.mass == pytest.approx(sum(carried), abs=1e-9)
-    assert pump.damping is not None
     assert [pump.damping.rayleigh.ratio(f) for f in (30.0, 80.0)] == pytest.approx([0.02, 0.02])
 
 
 @pytest.mark.parametrize("name", ["", ".under-damped", ".damped", ".over-damped"])
 @pytest.mark.parametrize("impact", ["no_impact", "impact"])
-def test_relative_differences_of_table_9(case: Case, impact: str, name: str) -> None:
+def test_relative_differences_of_table_9(case, impact, name):
     names = [one.name for one in case.damping_cases]
     assert name.removeprefix(".") in ["", *names]
     detailed, rsa, difference = (
@@ -225,7 +213,7 @@ def test_relative_differences_of_table_9(case: Case, impact: str, name: str) -> 
             assert case.published[f"device.{what}.{impact}.damped"].value == same
 
 
-def test_published_waves_and_ratios(case: Case, mesh: GeneratedMesh) -> None:
+def test_published_waves_and_ratios(case, mesh):
     published = {name: entry.value for name, entry in case.published.items()}
     # Equation 8: the printed speed needs 2500 kg/m3, section 2 has 2400 kg/m3.
     concrete = case.materials["concrete"]
@@ -282,7 +270,7 @@ def test_published_waves_and_ratios(case: Case, mesh: GeneratedMesh) -> None:
         ("device.relative_difference.impact.under-damped", 0.216, "-"),
     ],
 )
-def test_published(case: Case, name: str, value: float, unit: str) -> None:
+def test_published(case, name, value, unit):
     assert case.published[name].value == pytest.approx(value, rel=1e-12)
     assert case.published[name].unit == unit
     assert case.published[name].source
@@ -309,20 +297,19 @@ def test_published(case: Case, name: str, value: float, unit: str) -> None:
         ("device.fy.rsa.impact", "result"),
     ],
 )
-def test_what_ours_is_beside_a_published_value(case: Case, name: str, kind: str) -> None:
+def test_what_ours_is_beside_a_published_value(case, name, kind):
     assert case.published[name].kind == kind
 
 
-def test_statements_of_the_paper_are_inequalities(case: Case) -> None:
+def test_statements_of_the_paper_are_inequalities(case):
     """Figure 15: "exceed 110"; figure 16: greater at the opposite edge."""
     found = {name for name, one in case.published.items() if one.relation != "="}
     assert found == {"transient.pfa.edge_8", "transient.pfa.far_over_near"}
     assert all(case.published[name].relation == ">" for name in found)
 
 
-def test_every_published_value_is_compared(case: Case) -> None:
+def test_every_published_value_is_compared(case):
     """But those printed in a second order, and the masses, which are inputs."""
-    assert case.report.reference is not None
     compared = {value.name for item in case.report.reference.items for value in item.values}
     left = {name for name in case.published if name not in compared}
     assert {n for n in left if not n.endswith(".printed")} == {
@@ -330,14 +317,14 @@ def test_every_published_value_is_compared(case: Case) -> None:
     }
 
 
-def test_inertia_of_the_3d_floors_beside_appendix_a(case: Case, mesh: GeneratedMesh) -> None:
+def test_inertia_of_the_3d_floors_beside_appendix_a(case, mesh):
     """By hand, storeys halved: docs/limits.md says how far they are from the printed ones."""
     structure, floors = case.structure, case.buildings[0].floors
     assert structure is not None and mesh.parapet is not None
     rho, (Lx, Ly) = structure.material.density, (mesh.length, mesh.width)
     mass, Jx, Jy = (dict.fromkeys(range(9), 0.0) for _ in range(3))
 
-    def put(m: float, x: float, y: float, a: float, b: float, *levels: int) -> None:
+    def put(m, x, y, a, b, *levels):
         for k in levels:
             mass[k] += m / len(levels)
             Jx[k] += m / len(levels) * ((y - 0.5 * Ly) ** 2 + b**2 / 12.0)

@@ -1,20 +1,20 @@
 import json
 import re
 import tomllib
-from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
 
 import jsonschema
 import pytest
 
 from docs._ext.case_reference import json_schema, main, reference_page, schema_text
+from impactfem.case import load_case
+from impactfem.system.errors import InputError
 
 DOCS = Path(__file__).parents[2] / "docs"
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 
 
-def properties(schema: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+def properties(schema):
     for table in (schema, *schema["$defs"].values()):
         yield from table["properties"].items()
 
@@ -22,22 +22,22 @@ def properties(schema: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
 @pytest.mark.parametrize(
     ("name", "text"), [("case-file.md", reference_page), ("case.schema.json", schema_text)]
 )
-def test_committed_file_is_the_generated_one(name: str, text: Callable[[], str]) -> None:
+def test_committed_file_is_the_generated_one(name, text):
     committed = (DOCS / name).read_text(encoding="utf-8")
     assert committed == text(), "run: python docs/_ext/case_reference.py docs"
 
 
-def test_schema_is_a_schema() -> None:
+def test_schema_is_a_schema():
     jsonschema.Draft202012Validator.check_schema(json_schema())
 
 
-def test_every_key_has_title_and_description() -> None:
+def test_every_key_has_title_and_description():
     for key, entry in properties(json_schema()):
         assert entry["title"], key
         assert re.fullmatch(r"[^\n]{8,}\.", entry["description"]), key
 
 
-def test_schema_says_only_what_toml_can() -> None:
+def test_schema_says_only_what_toml_can():
     assert "null" not in schema_text()
     for key, entry in properties(json_schema()):
         if "default" in entry:
@@ -59,20 +59,20 @@ def test_schema_says_only_what_toml_can() -> None:
         ("[0, 1, 0]", "[0, 1]"),
     ],
 )
-def test_schema_agrees_with_the_loader(pair: Path, old: str, new: str) -> None:
+def test_schema_agrees_with_the_loader(pair, old, new):
     text = pair.read_text(encoding="utf-8")
     raw = tomllib.loads(text.replace(old, new) if old else text)
     validator = jsonschema.Draft202012Validator(json_schema())
     assert validator.is_valid(raw) == (not old)
 
 
-def test_the_paper_s_case_names_the_schema() -> None:
+def test_the_paper_s_case_names_the_schema():
     line = (GEOMETRY / "npp_pair.toml").read_text(encoding="utf-8").splitlines()[0]
     path = (GEOMETRY / line.removeprefix("#:schema ")).resolve()
     assert path == (DOCS / "case.schema.json").resolve()
 
 
-def test_a_table_is_named_by_its_own_key() -> None:
+def test_a_table_is_named_by_its_own_key():
     """Also where the keys stand under another heading."""
     page = reference_page()
     assert "`a`</a> | table [`[contacts.a]`](#contactsa)<br>" in page
@@ -81,7 +81,7 @@ def test_a_table_is_named_by_its_own_key() -> None:
     )
 
 
-def test_page_has_every_key() -> None:
+def test_page_has_every_key():
     page = reference_page()
     for key, _ in properties(json_schema()):
         assert f"`{key}`</a> |" in page
@@ -89,10 +89,139 @@ def test_page_has_every_key() -> None:
     assert len(anchors) > 300 and len(set(anchors)) == len(anchors)
 
 
-def test_written_by_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_written_by_the_command(tmp_path, capsys):
     assert main([str(tmp_path)]) == 0
     assert len(capsys.readouterr().out.splitlines()) == 2
     assert json.loads((tmp_path / "case.schema.json").read_text(encoding="utf-8")) == json_schema()
     assert main([]) == 2
     assert main([str(tmp_path / "none")]) == 2
     assert "usage" in capsys.readouterr().err
+
+
+REFERENCE = """title = "A paper"
+[[assumptions]]
+text = "It is so."
+reason = "Nothing is said."
+[[items]]
+kind = "figure"
+number = "1"
+title = "A curve"
+shows = ["figures/figure_01*"]
+[[items.values]]
+name = "motion.pga"
+tolerance = "5 %"
+"""
+
+
+@pytest.fixture
+def with_reference(new_case, tmp_path):
+    def write(text):
+        path = new_case(tmp_path)
+        path.write_text(path.read_text() + '\n[report]\nreference = "paper.toml"\n')
+        if text is not None:
+            (tmp_path / "paper.toml").write_text(text)
+        return path
+
+    return write
+
+
+def test_a_reference(with_reference):
+    report = load_case(with_reference(REFERENCE)).report
+    (item,) = report.reference.items
+    assert (item.kind, item.number, item.shows) == ("figure", "1", ("figures/figure_01*",))
+    assert item.values[0].tolerance == pytest.approx(0.05)
+    assert report.reference.assumptions[0].reason == "Nothing is said."
+    assert (report.author, report.checker, report.revision) == (None, None, None)
+
+
+def test_who_made_and_checked_it(edited, with_reference):
+    path = with_reference(REFERENCE)
+    named = 'reference = "paper.toml"\n'
+    edited(path, (named, f'{named}author = "A. Ng"\nrevision = "B, 2 March 2026"\n'))
+    report = load_case(path).report
+    assert (report.author, report.checker, report.revision) == ("A. Ng", None, "B, 2 March 2026")
+    edited(path, ('"A. Ng"', "3"))
+    with pytest.raises(InputError, match=r"report\.author"):
+        load_case(path)
+
+
+def test_it_is_part_of_the_case(with_reference):
+    path = with_reference(REFERENCE)
+    before = load_case(path).content_hash()
+    (path.parent / "paper.toml").write_text(REFERENCE.replace("5 %", "6 %"))
+    assert load_case(path).content_hash() != before
+
+
+def test_none(new_case, tmp_path):
+    report = load_case(new_case(tmp_path)).report
+    assert report.reference is None and report.assumptions == ()
+
+
+def test_own_assumptions(new_case, tmp_path):
+    path = new_case(tmp_path)
+    path.write_text(path.read_text() + '\n[[report.assumptions]]\ntext = "a"\nreason = "b"\n')
+    assert load_case(path).report.assumptions[0].text == "a"
+
+
+def test_beside_published_values_that_are_no_file(with_reference):
+    path = with_reference(REFERENCE.replace('"5 %"', '"-5 %"'))
+    path.write_text(path.read_text().replace('"small_published.csv"', "3"))
+    with pytest.raises(InputError) as caught:
+        load_case(path)
+    assert [fault.key for fault in caught.value.faults] == [
+        "published",
+        "items[0].values[0].tolerance",
+    ]
+
+
+GIVEN = (
+    REFERENCE
+    + """
+[[given]]
+kind = "scaled"
+names = ["motion.p*"]
+reason = "The motion is scaled to it."
+"""
+)
+
+
+def test_what_is_no_result_is_said_once_for_all_names(with_reference):
+    case = load_case(with_reference(GIVEN))
+    kinds = {name: one.kind for name, one in case.published.items()}
+    assert kinds == {"motion.pga": "scaled", "frs.floor_3.pfa": "result"}
+    assert case.report.reference.given[0].reason == "The motion is scaled to it."
+
+
+def test_without_a_word_all_are_results(with_reference):
+    case = load_case(with_reference(REFERENCE))
+    assert {one.kind for one in case.published.values()} == {"result"}
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "words"),
+    [
+        (None, "report.reference", "no such file"),
+        ("title = ", "the end of the file", "not valid TOML"),
+        (REFERENCE.replace('"figure"', '"picture"'), "kind", "'equation' or 'figure' or 'table'"),
+        (REFERENCE.replace('"5 %"', '"-5 %"'), "tolerance", "expected a number of at least 0"),
+        (REFERENCE + REFERENCE[REFERENCE.index("[[items]]") :], "number", "each figure once"),
+        (REFERENCE.replace("title", "titel", 1), "title", "missing"),
+        (REFERENCE.replace('reason = "Nothing is said."', ""), "reason", "missing"),
+        (GIVEN.replace('"scaled"', '"guessed"'), "given[0].kind", "'fitted'"),
+        (GIVEN.replace("motion.p*", "motions.p*"), "given[0].names[0]", "no published value"),
+        (GIVEN.replace('["motion.p*"]', "[]"), "given[0].names", "a list that is not empty"),
+        (GIVEN.replace('reason = "The', 'cause = "The'), "given[0]", "missing"),
+        (GIVEN.replace("motion.pga", "motion.pgaa"), "values[0].name", "did you mean 'motion.p"),
+    ],
+)
+def test_what_is_wrong_with_it_is_reported(with_reference, text, key, words):
+    with pytest.raises(InputError) as error:
+        load_case(with_reference(text))
+    lines = [str(fault) for fault in error.value.faults]
+    assert any(words in line and key in line and "paper.toml" in line for line in lines), lines
+
+
+def test_a_value_of_two_kinds(with_reference):
+    text = GIVEN + GIVEN[GIVEN.index("[[given]]") :].replace("scaled", "fitted", 1)
+    with pytest.raises(InputError, match=r"expected motion\.pga in one of them"):
+        load_case(with_reference(text))

@@ -1,11 +1,6 @@
 """What a case file refuses: sections, motions, laws, loads, ensembles."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
-from pathlib import Path
-
-from .faults import Row, check_row, each_row
+from .faults import check_row, each_row
 from .sections import (
     BLAST,
     DECREE,
@@ -106,6 +101,10 @@ SECTIONS = [
     ),
     (FLOORS_B, '{ building = "B1", floor = [1, 2, 3, 4, 5, 6, 7, 8]', "contacts[0].b",
      "expected another building than 'B1'"),
+    ("b = { build", 'wall = "pit"\nb = { build', "contacts[0].wall", "either b or wall, not both"),
+    ("b = { build", "# { build", "contacts[0].wall", "missing; expected either b, the point on"),
+    ("b = { build", 'wall = "B2" # { build', "contacts[0].wall", "a name that no building has"),
+    ("b = { build", 'wall = "a b" # { build', "contacts[0].wall", "expected a name of letters"),
     ("[pounding]", f"{TWICE}[pounding]", "contacts", "found B1.floor_8 and B2.floor_8 twice"),
     (FLOORS, f'floors = "none.csv"\n{AXIS}', "buildings[0].floors", "no such file"),
     (FLOORS, f'floors = "."\n{AXIS}', "buildings[0].floors", "this is a directory"),
@@ -309,7 +308,5 @@ TABLES = [
 
 
 @each_row(TABLES)
-def test_refused(
-    written: Callable[..., Path], base: Base, file: str | None, key: str, row: Row
-) -> None:
+def test_refused(written, base, file, key, row):
     check_row(written, base, file, key, row)

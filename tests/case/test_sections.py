@@ -1,10 +1,10 @@
 """Models made from Python or read: derived values, defaults, contact laws."""
 
 import math
-from collections.abc import Callable
+import runpy
+import sys
 from dataclasses import astuple
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,10 +17,12 @@ from impactfem.case import (
     HertzLaw,
     HuntCrossleyLaw,
     JankowskiLaw,
+    RecordMotion,
     Spectra,
     load_case,
 )
 from impactfem.case.contacts import ContactEntry, expand
+from impactfem.records import read_record
 from impactfem.spectra import logarithmic_frequencies, rg_1_122_frequencies
 
 from .sections import GRID, LAW
@@ -29,17 +31,17 @@ HERTZ = 'type = "hertz"\nstiffness = "2 N/m^1.5"\n'
 DAMPED = {"hertz-damp": HertzDampLaw, "hunt-crossley": HuntCrossleyLaw, "jankowski": JankowskiLaw}
 
 
-def test_rayleigh_coefficients_of_the_paper() -> None:
+def test_rayleigh_coefficients_of_the_paper():
     α_R, β_R = astuple(Damping(ratio=0.07, frequencies=(1.0, 20.0)).rayleigh)
     assert α_R == pytest.approx(0.8378, abs=5e-5)  # section 3.2.2
     assert β_R == pytest.approx(1.06e-3, abs=5e-6)  # Table 8
 
 
 @pytest.mark.parametrize(("ξ", "f1", "f2"), [(0.07, 1.0, 20.0), (0.02, 30.0, 80.0)])
-def test_rayleigh_damping_reaches_its_ratio(ξ: float, f1: float, f2: float) -> None:
+def test_rayleigh_damping_reaches_its_ratio(ξ, f1, f2):
     α_R, β_R = astuple(Damping(ratio=ξ, frequencies=(f1, f2)).rayleigh)
 
-    def ratio(f: float) -> float:
+    def ratio(f):
         ω = 2.0 * math.pi * f
         return (α_R / ω + β_R * ω) / 2.0
 
@@ -51,7 +53,7 @@ def test_rayleigh_damping_reaches_its_ratio(ξ: float, f1: float, f2: float) -> 
     assert ratio(math.sqrt(f1 * f2)) < 0.99 * ξ
 
 
-def test_grid_is_logarithmic_with_its_ends() -> None:
+def test_grid_is_logarithmic_with_its_ends():
     grid = FrequencyGrid(minimum=0.5, maximum=500.0, per_decade=100)
     assert len(grid.values) == 301
     np.testing.assert_allclose(grid.values, np.geomspace(0.5, 500.0, 301), rtol=1e-13)
@@ -65,7 +67,7 @@ def test_grid_is_logarithmic_with_its_ends() -> None:
     assert FrequencyGrid(minimum=1.0, maximum=100.0, per_decade=50_000).per_decade == 50_000
 
 
-def test_list_of_the_regulatory_guide(broken: Callable[..., Path]) -> None:
+def test_list_of_the_regulatory_guide(broken):
     case = load_case(broken((None, GRID, '{ list = "rg1.122" }')))
     np.testing.assert_array_equal(case.spectra.frequency_values, rg_1_122_frequencies())
     longer = '{ list = "rg1.122", maximum = "500 Hz", per_decade = 50 }'
@@ -73,7 +75,7 @@ def test_list_of_the_regulatory_guide(broken: Callable[..., Path]) -> None:
     np.testing.assert_array_equal(case.spectra.frequency_values, rg_1_122_frequencies(500.0, 50))
 
 
-def test_design_spectra_by_default() -> None:
+def test_design_spectra_by_default():
     spectra = Spectra(damping=(0.05,), frequencies=(1.0, 2.0))
     assert (spectra.broadening, spectra.clipping) == (0.15, False)
     assert Spectra(damping=(0.05,), frequencies=(1.0,), broadening="10 %").broadening == 0.1
@@ -87,12 +89,12 @@ def test_design_spectra_by_default() -> None:
         ({"clipping": 1}, "bool"),
     ],
 )
-def test_design_spectra_refused(values: dict[str, Any], message: str) -> None:
+def test_design_spectra_refused(values, message):
     with pytest.raises(ValidationError, match=message):
         Spectra.model_validate({"damping": (0.05,), "frequencies": (1.0,)} | values)
 
 
-def test_law_of_hertz(broken: Callable[..., Path]) -> None:
+def test_law_of_hertz(broken):
     units = {"N/m^1.5": 1.0, "kN/mm^1.5": 1e3 * 1e3**1.5, "MN/m^1.5": 1e6}
     for unit, factor in units.items():
         law = load_case(broken((None, LAW, HERTZ.replace("N/m^1.5", unit)))).contact_laws["floor"]
@@ -100,7 +102,7 @@ def test_law_of_hertz(broken: Callable[..., Path]) -> None:
 
 
 @pytest.mark.parametrize("name", DAMPED)
-def test_damped_laws(broken: Callable[..., Path], name: str) -> None:
+def test_damped_laws(broken, name):
     written = HERTZ.replace("hertz", name) + 'restitution = "60 %"\n'
     slowest = {} if name == "jankowski" else {"slowest_approach": 0.005}
     exact = 'relation = "exact"\n' + "".join(f'{key} = "5 mm/s"\n' for key in slowest)
@@ -109,13 +111,13 @@ def test_damped_laws(broken: Callable[..., Path], name: str) -> None:
         assert law == DAMPED[name](type=name, stiffness=2.0, restitution=0.6, **values)
 
 
-def entry(a: dict[str, object], b: dict[str, object], **more: object) -> ContactEntry:
+def entry(a, b, **more):
     values = {"normal": (0, 3, 4), "gap": 0.01, "law": "floor"} | more
     ends = {"a": {"building": "B1"} | a, "b": {"building": "B2"} | b}
     return ContactEntry.model_validate(ends | values)
 
 
-def test_contacts_expand_to_pairs() -> None:
+def test_contacts_expand_to_pairs():
     first = entry({"floor": [7, 8]}, {"floor": [6, 7]}, bearing_area=2.0)
     second = entry({"floor": 8}, {"storey": 7, "relative_height": 0.5, "offset": (1, 2, 3)})
     contacts = expand((first, second))
@@ -135,6 +137,66 @@ def test_contacts_expand_to_pairs() -> None:
 
 
 @pytest.mark.parametrize("length", [1e-200, 1.0, 1e200])
-def test_normal_is_normalised(length: float) -> None:
+def test_normal_is_normalised(length):
     contact = entry({"floor": 1}, {"floor": 1}, normal=(0, -length, 0))
     assert contact.normal == (0.0, -1.0, 0.0)
+
+
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+
+
+@pytest.fixture(scope="module")
+def case():
+    return load_case(GEOMETRY / "two_frames.toml")
+
+
+def test_points_in_contact_are_level_and_the_gap_apart(case):
+    """A point of a storey lies in its flexible part, between the rigid zones of its floors."""
+    for contact in case.contacts:
+        a, b = case.building(contact.a.building), case.building(contact.b.building)
+        distance = (b.axis[1] + contact.b.offset[1]) - (a.axis[1] + contact.a.offset[1])
+        assert distance == pytest.approx(contact.gap, abs=1e-12)
+        assert contact.a.floor is not None
+        height = a.elevations[contact.a.floor - 1]
+        if contact.b.floor is not None:
+            assert b.elevations[contact.b.floor - 1] == pytest.approx(height)
+            continue
+        assert contact.b.storey is not None and contact.b.relative_height is not None
+        below = (0.0, *b.elevations)[contact.b.storey - 1]
+        low = below + (b.rigid_above if contact.b.storey > 1 else 0.0)
+        high = b.elevations[contact.b.storey - 1] - b.rigid_below
+        # Three digits of the relative height.
+        assert low + contact.b.relative_height * (high - low) == pytest.approx(height, abs=2e-3)
+
+
+def test_only_the_roof_of_b_is_level_with_a_floor_of_a(case):
+    a, b = (np.array(case.building(name).elevations) for name in "AB")
+    near = np.abs(a[:, None] - b).min(axis=0)
+    assert near[-1] < 1e-9
+    assert np.all(near[:-1] > 0.4)
+
+
+def test_masses_and_inertias_of_the_floors(case):
+    """Plates of 18 m by 12 m and 18 m by 10 m."""
+    for name, width in (("A", 12.0), ("B", 10.0)):
+        for floor in case.building(name).floors:
+            assert floor.Jx == pytest.approx(floor.mass * width**2 / 12.0, rel=0.01)
+            assert floor.Jy == pytest.approx(floor.mass * 18.0**2 / 12.0, rel=0.01)
+            assert floor.Jz == pytest.approx(floor.Jx + floor.Jy, rel=0.01)
+
+
+@pytest.mark.parametrize("direction", ["x", "y"])
+def test_motions_say_that_they_are_synthetic(case, direction):
+    (motion,) = (m for m in case.motions if m.direction == direction)
+    assert isinstance(motion, RecordMotion)
+    assert "NOT A RECORD OF AN EARTHQUAKE" in read_record(motion.file).origin
+
+
+def test_motions_can_be_made_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["two_frames_motion.py", str(tmp_path)])
+    runpy.run_path(str(GEOMETRY / "two_frames_motion.py"), run_name="__main__")
+    made = {d: read_record(tmp_path / f"two_frames_{d}.AT2").acceleration for d in "xy"}
+    for direction, acceleration in made.items():
+        shipped = read_record(GEOMETRY / f"two_frames_{direction}.AT2").acceleration
+        assert acceleration == pytest.approx(shipped, abs=1e-6)
+    assert np.abs(made["x"] - made["y"]).max() > 1.0

@@ -2,7 +2,6 @@
 
 import os
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -14,17 +13,16 @@ from impactfem.case.source import MOST_FILES, read_source
 from .faults import all_faults as faults_of
 
 DATA = Path(__file__).parent / "data"
-Write = Callable[..., Path]
 
 
 @pytest.fixture
-def write(tmp_path: Path) -> Write:
+def write(tmp_path):
     """Copy the case into a folder below, and write files beside; gives the path of the last."""
     for source in DATA.glob("pair*"):
         (tmp_path / "base").mkdir(exist_ok=True)
         shutil.copy(source, tmp_path / "base")
 
-    def files(**texts: str) -> Path:
+    def files(**texts):
         for name, text in texts.items():
             path = tmp_path / f"{name}.toml"
             path.write_text(text, encoding="utf-8")
@@ -33,7 +31,7 @@ def write(tmp_path: Path) -> Write:
     return files
 
 
-def the_fault(path: Path) -> tuple[str, str, object, str]:
+def the_fault(path):
     (fault,) = faults_of(path)
     return Path(fault.file).name, fault.key, fault.value, fault.expected
 
@@ -41,7 +39,7 @@ def the_fault(path: Path) -> tuple[str, str, object, str]:
 BASE = 'extends = "base/pair.toml"\n'
 
 
-def test_nothing_but_the_other(write: Write, pair: Path) -> None:
+def test_nothing_but_the_other(write, pair):
     case, base = load_case(write(top=BASE)), load_case(pair)
     assert case.input_files.items() > {f"base/{n}": h for n, h in base.input_files.items()}.items()
     own = {name: getattr(case, name) for name in ("path", "digest", "input_files")}
@@ -49,7 +47,7 @@ def test_nothing_but_the_other(write: Write, pair: Path) -> None:
     assert case.digest != base.digest
 
 
-def test_tables_merge_and_all_else_replaces(write: Write, pair: Path) -> None:
+def test_tables_merge_and_all_else_replaces(write, pair):
     text = f"""{BASE}
 title = "Another"
 materials.soft = {{ young_modulus = "3 GPa", poisson_ratio = 0.2 }}
@@ -85,14 +83,14 @@ rigid_above = "0.79 m"
     assert case.published == base.published
 
 
-def test_tables_of_an_array_by_name(write: Write, pair: Path) -> None:
+def test_tables_of_an_array_by_name(write, pair):
     base = load_case(pair)
     case = load_case(write(top=f'{BASE}[buildings.B2]\nbase = "1 m"\nstiffness_factor = 0.2\n'))
     changed = base.buildings[1].model_copy(update={"base": 1.0, "stiffness_factor": 0.2})
     assert case.buildings == (base.buildings[0], changed)
 
 
-def test_chain(write: Write) -> None:
+def test_chain(write):
     path = write(
         middle=f'{BASE}title = "middle"\n[pounding]\npoints_per_impact = 5\nupdate = "lagged"\n',
         top='extends = "middle.toml"\n[pounding]\nupdate = "implicit"\n',
@@ -103,10 +101,8 @@ def test_chain(write: Write) -> None:
     assert case.pounding.time_step == pytest.approx(0.3358e-3)
 
 
-def test_a_table_of_another_type_replaces(write: Write) -> None:
-    path = write(
-        top=f'{BASE}[contact_laws.floor]\ntype = "hertz"\nstiffness = "1e10 N/m^1.5"\n',
-    )
+def test_a_table_of_another_type_replaces(write):
+    path = write(top=f'{BASE}[contact_laws.floor]\ntype = "hertz"\nstiffness = "1e10 N/m^1.5"\n')
     assert load_case(path).contact_laws["floor"].type == "hertz"
     # A table of the same type is merged: the damping ratio stays.
     path = write(top=f'{BASE}[contact_laws.floor]\ntype = "kelvin-voigt"\nstiffness = "1 N/m"\n')
@@ -114,7 +110,7 @@ def test_a_table_of_another_type_replaces(write: Write) -> None:
     assert (law.stiffness, law.damping_ratio) == (1.0, 0.12)
 
 
-def test_a_value_in_place_of_a_table_and_back(write: Write) -> None:
+def test_a_value_in_place_of_a_table_and_back(write):
     path = write(
         middle=f"{BASE}pounding = 3\n",
         top='extends = "middle.toml"\n[pounding]\ntime_step = "1 ms"\n',
@@ -122,9 +118,7 @@ def test_a_value_in_place_of_a_table_and_back(write: Write) -> None:
     assert load_case(path).pounding.time_step == 1e-3
 
 
-def test_files_are_relative_to_who_names_them(
-    write: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_files_are_relative_to_who_names_them(write, tmp_path, monkeypatch):
     record = 'direction = "y"\ntype = "record"\nfile = "sub/motion.csv"\n'
     text = f"{BASE}[[motions]]\n{record}"
     (tmp_path / "sub").mkdir()
@@ -132,7 +126,6 @@ def test_files_are_relative_to_who_names_them(
     path = write(top=text)
     monkeypatch.chdir(tmp_path.parent)
     case = load_case(Path(tmp_path.name) / path.name)
-    assert case.calibration is not None
     assert len(case.calibration.targets) == 6  # beside the other file
     assert case.motions[0].file == Path(tmp_path.name) / "sub" / "motion.csv"
     # And now both from one folder further.
@@ -144,7 +137,7 @@ def test_files_are_relative_to_who_names_them(
     assert len(case.buildings[0].floors) == 8
 
 
-def test_every_file_of_a_case_is_found_by_the_model(write: Write, tmp_path: Path) -> None:
+def test_every_file_of_a_case_is_found_by_the_model(write, tmp_path):
     text = """
 published = "a.csv"
 extra = "no.csv"
@@ -185,9 +178,7 @@ structure.mesh = { type = "generated", walls = "e.csv", bays = "/f.csv", impact_
         ('calibration.height = "40 m"\n', ("top.toml", "calibration.height", "40 m")),
     ],
 )  # fmt: skip
-def test_faults_name_the_file_that_says_it(
-    write: Write, top: str, fault: tuple[str, str, object]
-) -> None:
+def test_faults_name_the_file_that_says_it(write, top, fault):
     faults = faults_of(write(top=BASE + top))
     found = {(Path(one.file).name, one.key): one.value for one in faults}
     assert fault[:2] in found
@@ -207,9 +198,7 @@ def test_faults_name_the_file_that_says_it(
         ("[pounding]\n", '[pounding]\nspeed = "1 m/s"\n', "pounding.speed", None),
     ],
 )
-def test_faults_of_the_other_file(
-    write: Write, tmp_path: Path, old: str, new: str, key: str, value: object
-) -> None:
+def test_faults_of_the_other_file(write, tmp_path, old, new, key, value):
     """Values are shown as they are written, not as they are seen from the case file."""
     base = tmp_path / "base" / "pair.toml"
     text = base.read_text(encoding="utf-8")
@@ -220,7 +209,7 @@ def test_faults_of_the_other_file(
     assert found.get((str(base), key), "not found") == value
 
 
-def test_a_key_missing_in_both(write: Write, tmp_path: Path) -> None:
+def test_a_key_missing_in_both(write, tmp_path):
     base = tmp_path / "base" / "pair.toml"
     text = base.read_text(encoding="utf-8")
     base.write_text(text.replace('time_step = "0.3358 ms"', ""), encoding="utf-8")
@@ -232,7 +221,7 @@ def test_a_key_missing_in_both(write: Write, tmp_path: Path) -> None:
     assert the_fault(write(top=BASE))[:2] == ("top.toml", "title")
 
 
-def test_tables_of_the_other_file(write: Write, tmp_path: Path) -> None:
+def test_tables_of_the_other_file(write, tmp_path):
     floors = tmp_path / "base" / "pair_floors.csv"
     floors.write_text(floors.read_text().replace("1787", "-1787"))
     assert the_fault(write(top=BASE))[:2] == ("pair_floors.csv", "line 4, column mass [t]")
@@ -273,28 +262,26 @@ KEYS = "[unknown]\n" + "".join(f"k{k} = {{ a = [{{ b = 1 }}] }}\n" for k in rang
          "[[buildings]], not"),
     ],
 )  # fmt: skip
-def test_one_fault(
-    write: Write, texts: dict[str, str], file: str, key: str, value: object, words: str
-) -> None:
+def test_one_fault(write, texts, file, key, value, words):
     name, *found, expected = the_fault(write(**texts))
     assert (name, found[0]) == (f"{file}.toml", key)
     assert value in (..., found[1])
     assert words in expected
 
 
-def test_a_chain_that_is_too_long(write: Write) -> None:
+def test_a_chain_that_is_too_long(write):
     write(**{f"c{k}": f'extends = "c{k + 1}.toml"\n' for k in range(MOST_FILES - 2)})
     assert load_case(write(**{f"c{MOST_FILES - 2}": BASE}).with_name("c0.toml"))  # 50 files
     _, key, _, expected = the_fault(write(top='extends = "c0.toml"\n'))
     assert key == "extends" and "at most 50 files that extend one another" in expected
 
 
-def test_a_link_to_itself(write: Write, tmp_path: Path) -> None:
+def test_a_link_to_itself(write, tmp_path):
     os.symlink("top.toml", tmp_path / "again.toml")  # noqa: PTH211
     assert "in turn" in the_fault(write(top='extends = "again.toml"\n'))[3]
 
 
-def test_hash_covers_all_files(write: Write, tmp_path: Path) -> None:
+def test_hash_covers_all_files(write, tmp_path):
     path = write(middle=BASE, top='extends = "middle.toml"\n')
     hashes = {load_case(path).digest}
     files = ["top.toml", "middle.toml", "base/pair.toml", "base/pair_floors.csv"]
@@ -307,7 +294,7 @@ def test_hash_covers_all_files(write: Write, tmp_path: Path) -> None:
     assert load_case(tmp_path / "elsewhere" / "top.toml").digest in hashes
 
 
-def test_the_case_is_that_of_its_own_path(write: Write) -> None:
+def test_the_case_is_that_of_its_own_path(write):
     path = write(top=BASE)
     case = load_case(path)
     assert isinstance(case, Case)

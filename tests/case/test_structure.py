@@ -2,7 +2,6 @@
 
 import json
 import pickle
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -12,13 +11,10 @@ from pydantic import TypeAdapter
 from impactfem.case import FileMesh, GeneratedMesh, load_case, structure_files
 from impactfem.case.leaf import Levels
 from impactfem.case.members import Site, Wall, read_members
-from impactfem.system.errors import Fault
 
 from .faults import by_file as faults_of
 from .faults import refused
 from .sections import FROM_FILE, PARTS, STRUCTURE
-
-Structured = Callable[..., Path]
 
 WALLS, BAYS = "pair_walls.csv", "pair_bays.csv"
 BEAMS, COLUMNS = "pair_beams.csv", "pair_columns.csv"
@@ -29,21 +25,18 @@ ALONG = "along,1-8,0,7.8,46.2,7.8"
 COLUMN = "row_1,2-8,5.775,7.8,0.8,1.2"
 
 
-def test_generated(structured: Structured) -> None:
+def test_generated(structured):
     case = load_case(structured())
     structure = case.structure
-    assert structure is not None
     assert structure.building == "B1"
     assert structure.material == case.materials["concrete"]
     assert structure.storey_stiffness_factor == 0.13
-    assert structure.calibration is not None
     assert (structure.calibration.frequency, structure.calibration.direction) == (1.8, "y")
     assert (structure.floor_masses, structure.modes, structure.drilling) == (True, 20, 1.0)
     mesh = structure.mesh
     assert isinstance(mesh, GeneratedMesh)
     assert (mesh.length, mesh.width, mesh.slab_thickness, mesh.size) == (46.2, 15.6, 0.3, 0.9)
     assert mesh.floor_size is None
-    assert mesh.parapet is not None
     assert (mesh.parapet.height, mesh.impact_edge) == (0.63, "y+")
     south, north, gable = mesh.walls
     assert (south.name, south.thickness, south.length) == ("south", 0.6, 46.2)
@@ -58,11 +51,11 @@ def test_generated(structured: Structured) -> None:
     assert json.loads(case.model_dump_json(include={"structure"}))["structure"]["building"] == "B1"
 
 
-def test_left_out(pair: Path) -> None:
+def test_left_out(pair):
     assert load_case(pair).structure is None
 
 
-def test_only_walls_are_needed(structured: Structured) -> None:
+def test_only_walls_are_needed(structured):
     path = structured(
         (None, 'bays = "pair_bays.csv"\nbeams = "pair_beams.csv"\ncolumns = "pair_columns.csv"\n',
          ""),
@@ -71,7 +64,6 @@ def test_only_walls_are_needed(structured: Structured) -> None:
         (None, "storey_stiffness_factor = 0.13\n", ""),
     )  # fmt: skip
     structure = load_case(path).structure
-    assert structure is not None
     assert isinstance(structure.mesh, GeneratedMesh)
     assert structure.mesh.bays == structure.mesh.beams == structure.mesh.columns == ()
     assert structure.mesh.parapet is None
@@ -79,7 +71,7 @@ def test_only_walls_are_needed(structured: Structured) -> None:
     assert structure.storey_stiffness_factor == 1.0
 
 
-def test_a_key_of_an_earlier_version(structured: Structured) -> None:
+def test_a_key_of_an_earlier_version(structured):
     refused(
         structured((None, "parapet = {", "acroterion = {")),
         "pair.toml: buildings[1].structure.mesh.acroterion",
@@ -87,21 +79,20 @@ def test_a_key_of_an_earlier_version(structured: Structured) -> None:
     )
 
 
-def test_own_material(structured: Structured) -> None:
+def test_own_material(structured):
     other = '[materials.other]\nyoung_modulus = "20 GPa"\npoisson_ratio = 0.2\n\n[damping]'
     names = ((None, "factor = 0.13\n", 'factor = 0.13\nmaterial = "other"\n'),)
     path = structured(
         (None, "[damping]", other.replace("\n\n", '\ndensity = "2 t/m3"\n\n')), *names
     )
     structure = load_case(path).structure
-    assert structure is not None
     assert structure.material.density == 2000.0
     path = structured((None, "[damping]", other), *names)
     expected = "expected a material with a density, which is missing in [materials.other]"
     assert faults_of(path) == {"pair.toml: buildings[1].structure.material": expected}
 
 
-def test_material_of_the_building_without_density(structured: Structured) -> None:
+def test_material_of_the_building_without_density(structured):
     refused(
         structured((None, 'density = "2400 kg/m3"', "")),
         "pair.toml: buildings[1].structure.material",
@@ -109,11 +100,10 @@ def test_material_of_the_building_without_density(structured: Structured) -> Non
     )
 
 
-def test_mesh_from_a_file(written: Structured, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mesh_from_a_file(written, monkeypatch):
     path = written(FROM_FILE)
     monkeypatch.chdir(path.parent.parent)
     case = load_case(Path(path.parent.name) / path.name)
-    assert case.structure is not None
     mesh = case.structure.mesh
     assert isinstance(mesh, FileMesh)
     assert structure_files(case.structure) == (mesh.file,)
@@ -125,7 +115,7 @@ def test_mesh_from_a_file(written: Structured, monkeypatch: pytest.MonkeyPatch) 
     assert load_case(path.relative_to(path.parent.parent)).digest != case.digest
 
 
-def test_tables_are_in_the_hash(structured: Structured) -> None:
+def test_tables_are_in_the_hash(structured):
     path = structured()
     hashes = {load_case(path).digest}
     for name in (WALLS, BAYS, BEAMS, COLUMNS):
@@ -135,7 +125,25 @@ def test_tables_are_in_the_hash(structured: Structured) -> None:
     assert len(hashes) == 5
 
 
-def test_floors_with_a_gap(structured: Structured) -> None:
+def test_walls_and_bays_as_built(structured):
+    """A facade half a wall inside, gables that end on it, wider bays about their middles."""
+    path = structured(
+        (None, 'size = "0.9 m"', 'size = "0.9 m"\nwall_setback = ["0 m", "0.3 m"]\n'
+         'openings = [{ walls = "*", storeys = [2, 5], width = 0.5 }]\n'
+         'slabs = [{ floors = [2, 8], thickness = "90 cm" }]'),
+    )  # fmt: skip
+    mesh = load_case(path).structure.mesh
+    (south, north, gable), bays = mesh.built
+    at = (south.y1, south.y2, north.y1, gable.y1, gable.y2)
+    assert at == pytest.approx((0.3, 0.3, 15.3, 0.3, 15.3))
+    assert (south.x1, south.x2, gable.x1) == (0.0, 46.2, 0.0)
+    # Bays stay where they are: those of the gable are counted from its beginning.
+    assert [bay.centre for bay in bays] == pytest.approx([10.0, 10.0, 1.7])
+    assert [bay.width for bay in bays] == pytest.approx([1.0, 1.65, 1.65])
+    assert [mesh.slab(k) for k in (1, 2, 8)] == [0.3, 0.9, 0.9]
+
+
+def test_floors_with_a_gap(structured):
     path = structured(("pair_floors.csv", "\n8,", "\n9,"), (None, "7, 8]", "7, 9]"))
     faults = faults_of(path)
     expected = "expected a building with floors from 1 without a gap, found 1, 2, 3, 4, 5, 6, 7, 9"
@@ -157,11 +165,11 @@ def test_floors_with_a_gap(structured: Structured) -> None:
         (COLUMNS, COLUMN, f"{COLUMN}\nrow_2,1{COLUMN[9:]}"),  # one above the other
     ],
 )
-def test_accepted(structured: Structured, file: str, old: str, new: str) -> None:
+def test_accepted(structured, file, old, new):
     assert load_case(structured((file, old, new))).structure is not None
 
 
-def test_all_faults_of_all_tables_at_once(structured: Structured) -> None:
+def test_all_faults_of_all_tables_at_once(structured):
     path = structured(
         (None, 'gap = "1 cm"', 'gap = "-1 cm"'),
         (None, 'impact_edge = "y+"', 'impact_edge = "y"'),
@@ -181,7 +189,7 @@ def test_all_faults_of_all_tables_at_once(structured: Structured) -> None:
     }
 
 
-def test_what_needs_a_broken_part_is_not_checked(structured: Structured) -> None:
+def test_what_needs_a_broken_part_is_not_checked(structured):
     path = structured(
         (None, 'length = "46.20 m"', 'length = "46.20"'),
         ("pair_floors.csv", "1787", "x"),
@@ -196,7 +204,7 @@ def test_what_needs_a_broken_part_is_not_checked(structured: Structured) -> None
     }
 
 
-def test_structure_that_is_no_table(structured: Structured) -> None:
+def test_structure_that_is_no_table(structured):
     for junk in (
         "[buildings.structure]\nmesh = 1\n",
         "[[buildings.structure]]\n",
@@ -207,7 +215,7 @@ def test_structure_that_is_no_table(structured: Structured) -> None:
         assert all(key.startswith("pair.toml: buildings[1].structure") for key in faults)
 
 
-def test_buildings_that_are_no_array(structured: Structured) -> None:
+def test_buildings_that_are_no_array(structured):
     """That none has a 3D model is no further fault."""
     path = structured().with_name("over.toml")
     transient = '[transient]\ntime_step = "1 ms"\n'
@@ -215,7 +223,7 @@ def test_buildings_that_are_no_array(structured: Structured) -> None:
     assert list(faults_of(path)) == ["over.toml: buildings"]
 
 
-def test_coinciding_walls_at_an_angle(tmp_path: Path) -> None:
+def test_coinciding_walls_at_an_angle(tmp_path):
     header = "wall,storeys,x1 [m],y1 [m],x2 [m],y2 [m],thickness [m]\n"
     path = tmp_path / "walls.csv"
     first = "a,1,0,0,8,6,0.2\n"
@@ -228,7 +236,7 @@ def test_coinciding_walls_at_an_angle(tmp_path: Path) -> None:
         ("b,1,4,3,12,8.9,0.2", False),  # at an angle
     ]:
         path.write_text(header + first + second)
-        faults: list[Fault] = []
+        faults = []
         table = read_members(path, Wall, Site(), faults)
         assert (table is None) == twice == bool(faults), second
 
@@ -237,14 +245,13 @@ def test_coinciding_walls_at_an_angle(tmp_path: Path) -> None:
     ("text", "levels"),
     [("3", (3,)), ("2-4", (2, 3, 4)), (" 1 3  5-7 ", (1, 3, 5, 6, 7)), ("4-4", (4,))],
 )
-def test_levels(text: str, levels: tuple[int, ...]) -> None:
+def test_levels(text, levels):
     adapter = TypeAdapter(Annotated[tuple[int, ...], Levels("storeys")])
     assert adapter.validate_python(text) == levels == adapter.validate_python(list(levels))
 
 
-def test_materials_of_parts(structured: Structured) -> None:
+def test_materials_of_parts(structured):
     case = load_case(structured(more=PARTS))
-    assert case.structure is not None
     (own,) = case.structure.materials
     assert own.parts == ("storey_*", "column_1_*")
     assert own.material == case.materials["masonry"] and own.material.young_modulus == 5e9

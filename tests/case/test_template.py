@@ -44,7 +44,7 @@ MATRICES = {
 
 
 @pytest.fixture
-def template(tmp_path: Path) -> Path:
+def template(tmp_path):
     path = write_new_case(tmp_path / "new")[0]
     (tmp_path / "new_targets.csv").write_text(TARGETS)
     (tmp_path / "new_record.csv").write_text(RECORD)
@@ -55,7 +55,7 @@ def template(tmp_path: Path) -> Path:
     return path
 
 
-def uncommented(path: Path, begin: str, end: str | None) -> None:
+def uncommented(path, begin, end):
     """Take the '# ' from the lines of a block that stands in the template as a comment."""
     lines = path.read_text(encoding="utf-8").splitlines()
     first = next(i for i, line in enumerate(lines) if line.startswith(begin))
@@ -66,14 +66,14 @@ def uncommented(path: Path, begin: str, end: str | None) -> None:
     path.write_text("\n".join(lines), encoding="utf-8")
 
 
-def dense(path: Path) -> str:
+def dense(path):
     """Give the material a density, which a 3D model needs; gives the text."""
     text = path.read_text(encoding="utf-8").replace("# density", "density")
     path.write_text(text, encoding="utf-8")
     return text
 
 
-def test_new_case_is_accepted(tmp_path: Path) -> None:
+def test_new_case_is_accepted(tmp_path):
     paths = write_new_case(tmp_path / "my-case.v2")
     assert [path.name for path in paths] == ["my-case.v2.toml", "my-case.v2_floors.csv"]
     case = load_case(paths[0])
@@ -84,7 +84,7 @@ def test_new_case_is_accepted(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("minimal", [False, True])
 @pytest.mark.parametrize("parts", [(), *((part,) for part in PARTS), tuple(PARTS)], ids="-".join)
-def test_parts_are_good_together(tmp_path: Path, parts: tuple[str, ...], minimal: bool) -> None:
+def test_parts_are_good_together(tmp_path, parts, minimal):
     paths = write_new_case(tmp_path / "new", parts, minimal=minimal)
     case = load_case(paths[0])
     assert [str(one) for one in implausible(case, 10.0)] == []
@@ -107,12 +107,12 @@ def test_parts_are_good_together(tmp_path: Path, parts: tuple[str, ...], minimal
     assert not any("@" in text for text in texts)
 
 
-def test_the_shortest_case(tmp_path: Path) -> None:
+def test_the_shortest_case(tmp_path):
     text = write_new_case(tmp_path / "new", minimal=True)[0].read_text(encoding="utf-8")
     assert text.count("\n") < 70
 
 
-def test_unknown_parts(tmp_path: Path) -> None:
+def test_unknown_parts(tmp_path):
     with pytest.raises(InputError) as caught:
         write_new_case(tmp_path / "new", ["structre", "roof"])
     assert "--with = 'structre': did you mean 'structure'?" in str(caught.value)
@@ -120,7 +120,7 @@ def test_unknown_parts(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_points_of_the_new_case_are_the_gap_apart(template: Path) -> None:
+def test_points_of_the_new_case_are_the_gap_apart(template):
     case = load_case(template)
     west, east = case.buildings
     contact = case.contacts[0]
@@ -129,13 +129,13 @@ def test_points_of_the_new_case_are_the_gap_apart(template: Path) -> None:
 
 
 @pytest.mark.parametrize("target", ["", "new.toml"])
-def test_folder_or_file_name(tmp_path: Path, target: str) -> None:
+def test_folder_or_file_name(tmp_path, target):
     names = [path.name for path in write_new_case(tmp_path / target)]
     stem = target.removesuffix(".toml") or "case"
     assert names == [f"{stem}.toml", f"{stem}_floors.csv"]
 
 
-def test_every_key_is_in_the_template(template: Path) -> None:
+def test_every_key_is_in_the_template(template):
     text = template.read_text(encoding="utf-8")
     schema = json_schema()
     for table in (schema, *schema["$defs"].values()):
@@ -143,7 +143,7 @@ def test_every_key_is_in_the_template(template: Path) -> None:
             assert re.search(rf"\b{key}\b", text), key
 
 
-def test_every_optional_key_may_be_used(template: Path) -> None:
+def test_every_optional_key_may_be_used(template):
     text = template.read_text(encoding="utf-8")
     lines = text.splitlines()
     # Of the blocks behind a '#', which are tested below, only the lines outside of them count.
@@ -162,14 +162,14 @@ def test_every_optional_key_may_be_used(template: Path) -> None:
             assert re.search(OTHER_WAY, str(error)), str(error)
 
 
-def _end_of_block(lines: list[str], begin: int) -> int:
+def _end_of_block(lines, begin):
     end = begin
     while end < len(lines) and lines[end].startswith("# "):
         end += 1
     return end
 
 
-def test_optional_blocks(template: Path) -> None:
+def test_optional_blocks(template):
     uncommented(template, "# [calibration]", None)
     uncommented(template, '# direction = "x"', None)  # the record
     text = template.read_text(encoding="utf-8").replace('# [[motions]]\ndirection = "x"',
@@ -177,18 +177,16 @@ def test_optional_blocks(template: Path) -> None:
     template.write_text(text, encoding="utf-8")
     uncommented(template, "# [[contacts]]", None)
     case = load_case(template)
-    assert case.calibration is not None
     # The defaults are those it shows.
     assert case.calibration.starts == Calibration.model_fields["starts"].default
     assert len(case.motions) == 2
     assert case.contacts[-1].name == "west.floor_2-east.storey_3_at_0.5"
 
 
-def test_optional_structure(template: Path) -> None:
+def test_optional_structure(template):
     uncommented(template, "# [buildings.structure]", None)
     text = dense(template)
     structure = load_case(template).structure
-    assert structure is not None
     assert isinstance(structure.mesh, GeneratedMesh)
     assert len(structure.mesh.columns) == 1
     # The mesh of the user's own in place of that one.
@@ -197,17 +195,15 @@ def test_optional_structure(template: Path) -> None:
     (template.parent / "new.msh").write_bytes(b"a mesh")
     uncommented(template, "# [buildings.structure.mesh]", None)
     structure = load_case(template).structure
-    assert structure is not None
     assert isinstance(structure.mesh, FileMesh)
 
 
-def test_optional_transient(template: Path) -> None:
+def test_optional_transient(template):
     (template.parent / "new_forces.csv").write_text(FORCES)
     uncommented(template, "# [buildings.structure]", None)
     uncommented(template, "# [transient]", None)
     dense(template)
     transient = load_case(template).transient
-    assert transient is not None
     assert transient.forces == template.parent / "new_forces.csv"
     names = [name for probe in transient.probes for name, _ in probe.points]
     assert names == ["corner", "aisle_1", "aisle_2", "aisle_3", "aisle_4", "aisle_5"]
@@ -218,7 +214,7 @@ def test_optional_transient(template: Path) -> None:
     assert transient.model_copy(update=shown) == Transient(time_step=1e-3)
 
 
-def test_optional_wall_impact(template: Path) -> None:
+def test_optional_wall_impact(template):
     uncommented(template, "# [buildings.structure]", None)
     uncommented(template, "# [wall_impact]", None)
     text = template.read_text(encoding="utf-8").replace("# density", "density")
@@ -242,13 +238,13 @@ def test_optional_wall_impact(template: Path) -> None:
     assert (law.stiffness, law.restitution) == ("calibrated", "calibrated")
 
 
-def test_optional_damping_cases(template: Path) -> None:
+def test_optional_damping_cases(template):
     uncommented(template, "# [[damping_cases]]", None)
     (light,) = load_case(template).damping_cases
     assert (light.name, light.ratio, light.restitution) == ("light", 0.02, 0.8)
 
 
-def test_optional_devices(template: Path) -> None:
+def test_optional_devices(template):
     (template.parent / "new_forces.csv").write_text(FORCES)
     (template.parent / "new_modes.csv").write_text(MODES)
     (template.parent / "new_floor.csv").write_text(FLOOR)
@@ -269,7 +265,6 @@ def test_optional_devices(template: Path) -> None:
     assert pump.beam == DeviceBeam(length=0.46, bending=(8e7, 8e7))
     assert pump.envelope == ("corner", "centre_3") and pump.spectra is not None
     assert [anchor.radius for anchor in pipe.anchors] == [0.3, 0.3]
-    assert case.device_analysis is not None
     assert case.device_analysis.rigid is not None
     shown = DeviceAnalysis(duration=4.0, time_step=0.125e-3)
     assert case.device_analysis.model_copy(update={"rigid": None}) == shown
@@ -280,15 +275,14 @@ def test_optional_devices(template: Path) -> None:
     assert load_case(template).devices[0].shape is not None
 
 
-def test_variant_as_the_template_says(template: Path) -> None:
+def test_variant_as_the_template_says(template):
     said = re.search(r"extends = \"new\.toml\"", template.read_text(encoding="utf-8"))
-    assert said is not None
     variant = template.with_name("variant.toml")
     variant.write_text(f'{said[0]}\ntitle = "A variant"\n')
     assert load_case(variant).title == "A variant"
 
 
-def test_nothing_is_overwritten(tmp_path: Path) -> None:
+def test_nothing_is_overwritten(tmp_path):
     floors = tmp_path / "new_floors.csv"
     floors.write_text("mine")
     with pytest.raises(InputError, match=r"new_floors\.csv: this file exists already"):
@@ -298,21 +292,21 @@ def test_nothing_is_overwritten(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ['a"b', "a b", "-x", ".toml", ".hidden"])
-def test_name_refused(tmp_path: Path, name: str) -> None:
+def test_name_refused(tmp_path, name):
     with pytest.raises(InputError, match="expected a name of letters, digits"):
         write_new_case(tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_folder_missing(tmp_path: Path) -> None:
+def test_folder_missing(tmp_path):
     with pytest.raises(InputError, match="no such folder"):
         write_new_case(tmp_path / "none" / "new")
 
 
-def test_nothing_half_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_half_written(tmp_path, monkeypatch):
     opened = Path.open
 
-    def full(self: Path, *args: str, **options: str) -> object:
+    def full(self, *args, **options):
         if self.suffix == ".csv" and args == ("x",):
             raise OSError(28, "No space left on device")
         return opened(self, *args, **options)  # type: ignore[call-overload]

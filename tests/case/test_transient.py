@@ -2,7 +2,6 @@
 
 import json
 import pickle
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,33 +17,31 @@ from .sections import EVERY_KEY, GROUP, LINE, OTHERS, POINT, RECORDED, TRANSIENT
 from .texts import replaced
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
-Structured = Callable[..., Path]
 OF_STICKS = '[pounding]\nduration = "16.79 s"\n'
 
 
-def transient_of(path: Path) -> Transient:
+def transient_of(path):
     transient = load_case(path).transient
     assert transient is not None
     return transient
 
 
-def test_left_out(pair: Path, structured: Structured) -> None:
+def test_left_out(pair, structured):
     assert load_case(pair).transient is None
     assert load_case(structured()).transient is None
 
 
-def test_defaults(structured: Structured) -> None:
+def test_defaults(structured):
     transient = transient_of(structured(more=TRANSIENT))
     assert transient == Transient(time_step=1e-3)
     assert transient_files(transient) == ()
 
 
-def test_every_key(structured: Structured, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_key(structured, monkeypatch):
     path = structured(more=EVERY_KEY + POINT + LINE + GROUP, files=OTHERS)
     monkeypatch.chdir(path.parent.parent)
     case = load_case(Path(path.parent.name) / path.name)
     transient = case.transient
-    assert transient is not None
     forces = Path(path.parent.name) / "others.nc"  # relative to the working folder
     assert transient.forces == forces
     assert transient_files(transient) == (forces,)
@@ -75,7 +72,7 @@ def test_every_key(structured: Structured, monkeypatch: pytest.MonkeyPatch) -> N
     assert json.loads(case.model_dump_json(include={"transient"}))["transient"]["shift"] == 50.0
 
 
-def test_points_of_probes(structured: Structured) -> None:
+def test_points_of_probes(structured):
     corner, row, top = transient_of(structured(more=TRANSIENT + POINT + LINE + GROUP)).probes
     assert corner.points == (("corner", (0.0, 15.6, 30.3)),)
     assert [name for name, _ in row.points] == ["row_1", "row_2", "row_3", "row_4", "row_5"]
@@ -85,25 +82,25 @@ def test_points_of_probes(structured: Structured) -> None:
     assert (top.points, top.group, top.numbered(3)) == ((), "edge_8", "top_3")
 
 
-def test_ends_of_a_line_are_met_exactly() -> None:
+def test_ends_of_a_line_are_met_exactly():
     probe = Probe.model_validate({"name": "a", "from": (0.1, 0, 0), "to": (46.2, 1, 0), "count": 9})
     assert (probe.points[0][1], probe.points[-1][1]) == ((0.1, 0.0, 0.0), (46.2, 1.0, 0.0))
 
 
-def test_no_maps(structured: Structured) -> None:
+def test_no_maps(structured):
     none = f"{TRANSIENT}fields = []\nfield_frequencies = []\n"
     transient = transient_of(structured(more=none))
     assert (transient.fields, transient.field_frequencies) == ((), ())
 
 
-def test_the_forces_are_in_the_hash(structured: Structured) -> None:
+def test_the_forces_are_in_the_hash(structured):
     path = structured(more=EVERY_KEY, files=OTHERS)
     before = load_case(path).digest
     (path.parent / "others.nc").write_bytes(b"other forces")
     assert load_case(path).digest != before
 
 
-def test_without_structure(pair: Path, tmp_path: Path) -> None:
+def test_without_structure(pair, tmp_path):
     path = tmp_path / "top.toml"
     path.write_text(f'extends = "{pair}"\n{TRANSIENT}')
     with pytest.raises(InputError) as caught:
@@ -113,13 +110,13 @@ def test_without_structure(pair: Path, tmp_path: Path) -> None:
     assert fault.expected.startswith("expected a [buildings.structure] beside it")
 
 
-def test_with_a_structure_at_fault(structured: Structured) -> None:
+def test_with_a_structure_at_fault(structured):
     factor = "storey_stiffness_factor = 0"
     path = structured((None, f"{factor}.13", factor), more=TRANSIENT)
     assert list(own_faults(path)) == ["buildings[1].structure.storey_stiffness_factor"]
 
 
-def test_faults_of_several_keys_at_once(structured: Structured) -> None:
+def test_faults_of_several_keys_at_once(structured):
     edits = (('"1 %"', '"1 m"'), ('"10 s"', "10"), ("count = 5\n", ""), ("edge_8", "edge_0"))
     path = structured(more=replaced(EVERY_KEY + LINE + GROUP, *edits), files=OTHERS)
     assert set(own_faults(path)) == {
@@ -134,13 +131,13 @@ def test_faults_of_several_keys_at_once(structured: Structured) -> None:
         (TRANSIENT, "16.79 s", None),
         (f'{TRANSIENT}duration = "16.79 s"\n', "16.79 s", None),
         (f'{TRANSIENT}duration = "16.8 s"\n', "16.79 s",
-         ("duration", "16.8 s", "at most what is computed of the sticks, 16.79 s")),
+         ("duration", "16.8 s", "at most what is computed of the pounding, 16.79 s")),
         # Forces of another program may last longer than the sticks are computed.
         (f'{TRANSIENT}duration = "20 s"\nforces = "others.nc"\n', "16.79 s", None),
         (f'{TRANSIENT.replace("1 ms", "0.2 s")}forces = "others.nc"\n', "0.39 s", None),
         # That of the longest motion, where the sticks have none of their own.
         (f'{TRANSIENT}duration = "16.8 s"\n', None,
-         ("duration", "16.8 s", "at most what is computed of the sticks, 16.79 s")),
+         ("duration", "16.8 s", "at most what is computed of the pounding, 16.79 s")),
         (TRANSIENT.replace("1 ms", "0.2 s"), "0.4 s", None),
         (f'{TRANSIENT}export_start = "17 s"\n', "16.79 s", None),
         (f'{TRANSIENT}export = true\nexport_start = "16.79 s"\n', "16.79 s",
@@ -151,9 +148,7 @@ def test_faults_of_several_keys_at_once(structured: Structured) -> None:
          ("time_step", "0.2 s", "at most half of the duration, 0.39 s")),
     ],
 )  # fmt: skip
-def test_against_what_is_computed_of_the_sticks(
-    structured: Structured, section: str, pounding: str | None, fault: tuple[str, str, str] | None
-) -> None:
+def test_against_what_is_computed_of_the_sticks(structured, section, pounding, fault):
     new = "[pounding]\n" if pounding is None else f'[pounding]\nduration = "{pounding}"\n'
     path = structured((None, OF_STICKS, new), more=section, files=OTHERS)
     if fault is None:
@@ -166,7 +161,7 @@ def test_against_what_is_computed_of_the_sticks(
     assert fault[2] in found.expected
 
 
-def test_a_record_s_duration_is_not_known_yet(written: Structured) -> None:
+def test_a_record_s_duration_is_not_known_yet(written):
     base = replace(RECORDED, more=f'{TRANSIENT}duration = "1000 s"\n', structure=True)
     component = 'file = "motion.csv"\ncomponent = "NS"\n'
     path = written(
@@ -178,7 +173,7 @@ def test_a_record_s_duration_is_not_known_yet(written: Structured) -> None:
 PLACE = 'offset = ["0 m", "7.8 m", "0 m"]'
 
 
-def test_a_vertical_normal_and_a_spread_that_is_not_known(tmp_path: Path) -> None:
+def test_a_vertical_normal_and_a_spread_that_is_not_known(tmp_path):
     """Of a mesh from a file, whose sides are not known yet, both sides of a floor may be struck."""
     for file in GEOMETRY.glob("two_frames*"):
         (tmp_path / file.name).symlink_to(file)
@@ -220,9 +215,7 @@ law = "column"
     ("offset", "eccentricity", "good"),
     [("-20 m", "3 m", True), ("-20 m", "-3.1 m", True), ("-20 m", "-3.2 m", False)],
 )
-def test_forces_that_are_moved(
-    structured: Structured, offset: str, eccentricity: str, good: bool
-) -> None:
+def test_forces_that_are_moved(structured, offset, eccentricity, good):
     """In addition to the offsets of their pairs, and not beyond the corners."""
     section = f'{TRANSIENT}eccentricity = "{eccentricity}"\n'
     moved = PLACE.replace('"0 m", "7', f'"{offset}", "7')
@@ -234,7 +227,7 @@ def test_forces_that_are_moved(
         assert found[0] == "transient.eccentricity" and "of -3.1 to 43.1 m" in found[1]
 
 
-def test_pairs_moved_off_their_sides_are_one_fault(tmp_path: Path) -> None:
+def test_pairs_moved_off_their_sides_are_one_fault(tmp_path):
     """The worst of them says how far all may be moved: those on y+ are 1 m beside the middle."""
     for file in GEOMETRY.glob("row_of_three*"):
         (tmp_path / file.name).symlink_to(file)
@@ -246,25 +239,25 @@ def test_pairs_moved_off_their_sides_are_one_fault(tmp_path: Path) -> None:
     refused(path, "transient.eccentricity", "a distance of -8 to 6 m")
 
 
-def test_without_the_3d_building_in_time_any_pair_will_do(structured: Structured) -> None:
+def test_without_the_3d_building_in_time_any_pair_will_do(structured):
     load_case(structured((None, PLACE, PLACE.replace('"0 m", "7', '"-15 m", "7'))))
 
 
-def test_a_contact_inside_a_storey_of_the_3d_building(structured: Structured) -> None:
+def test_a_contact_inside_a_storey_of_the_3d_building(structured):
     """Of either building; whether walls take the force is known of the mesh."""
     inside = '"B2", storey = [1, 2, 3, 4, 5, 6, 7, 8], relative_height = 0.5'
     whole = '"B2", floor = [1, 2, 3, 4, 5, 6, 7, 8]'
     load_case(structured((None, whole, inside), more=TRANSIENT))
 
 
-def test_probes_that_are_none(structured: Structured) -> None:
+def test_probes_that_are_none(structured):
     for value, key in (("3", "transient.probes"), ("[3]", "transient.probes[0]")):
         faults = own_faults(structured(more=f"{TRANSIENT}probes = {value}\n"))
         assert list(faults) == [key] and "expected" in faults[key]
 
 
 @pytest.mark.parametrize("name", ["edge_8", "floor_8_parapet", "storey_12", "base", "centre_1"])
-def test_group_names(name: str) -> None:
+def test_group_names(name):
     assert Probe(name="a", group=name).group == name
     assert parse_group(name) is not None
 
@@ -272,23 +265,23 @@ def test_group_names(name: str) -> None:
 @pytest.mark.parametrize(
     "name", ["edge_0", "edge", "edge_8_a", "floor_8_", "floor_8_A", "floor_8__a", "base_1", "roof"]
 )
-def test_no_group_names(name: str) -> None:
+def test_no_group_names(name):
     with pytest.raises(ValidationError, match="the name of a physical group"):
         Probe(name="a", group=name)
     assert parse_group(name) is None
 
 
-def point(name: str) -> Probe:
+def point(name):
     return Probe(name=name, point=(0.0, 0.0, 0.0))
 
 
-def line(name: str, count: int = 3) -> Probe:
+def line(name, count=3):
     return Probe.model_validate(
         {"name": name, "from": (0.0, 0.0, 0.0), "to": (1.0, 0.0, 0.0), "count": count}
     )
 
 
-def group(name: str) -> Probe:
+def group(name):
     return Probe(name=name, group="edge_1")
 
 
@@ -319,7 +312,7 @@ THERE = "are always there"
         ((point("edges_8"), point("my_edge_8"), point("edge_8_b"), point("Edge_8")), None),
     ],
 )
-def test_names_of_probes(probes: tuple[Probe, ...], expected: str | None) -> None:
+def test_names_of_probes(probes, expected):
     if expected is None:
         assert Transient(time_step=1e-3, probes=probes).probes == probes
         return
@@ -327,7 +320,7 @@ def test_names_of_probes(probes: tuple[Probe, ...], expected: str | None) -> Non
         Transient(time_step=1e-3, probes=probes)
 
 
-def test_names_of_probes_in_a_file(structured: Structured) -> None:
+def test_names_of_probes_in_a_file(structured):
     faults = own_faults(structured((None, '"row"', '"corner"'), more=TRANSIENT + POINT + LINE))
     assert list(faults) == ["transient.probes"]
     assert faults["transient.probes"].endswith(" expected unique names, found corner and corner")
@@ -337,6 +330,6 @@ def test_names_of_probes_in_a_file(structured: Structured) -> None:
 
 @pytest.mark.parametrize("key", ["time_step", "maximum_frequency", "tolerance", "eccentricity"])
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
-def test_made_from_python(key: str, value: float) -> None:
+def test_made_from_python(key, value):
     with pytest.raises(ValidationError, match="expected a"):
         Transient.model_validate({"time_step": 1e-3, key: value})

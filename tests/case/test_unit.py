@@ -41,17 +41,17 @@ from impactfem.case.unit import KINDS, UnitError, scale, si_factor, to_si
         ("m/s2/N", unit.ACCELERANCE, 1.0),
     ],
 )
-def test_factor(text: str, kind: unit.Kind, factor: float) -> None:
+def test_factor(text, kind, factor):
     assert si_factor(text, kind) == pytest.approx(factor, rel=1e-14)
 
 
 @pytest.mark.parametrize("text", ["kg m2", "kg*m2", "kg·m²", "kg m^2", "kg m**2", "kg . m2"])
-def test_spellings_of_one_unit(text: str) -> None:
+def test_spellings_of_one_unit(text):
     assert si_factor(text, unit.INERTIA) == 1.0
 
 
 @pytest.mark.parametrize("text", ["m/s2", "m/s^2", "m/s**2", "m/s²", "m s-2", "m / s2", "m/s/s"])
-def test_spellings_of_one_quotient(text: str) -> None:
+def test_spellings_of_one_quotient(text):
     assert si_factor(text, unit.ACCELERATION) == 1.0
 
 
@@ -81,14 +81,14 @@ def test_spellings_of_one_quotient(text: str) -> None:
         ("m9999", unit.LENGTH, "cannot be read as a unit"),
     ],
 )
-def test_refused(text: str, kind: unit.Kind, message: str) -> None:
+def test_refused(text, kind, message):
     with pytest.raises(UnitError) as caught:
         si_factor(text, kind)
     assert message in str(caught.value)
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
-def test_kind_knows_its_own_unit_and_example(kind: unit.Kind) -> None:
+def test_kind_knows_its_own_unit_and_example(kind):
     number, text = kind.example.split(" ", 1)
     assert float(number) > 0
     assert si_factor(kind.unit, kind) == 1.0
@@ -97,7 +97,7 @@ def test_kind_knows_its_own_unit_and_example(kind: unit.Kind) -> None:
     assert kind.example in kind.phrase
 
 
-def test_factors_agree_with_pint() -> None:
+def test_factors_agree_with_pint():
     registry = pint.UnitRegistry()
     for text in ("inch", "ft", "mile", "nmi", "yd", "um"):
         assert si_factor(text, unit.LENGTH) == pytest.approx(
@@ -121,24 +121,24 @@ def test_factors_agree_with_pint() -> None:
         (5, "%", (0.05, "-")),
     ],
 )
-def test_to_si_names_the_unit(value: float, text: str, expected: tuple[float, str]) -> None:
+def test_to_si_names_the_unit(value, text, expected):
     converted, name = to_si(value, text)
     assert name == expected[1]
     assert converted == pytest.approx(expected[0], rel=1e-15)
 
 
-def test_to_si_refuses_what_it_cannot_name() -> None:
+def test_to_si_refuses_what_it_cannot_name():
     with pytest.raises(UnitError, match="measures no kind"):
         to_si(1.0, "kg m7")
 
 
 @given(st.integers(min_value=-(10**6), max_value=10**6), st.sampled_from(["cm", "mm", "um", "nm"]))
-def test_decimal_submultiples_round_once(number: int, text: str) -> None:
+def test_decimal_submultiples_round_once(number, text):
     exponent = {"cm": -2, "mm": -3, "um": -6, "nm": -9}[text]
     nearest = float(f"{number}e{exponent}")
     assert scale(number, si_factor(text, unit.LENGTH)) == nearest
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False, width=32), st.floats(1e-12, 1e12))
-def test_scale_is_a_product(value: float, factor: float) -> None:
+def test_scale_is_a_product(value, factor):
     assert math.isclose(scale(value, factor), value * factor, rel_tol=1e-15)

@@ -2,7 +2,6 @@
 
 import json
 import pickle
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,8 +12,6 @@ from impactfem.stages.calibrate.experiment import SEPARATION, WallExperiment
 from .faults import own_faults
 from .sections import WALL
 from .texts import replaced
-
-Structured = Callable[..., Path]
 
 FULL = f"""{WALL}floors = [7, 4]
 displaced_floor = 5
@@ -42,18 +39,18 @@ law = "floor"
 """
 
 
-def setup_of(path: Path) -> WallImpactSetup:
+def setup_of(path):
     setup = load_case(path).wall_impact
     assert setup is not None
     return setup
 
 
-def test_left_out(pair: Path, structured: Structured) -> None:
+def test_left_out(pair, structured):
     assert load_case(pair).wall_impact is None
     assert load_case(structured()).wall_impact is None
 
 
-def test_defaults(structured: Structured) -> None:
+def test_defaults(structured):
     setup = setup_of(structured(more=WALL))
     assert setup == WallImpactSetup(
         building="B1",
@@ -69,21 +66,20 @@ def test_defaults(structured: Structured) -> None:
     )
 
 
-def test_every_key(structured: Structured) -> None:
+def test_every_key(structured):
     case = load_case(structured(more=FULL))
     setup = case.wall_impact
-    assert setup is not None
     assert (setup.floors, setup.displaced_floor) == ((4, 7), 5)  # bottom to top
     assert (setup.pull, setup.theta, setup.separation) == ("even_load", 0.55, 4e-3)
     assert pickle.loads(pickle.dumps(case)) == case
     assert json.loads(case.model_dump_json(include={"wall_impact"}))["wall_impact"]["theta"] == 0.55
 
 
-def test_one_floor(structured: Structured) -> None:
+def test_one_floor(structured):
     assert setup_of(structured(more=f"{WALL}floors = 8\n")).floors == (8,)
 
 
-def test_fewer_floors_than_three(tmp_path: Path) -> None:
+def test_fewer_floors_than_three(tmp_path):
     frame = Path(__file__).parents[2] / "geometry" / "frame.toml"
     path = tmp_path / "wall.toml"
     path.write_text(f'extends = "{frame}"\n{WALL}', encoding="utf-8")
@@ -92,12 +88,12 @@ def test_fewer_floors_than_three(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("displacement", ["-2 cm", "9 mm"])
-def test_accepted_is_an_experiment(structured: Structured, displacement: str) -> None:
+def test_accepted_is_an_experiment(structured, displacement):
     setup = setup_of(structured((None, "-2 cm", displacement), more=WALL))
     assert WallExperiment(**setup.model_dump(exclude={"building", "contact_spacing"})).n_t > 2
 
 
-def test_all_at_once(structured: Structured) -> None:
+def test_all_at_once(structured):
     wrong = replaced(FULL, ("[7, 4]", "[7, 7]"), ('"-2 cm"', '"2 cm"'), ("0.55", "2"))
     faults = own_faults(structured(more=wrong))
     assert set(faults) == {f"wall_impact.{key}" for key in ("floors", "displacement", "theta")}
@@ -106,7 +102,7 @@ def test_all_at_once(structured: Structured) -> None:
     assert set(faults) == {"wall_impact.floors", "wall_impact.displaced_floor"}
 
 
-def test_without_structure(broken: Structured) -> None:
+def test_without_structure(broken):
     path = broken(more=WALL)
     faults = own_faults(path)
     assert faults == {
@@ -123,9 +119,7 @@ def test_without_structure(broken: Structured) -> None:
         ('stiffness = "2 kN/m"\nrestitution = "calibrated"\n', 2e3, "calibrated"),
     ],
 )
-def test_calibrated_law(
-    structured: Structured, law_text: str, stiffness: float | str, restitution: float | str | None
-) -> None:
+def test_calibrated_law(structured, law_text, stiffness, restitution):
     case = load_case(structured((None, WRITTEN, law_text), more=WALL))
     law = case.contact_laws["floor"]
     assert isinstance(law, KelvinVoigtLaw) and law.calibrated
@@ -134,12 +128,12 @@ def test_calibrated_law(
     assert dumped["contact_laws"]["floor"]["stiffness"] == stiffness
 
 
-def test_given_law_is_not_calibrated(pair: Path) -> None:
+def test_given_law_is_not_calibrated(pair):
     law = load_case(pair).contact_laws["floor"]
     assert isinstance(law, KelvinVoigtLaw) and not law.calibrated
 
 
-def test_calibrated_without_the_impact(structured: Structured, broken: Structured) -> None:
+def test_calibrated_without_the_impact(structured, broken):
     for write in (structured, broken):
         faults = own_faults(write((None, WRITTEN, CALIBRATED)))
         assert set(faults) == {f"contact_laws.floor.{k}" for k in ("stiffness", "restitution")}
@@ -147,7 +141,7 @@ def test_calibrated_without_the_impact(structured: Structured, broken: Structure
             assert text.startswith("calibrated expected a section [wall_impact] beside it")
 
 
-def test_contact_away_from_the_structure(structured: Structured) -> None:
+def test_contact_away_from_the_structure(structured):
     faults = own_faults(structured((None, WRITTEN, CALIBRATED), more=WALL + THIRD))
     assert faults == {
         "contacts[1].law": "floor expected a law with values of its own: 'floor' is calibrated on "

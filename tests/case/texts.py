@@ -1,9 +1,7 @@
 """Texts of case files."""
 
-from pathlib import Path
 
-
-def replaced(text: str, *edits: tuple[str, str]) -> str:
+def replaced(text, *edits):
     """A text with some of it replaced: the old text, which must be there, and the new one."""
     for old, new in edits:
         if old not in text:
@@ -12,7 +10,7 @@ def replaced(text: str, *edits: tuple[str, str]) -> str:
     return text
 
 
-def added(path: Path, text: str) -> Path:
+def added(path, text):
     """Write a text at the end of a file."""
     with path.open("a", encoding="utf-8") as stream:
         stream.write(text)

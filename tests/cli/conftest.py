@@ -1,7 +1,5 @@
 """The program, run in this process or as one of its own."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

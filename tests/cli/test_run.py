@@ -126,7 +126,7 @@ class TestRun:
         assert re.search(r"motion\.pga\s+3\s+3\s+m/s2", ended.out)
 
     def test_a_computation_that_fails(self, program, new_case, tmp_path, monkeypatch):
-        def fail(*_):
+        def fail(*_, **__):
             raise SolutionError("the response grew without bound")
 
         monkeypatch.setattr(sticks, "run_sticks", fail)
@@ -138,7 +138,7 @@ class TestRun:
     @pytest.mark.usefixtures("interruptible")
     @pytest.mark.parametrize("number", SIGNALS)
     def test_a_signal(self, program, new_case, tmp_path, monkeypatch, number):
-        monkeypatch.setattr(sticks, "run_sticks", lambda *_: os.kill(os.getpid(), number))
+        monkeypatch.setattr(sticks, "run_sticks", lambda *_, **__: os.kill(os.getpid(), number))
         ended = program("run", new_case(tmp_path), "--out", tmp_path / "run")
         assert ended.code == 128 + number
         said = SIGNALS[number]
@@ -155,7 +155,7 @@ class TestRun:
         assert (ended.code, ended.err) == (128 + number, f"{SIGNALS[number]}\n")
 
     def test_the_system_refuses(self, program, new_case, tmp_path, monkeypatch):
-        def fail(*_):
+        def fail(*_, **__):
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "a file")
 
         monkeypatch.setattr(sticks, "run_sticks", fail)

@@ -7,9 +7,11 @@ import subprocess
 import tomllib
 
 import jsonschema
+import numpy as np
 import pytest
 
 from docs._ext.case_reference import json_schema
+from impactfem.fit.fit_file import FitFile
 
 from .commands import faults
 from .pages import PAGES, ROOT, blocks, language_of, spans
@@ -26,8 +28,8 @@ def place(block):
     return f"{block.page.relative_to(ROOT)}:{block.line}"
 
 
-def fragments():
-    """The schema of a part of a case: nothing is required."""
+def fragments(schema=None):
+    """The schema of a part of a case, or of another file: nothing is required."""
 
     def loosened(entry):
         if isinstance(entry, list):
@@ -39,7 +41,7 @@ def fragments():
             new["anyOf"] = [*new.get("anyOf", []), *loosened(entry["oneOf"])]
         return new
 
-    return loosened(copy.deepcopy(json_schema()))
+    return loosened(copy.deepcopy(schema or json_schema()))
 
 
 def wrong_imports(text):
@@ -126,7 +128,8 @@ def test_wrong_imports_are_found():
 
 @pytest.mark.parametrize("block", TABLES, ids=place)
 def test_toml_is_part_of_a_case(block):
-    jsonschema.validate(tomllib.loads(block.text), fragments())
+    of_fits = FitFile.model_json_schema() if block.page.name == "fit.md" else None
+    jsonschema.validate(tomllib.loads(block.text), fragments(of_fits))
 
 
 @pytest.mark.parametrize(
@@ -167,3 +170,48 @@ def test_languages_are_guessed(text, language):
 def test_there_is_something_to_check():
     assert len(SHELL) > 5 and len(SPANS) > 5 and len(SCRIPTS) > 3
     assert len(PYTHON) > 2 and len(TABLES) > 1
+
+
+PAGE = ROOT / "docs" / "from-a-mesh.md"
+
+
+@pytest.fixture(scope="module")
+def names():
+    """What the code of the page leaves, run from the folder of the program."""
+    left = {}
+    code = [block.text for block in blocks(PAGE) if block.language == "python"]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(ROOT)
+        for text in code:
+            exec(compile(text, str(PAGE), "exec"), left)
+    assert len(code) == 4
+    return left
+
+
+def test_the_strip_weighs_and_bends_as_by_hand(names):
+    """Strip and beam as one section: EI, the load of weight and pressure, and that of the tip."""
+    model, tip, u = names["model"], names["tip"], names["u"]
+    A, B = 33e9 * 0.2, 210e9 * 0.02  # E A of the slab, of the beam
+    own = 1.0 * 0.2 * 2500.0 + 100.0 + 0.02 * 7850.0  # kg/m
+    assert -names["weight"][:, 2].sum() == pytest.approx(9.81 * (4.0 * own + 20.0 * 5), rel=1e-9)
+    EI = 33e9 * 0.2**3 / 12.0 + 210e9 * 0.1 * 0.2**3 / 12.0 + A * B / (A + B) * 0.2**2
+    q, P = 9.81 * own + 2e3, 5e3 + 9.81 * 100.0
+    deflection = q * 4.0**4 / (8.0 * EI) + P * 4.0**3 / (3.0 * EI)
+    # Shear, the width of the strip and a tip mass that is spread over it: some per cent.
+    assert -u[tip, 2].mean() == pytest.approx(deflection, rel=0.03)
+    assert names["frequency"][0] == pytest.approx(
+        np.sqrt(3.0 * EI / (4.0**3 * (33.0 / 140.0 * 4.0 * own + 100.0))) / (2.0 * np.pi), rel=0.03
+    )
+    assert not u[model.held].any()
+
+
+def test_the_blow_balances(names):
+    assert names["history"].energy.residual < 1e-9
+    assert names["deflection"].shape == (501, 5)
+    assert names["deflection"].min() < 0.0
+
+
+def test_the_frame_of_the_file(names):
+    first = names["frame"].modes(1)[0][0]
+    assert 1.0 < first < 20.0
+    assert (names["pushed"][names["mesh"].nodes["centre_2"], 1] < 0.0).all()

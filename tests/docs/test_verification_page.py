@@ -1,12 +1,14 @@
 import importlib.util
 import json
 import re
+import sys
 
 import pytest
 
 from impactfem.system.errors import ImpactfemError, InputError
 from impactfem.verify.manual import BENCHMARKS, FULL, verify
 from impactfem.verify.row import Row
+from impactfem.verify.validation import cases
 
 from .pages import ROOT
 
@@ -65,6 +67,19 @@ def test_the_page_has_the_rows_of_the_program(committed, name):
     # Errors of rounding differ from machine to machine.
     rounding = re.compile(r"\| \d\.\de-1[0-9]( abs)? \|")
     assert rounding.sub("| tiny |", part.strip()) == rounding.sub("| tiny |", made.strip()), REMAKE
+
+
+def test_the_page_of_cases_beside_other_programs():
+    text = module.VALIDATION.read_text(encoding="utf-8")
+    names = re.findall(r"(?m)^### `(\w+)`$", text)
+    assert names == list(cases()), REMAKE.replace("verify", "verify --validation", 1)
+    assert f"of {len(names)} cases" in text and "fails**" not in text
+    name = "sdnl104"
+    made = section(name, [{"benchmark": name, **row.as_dict()} for row in cases()[name]()])
+    assert made.strip() in text, REMAKE.replace("verify", "verify --validation", 1)
+    template = SCRIPT.with_name("validation.md.in").read_text(encoding="utf-8")
+    for part in re.split(r"\{\{ \w+ \}\}", template):
+        assert part.strip() in text, REMAKE.replace("verify", "verify --validation", 1)
 
 
 def test_the_page_says_that_all_is_well(committed):
@@ -149,3 +164,30 @@ def test_it_reads_what_verify_writes(tmp_path):
     path = tmp_path / "rows.json"
     rows = verify("cqc", path)
     assert [e["quantity"] for e in read_entries(path)] == [row.quantity for row in rows]
+
+
+@pytest.fixture
+def figures(monkeypatch, tmp_path):
+    monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
+    import benchmark_figures as module
+
+    monkeypatch.setattr(module, "FOLDER", tmp_path)
+    yield module
+    del sys.modules["benchmark_figures"]
+
+
+def test_written_by_the_command_benchmark_figures(figures, tmp_path, capsys):
+    rows = tmp_path / "rows.json"
+    name = "newmark_order"
+    entries = [{"benchmark": name, **row.as_dict()} for row in BENCHMARKS[name]()]
+    rows.write_text(json.dumps(entries), encoding="utf-8")
+    assert figures.main([str(rows)]) == 0
+    made = {path.stem: path.read_text(encoding="utf-8") for path in tmp_path.glob("*.svg")}
+    assert set(made) == {*figures.DRAWINGS, "newmark_order_convergence"}
+    committed = ROOT / "docs" / "benchmarks"
+    assert {path.name for path in committed.glob("*.svg")} >= {f"{stem}.svg" for stem in made}
+    convergence = made["newmark_order_convergence"]
+    assert "order 2.00" in convergence and "time step [s]" in convergence
+    assert "diaphragm" in made["scordelis_lo"]
+    assert figures.main([]) == figures.main([str(tmp_path)]) == 2
+    assert "usage" in capsys.readouterr().err

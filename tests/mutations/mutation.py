@@ -1,6 +1,9 @@
 """Faults put into a file by a seeded generator: a failure can be made again from its seed."""
 
 import re
+import warnings
+
+from impactfem.system.errors import InputError
 
 WORDS = (
     *("nan", "inf", "-1", "0", "1e999", "3 parsecs", "'", '"', "]", "=", "\x00", "é", "-", "1 cm"),
@@ -132,3 +135,39 @@ def _number(rng, line):
     match = rng.choice(found)
     new = rng.choice(NUMBERS).replace("{}", match[0])
     return line[: match.start()] + new + line[match.end() :]
+
+
+LONGEST = 700  # letters of a line that a person reads
+
+
+def outcome(action, folder, kind):
+    """Run an action on a damaged input.
+
+    Args:
+        action: What is run.
+        folder: Holds the input; its files must be the same afterwards, and refusals name it.
+        kind: The error of a refusal.
+
+    Returns:
+        "good" or "refused".
+
+    Raises:
+        AssertionError: It ended in anything else.
+    """
+    before = sorted(folder.rglob("*"))
+    found = "good"
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            warnings.filterwarnings("ignore", "`product` is deprecated", DeprecationWarning)
+            action()
+    except kind as error:
+        found = "refused"
+        lines = [str(f) for f in error.faults] if isinstance(error, InputError) else [str(error)]
+        assert lines and any(str(folder) in line for line in lines), lines
+        assert all(len(line) < LONGEST and "\n" not in line for line in lines), lines
+        assert not any("Traceback" in line for line in lines), lines
+    except Exception as error:
+        raise AssertionError(f"a raw {type(error).__name__}: {error}") from error
+    assert sorted(folder.rglob("*")) == before, "something was written"
+    return found

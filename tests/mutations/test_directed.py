@@ -3,8 +3,6 @@
 An attack is a case that extends a good one, or a change of one of its files.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 from collections.abc import Callable
@@ -17,7 +15,7 @@ from impactfem.run.check import checked
 from impactfem.system.errors import InputError
 from impactfem.system.log import in_file_only
 
-from .outcome import outcome
+from .mutation import outcome
 
 Change = Callable[[Path], object]
 

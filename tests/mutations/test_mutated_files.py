@@ -23,8 +23,7 @@ from impactfem.stages.manifest import is_finished, read_manifest
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.files import read_archive, write_archive
 
-from .mutation import flipped, mutated
-from .outcome import outcome
+from .mutation import flipped, mutated, outcome
 
 CASES, MESHES, STORES, REPORTS, ARCHIVES, MANIFESTS = 760, 50, 2, 200, 120, 100
 
@@ -32,7 +31,9 @@ CASES, MESHES, STORES, REPORTS, ARCHIVES, MANIFESTS = 760, 50, 2, 200, 120, 100
 def cases_of(folder):
     """Each file of a folder, as a case of it names it, with the cases that are read with it."""
     texts = {path: path.read_text(encoding="utf-8") for path in folder.glob("*.toml")}
-    texts = {path: text for path, text in texts.items() if "[[items]]" not in text}
+    # Neither the reference of a report nor a fit.
+    no_case = re.compile(r"^(\[\[(items|targets)\]\]|targets = \[)", re.MULTILINE)
+    texts = {path: text for path, text in texts.items() if not no_case.search(text)}
     for _ in range(2):  # an extended case names files for the one that extends it
         for path, text in texts.items():
             below = re.search(r'^extends = "(.*)"', text, re.MULTILINE)

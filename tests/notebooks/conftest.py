@@ -1,7 +1,5 @@
 """Notebooks from their text, run from top to bottom in a kernel of their own."""
 
-from __future__ import annotations
-
 import ast
 import os
 import sys

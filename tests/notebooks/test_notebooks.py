@@ -1,13 +1,10 @@
 """Every notebook from top to bottom on a small case, and what makes these tests fail."""
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import io
 import re
 import shutil
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,7 +18,6 @@ from frame_case import pump
 from impactfem.study import open_run
 
 pytestmark = pytest.mark.slow
-Execute = Callable[..., NotebookNode]
 ALL = ("first_steps", "read_a_run", "own_building", "damping_study", "contact_law")
 # A small mesh for a short time: its numbers are of no use.
 SHORT = {"mesh_size": 1.2, "duration": 2.0, "highest": 60.0}

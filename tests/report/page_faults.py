@@ -1,7 +1,5 @@
 """What a screen reader or a keyboard would miss in a page, as far as its text shows it."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from html.parser import HTMLParser
@@ -18,15 +16,15 @@ PAIRS = [(t, b) for t in ("ink", "soft", "good", "warn", "none", "link") for b i
 class Page(HTMLParser):
     """The tags of a page: what is open, which anchors, addresses and faults it has."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text):
         super().__init__(convert_charrefs=True)
-        self.open: list[str] = []
-        self.ids: list[str] = []
-        self.links: list[str] = []
-        self.addresses: list[str] = []
-        self.words: list[str] = []
-        self.headings: list[int] = []
-        self.faults: list[str] = []
+        self.open = []
+        self.ids = []
+        self.links = []
+        self.addresses = []
+        self.words = []
+        self.headings = []
+        self.faults = []
         self._svg = False  # whether one is open that has no title yet
         self.feed(text)
         named = {link[1:] for link in self.links if link.startswith("#")}
@@ -76,7 +74,7 @@ class Page(HTMLParser):
             self.words.append(data.strip())
 
 
-def schemes(css: str) -> dict[str, dict[str, str]]:
+def schemes(css):
     """The colours of a style sheet by their names: light, dark and of paper."""
     light, *others = re.findall(r":root \{(.*?)\}", css, re.S)
     colours = {"light": dict(re.findall(r"--(\w+): (#\w{6})", light))}
@@ -85,10 +83,10 @@ def schemes(css: str) -> dict[str, dict[str, str]]:
     return colours
 
 
-def contrast(one: str, other: str) -> float:
+def contrast(one, other):
     """Contrast of two colours (WCAG 2.2)."""
 
-    def luminance(colour: str) -> float:
+    def luminance(colour):
         parts = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
         linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
         return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]

@@ -1,8 +1,5 @@
 """The comparison of the floor spectra of two runs."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -27,12 +24,12 @@ MESH = ("node_position", "triangle_node", "centre")
 
 
 @pytest.fixture
-def store(transient_folder: Callable[..., Path]) -> xr.Dataset:
+def store(transient_folder):
     """Of a run, with its mesh; the sixth point rests."""
     return whole(transient_folder())
 
 
-def whole(folder: Path) -> xr.Dataset:
+def whole(folder):
     """Results and mesh of a run in one."""
     results, building = (
         xr.load_dataset(folder / name, engine="h5netcdf")
@@ -45,19 +42,19 @@ def whole(folder: Path) -> xr.Dataset:
     return results.assign({name: building[name] for name in MESH})
 
 
-def side(run: xr.Dataset, name: str) -> Side:
+def side(run, name):
     return Side(run, run, f"{name}.toml", Path(f"runs/{name}"))
 
 
-def compared(one: xr.Dataset, other: xr.Dataset, highest: float = 100.0) -> Comparison:
+def compared(one, other, highest=100.0):
     return Comparison(compare(side(one, "one"), side(other, "other"), highest))
 
 
-def largest(found: Comparison) -> float:
+def largest(found):
     return found.worst(found.difference)[0]
 
 
-def on_grid(run: xr.Dataset, frequency: np.ndarray) -> xr.Dataset:
+def on_grid(run, frequency):
     """With other frequencies, and spectra of the same curve there, without what a line adds."""
     curve = 40.0 * np.exp(-(np.log(frequency / 60.0) ** 2)) + 0.1
     other = run.drop_dims("frequency").assign_coords(frequency=frequency)
@@ -66,7 +63,7 @@ def on_grid(run: xr.Dataset, frequency: np.ndarray) -> xr.Dataset:
     return other.assign(psa=(dims, np.broadcast_to(curve, shape).copy()))
 
 
-def test_a_known_difference(store: xr.Dataset) -> None:
+def test_a_known_difference(store):
     """3 % at one point along z and one frequency, 50 % where nothing counts."""
     one = store.copy(deep=True)
     f = store["frequency"].values
@@ -88,7 +85,7 @@ def test_a_known_difference(store: xr.Dataset) -> None:
     np.testing.assert_allclose(found.store["psa"].values, one["psa"].values[0], rtol=1e-14)
 
 
-def test_points_are_those_of_the_same_name_at_the_same_place(store: xr.Dataset) -> None:
+def test_points_are_those_of_the_same_name_at_the_same_place(store):
     """Sides of 1.5 to 3.4 m: a point that moved by 0.25 m is compared, one by 4 m is not."""
     keep = list(range(len(store["probe"])))[::-2]
     other = store.isel(probe=keep).copy(deep=True)
@@ -113,9 +110,7 @@ def test_points_are_those_of_the_same_name_at_the_same_place(store: xr.Dataset) 
 
 
 @pytest.mark.parametrize("change", ["levels", "plan", "floors"])
-def test_another_building(
-    store: xr.Dataset, transient_folder: Callable[..., Path], change: str
-) -> None:
+def test_another_building(store, transient_folder, change):
     """Names of points are the same, positions within an element; the buildings are not."""
     other = store.copy(deep=True)
     if change == "levels":
@@ -136,7 +131,7 @@ def test_another_building(
     assert largest(compared(store, other)) == 0.0
 
 
-def test_grids_that_share_one_frequency(store: xr.Dataset) -> None:
+def test_grids_that_share_one_frequency(store):
     """132 and 140 frequencies from 0.5 to 100 Hz of one curve, which differ at all others."""
     one, other = (on_grid(store, np.geomspace(0.5, 100.0, n)) for n in (132, 140))
     one["psa"][0, :, :, -1] = other["psa"][0, :, :, -1]
@@ -156,14 +151,14 @@ def test_grids_that_share_one_frequency(store: xr.Dataset) -> None:
     assert rows["interpolated: sharp peaks may be low by"] == ("7.3 %",) * 2
 
 
-def test_only_the_range_that_both_have(store: xr.Dataset) -> None:
+def test_only_the_range_that_both_have(store):
     one = on_grid(store, np.geomspace(0.5, 34.0, 200))
     found = compared(one, on_grid(store, np.geomspace(1.0, 500.0, 300)))
     assert found.frequency[0] == 1.0 and found.frequency[-1] == 34.0
     assert found.range.endswith("from 1 to 34 Hz")
 
 
-def test_no_interpolation_across_a_wide_gap(store: xr.Dataset) -> None:
+def test_no_interpolation_across_a_wide_gap(store):
     """30 in a decade are too few to interpolate at 5 %: the finer spectrum goes to them."""
     coarse = on_grid(store, np.geomspace(0.5, 500.0, 91))
     fine = on_grid(store, np.geomspace(0.51, 490.0, 400))
@@ -183,15 +178,11 @@ def test_no_interpolation_across_a_wide_gap(store: xr.Dataset) -> None:
 
 
 @pytest.mark.parametrize("damping", [0.02, 0.05])
-def test_interpolation_of_the_sharpest_peak(damping: float) -> None:
+def test_interpolation_of_the_sharpest_peak(damping):
     """The steady amplitude of an oscillator, by its formula, between two frequencies of a list."""
     assert list(
         common_frequencies(*(np.array([1.0, 1.0 + s * damping, 2.0]) for s in (0.9, 0.5)), damping)
-    ) == [
-        1.0,
-        1.0 + 0.5 * damping,
-        2.0,
-    ]
+    ) == [1.0, 1.0 + 0.5 * damping, 2.0]
     gap = damping
     frequency = np.exp([-0.5 * gap, 0.5 * gap])
     steady = 1.0 / np.hypot(1.0 - frequency**2, 2.0 * damping * frequency)
@@ -201,14 +192,14 @@ def test_interpolation_of_the_sharpest_peak(damping: float) -> None:
     assert low == pytest.approx(0.106, abs=0.001)
 
 
-def test_the_damping_that_both_have(transient_folder: Callable[..., Path]) -> None:
+def test_the_damping_that_both_have(transient_folder):
     both = [whole(transient_folder(dampings=d)) for d in ((0.02, 0.05), (0.05, 0.07))]
     both[0]["psa"][0] *= 9.0
     found = compared(*both)
     assert found.damping == 0.05 and largest(found) == 0.0
 
 
-def test_nothing_in_common(store: xr.Dataset) -> None:
+def test_nothing_in_common(store):
     other = store.assign_coords(probe=[f"p{k}" for k in range(len(store["probe"]))], damping=[0.07])
     with pytest.raises(InputError) as error:
         compared(store, other)
@@ -226,7 +217,7 @@ def test_nothing_in_common(store: xr.Dataset) -> None:
         compared(store, still)
 
 
-def test_directions(store: xr.Dataset) -> None:
+def test_directions(store):
     """Of 10 spectra along z one is 4 % higher, and at one frequency 8 %."""
     one = store.copy(deep=True)
     one["psa"][0, 2, 2] *= 1.04
@@ -245,7 +236,7 @@ def test_directions(store: xr.Dataset) -> None:
     assert rows["z"] == pytest.approx(expected, rel=1e-9)
 
 
-def test_table_and_figure(store: xr.Dataset, tmp_path: Path) -> None:
+def test_table_and_figure(store, tmp_path):
     one = store.copy(deep=True)
     one["psa"] *= 1.02
     found = compared(one, store)

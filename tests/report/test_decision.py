@@ -1,17 +1,15 @@
 """The first screen: the spectra that govern, the gap, the anchors, for what a case has."""
 
-from __future__ import annotations
-
 from contextlib import nullcontext
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from impactfem.report.decision import (
+    MODEL,
+    Spectrum,
     answers,
     flags,
     governing,
@@ -19,6 +17,7 @@ from impactfem.report.decision import (
     spectra_figure,
     spectra_table,
 )
+from impactfem.report.overview import _carried_floors, device_verdict
 from impactfem.stages.stores import open_store
 
 from ..stages.device.device_store import device_folder
@@ -26,7 +25,7 @@ from ..stages.device.device_store import device_folder
 F = np.geomspace(1.0, 100.0, 21)
 
 
-def sticks(margin: float = -0.01, restitution: float = 0.6) -> xr.Dataset:
+def sticks(margin=-0.01, restitution=0.6):
     """Two floors of A and one of B along x, where nothing moves, and y; B has the largest one."""
     peaks = {"A": [3.0, 4.0], "B": [20.0]}
     shape = np.exp(-(np.log(F / 10.0) ** 2))
@@ -57,10 +56,10 @@ def sticks(margin: float = -0.01, restitution: float = 0.6) -> xr.Dataset:
     )
 
 
-def run_of(folder: Path, **stores: Any) -> Any:
+def run_of(folder, **stores):
     """The files of a run with some stages, of which `device` is a folder."""
 
-    def store(name: str) -> Any:
+    def store(name):
         own = name.removesuffix(".nc")
         return open_store(stores[own] / name) if own == "device" else nullcontext(stores[own])
 
@@ -81,13 +80,13 @@ def run_of(folder: Path, **stores: Any) -> Any:
         values={},
         summary=summary,
         checks=checks,
-        case={"contact_laws": laws},
+        case={"contact_laws": laws, "pounding": {}},
     )
     run.models = {"B1": run}
     return run
 
 
-def test_the_largest_one_of_each_body(tmp_path: Path) -> None:
+def test_the_largest_one_of_each_body(tmp_path):
     """Along x nothing moves; factors are of the peak and at its frequency."""
     found = governing(run_of(tmp_path, pounding=sticks()))
     assert [(one.building, one.floor, one.direction) for one in found] == [
@@ -100,17 +99,14 @@ def test_the_largest_one_of_each_body(tmp_path: Path) -> None:
     assert first[:4] == ["B, floor 1, stick", "y", "5", "20"] and first[-1] == "8"
 
 
-def by_question(run: Any) -> dict[str, Any]:
+def by_question(run):
     return {one.question: one for one in answers(run, governing(run))}
 
 
 @pytest.mark.parametrize(
-    ("margin", "value", "mark"),
-    [(-0.01, "30 mm needed", "warn"), (0.001, "19 mm needed", "good")],
+    ("margin", "value", "mark"), [(-0.01, "30 mm needed", "warn"), (0.001, "19 mm needed", "good")]
 )
-def test_the_gap_is_that_of_the_pair_that_lacks_most(
-    tmp_path: Path, margin: float, value: str, mark: str
-) -> None:
+def test_the_gap_is_that_of_the_pair_that_lacks_most(tmp_path, margin, value, mark):
     run = run_of(tmp_path, pounding=sticks(margin))
     gap = by_question(run)["Gap that prevents contact"]
     assert (gap.value, gap.mark) == (value, mark)
@@ -122,7 +118,7 @@ def test_the_gap_is_that_of_the_pair_that_lacks_most(
     assert text.endswith("; under 100 motions 25 to 40 mm (5 to 95 %)")
 
 
-def test_of_sticks_alone(tmp_path: Path) -> None:
+def test_of_sticks_alone(tmp_path):
     """What the case does not have is not there."""
     found = by_question(run_of(tmp_path, pounding=sticks()))
     assert set(found) == {
@@ -146,7 +142,7 @@ def test_of_sticks_alone(tmp_path: Path) -> None:
         ((np.nan, np.nan), "net tension not known", ""),
     ],
 )
-def test_anchors(tmp_path: Path, pulls: tuple[float, float], value: str, mark: str) -> None:
+def test_anchors(tmp_path, pulls, value, mark):
     run = run_of(tmp_path, pounding=sticks(), device=device_folder(tmp_path, pulls=pulls))
     found = by_question(run)["Anchors"]
     assert (found.value, found.mark, found.link) == (value, mark, "device_pump")
@@ -154,27 +150,26 @@ def test_anchors(tmp_path: Path, pulls: tuple[float, float], value: str, mark: s
     assert ("90 kN/n" in found.text) == (mark == "warn")
 
 
-def test_several_devices(tmp_path: Path) -> None:
+def test_several_devices(tmp_path):
     folder = device_folder(tmp_path, devices=("pump", "rack"), pulls=(-4e3, 90e3))
     found = by_question(run_of(tmp_path, pounding=sticks(), device=folder))["Anchors"]
     assert found.value == "net tension at 2 of 2"
 
 
 @pytest.mark.parametrize("device", [False, True])
-def test_its_figure(tmp_path: Path, device: bool) -> None:
-    stores: dict[str, Any] = {"device": device_folder(tmp_path)} if device else {}
+def test_its_figure(tmp_path, device):
+    stores = {"device": device_folder(tmp_path)} if device else {}
     run = run_of(tmp_path, pounding=sticks(), **stores)
     path = spectra_figure(run, governing(run))
-    assert path is not None
     text = path.read_text(encoding="utf-8")
     assert ("with impacts" in text) and ("Anchor of pump" in text) == device
     assert spectra_figure(run, []) is None
 
 
 @pytest.mark.parametrize("laws", [{"floor": {"restitution": "calibrated"}}, {"floor": {}}])
-def test_a_restitution_that_the_own_model_does_not_have(tmp_path: Path, laws: Any) -> None:
+def test_a_restitution_that_the_own_model_does_not_have(tmp_path, laws):
     run = run_of(tmp_path, pounding=sticks())
-    run.case = {"contact_laws": laws}
+    run.case["contact_laws"] = laws
     assert flags(run, []) == []
     run.values["calibration.epsilon"] = 0.467
     used = "restitution" in laws["floor"]
@@ -187,7 +182,7 @@ def test_a_restitution_that_the_own_model_does_not_have(tmp_path: Path, laws: An
     assert words.endswith("at a rigid wall") == used
 
 
-def test_the_wall_of_a_further_building(tmp_path: Path) -> None:
+def test_the_wall_of_a_further_building(tmp_path):
     """Its restitution is by its name in the run, and by its own in the files of the building."""
     run = run_of(tmp_path, pounding=sticks())
     run.models["B2"] = SimpleNamespace(
@@ -198,7 +193,7 @@ def test_the_wall_of_a_further_building(tmp_path: Path) -> None:
     assert "0.467" in [value for value, _ in key_results(run)]
 
 
-def test_a_wall_without_contacts(tmp_path: Path) -> None:
+def test_a_wall_without_contacts(tmp_path):
     """No law has a restitution beside that of the wall."""
     store = sticks()
     run = run_of(tmp_path, pounding=store.isel(pair=slice(0, 0)))
@@ -206,7 +201,7 @@ def test_a_wall_without_contacts(tmp_path: Path) -> None:
     assert flags(run, []) == []
 
 
-def test_what_impacts_alone_move_has_no_factor(tmp_path: Path) -> None:
+def test_what_impacts_alone_move_has_no_factor(tmp_path):
     """B moves along y by its impacts; what it does without them is rounding."""
     store = sticks()
     store["psa_free"][0, 2] = 1e-13 * store["psa"][0, 2]
@@ -218,7 +213,22 @@ def test_what_impacts_alone_move_has_no_factor(tmp_path: Path) -> None:
     assert spectra_table([first, second]).rows[0][-2:] == ["", ""]
 
 
-def test_ten_numbers_of_any_run(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("share", "along"), [(0.2, "x"), (0.01, "y")])
+def test_where_the_ground_hardly_moves_a_building_is_no_headline(share, along):
+    """Impacts that turn a building have no factor that means anything across the motion."""
+    f = {"frequency": [1.0, 10.0]}
+    y = xr.DataArray([2.0, 20.0], f)
+    x, still = 0.5 * y, xr.DataArray([10.0, 1.0], f)
+    found = [
+        Spectrum("B", MODEL, 1, "", direction, 0.05, psa, 1.0, free)
+        for direction, psa, free in (("y", y, still), ("x", x, share * still))
+    ]
+    run = SimpleNamespace(checks=[], summary=[], ran=lambda stage: False, models={})
+    (answer,) = (one for one in answers(run, found) if one.question.startswith("Over"))
+    assert f"along {along}" in answer.text
+
+
+def test_ten_numbers_of_any_run(tmp_path):
     run = run_of(tmp_path, pounding=sticks())
     run.values |= {f"pounding.peak_displacement.{name}": 0.02 for name in "AB"}
     run.values |= {"pounding.peak_displacement_no_contact.A": 0.03, "motion.pga": 3.0}
@@ -229,7 +239,7 @@ def test_ten_numbers_of_any_run(tmp_path: Path) -> None:
     assert len(key_results(run)) == 10
 
 
-def test_one_motion_of_many(tmp_path: Path) -> None:
+def test_one_motion_of_many(tmp_path):
     run = run_of(tmp_path, pounding=sticks())
     run.values |= {"frs.floor_1.peak": 20.0, "ensemble.p84.frs.floor_1.peak": 25.0}
     run.values["ensemble.members"] = 100.0
@@ -238,3 +248,103 @@ def test_one_motion_of_many(tmp_path: Path) -> None:
     assert "under 84 % of 100 motions" in text and "up to 1.25 times" in text
     # Names without a building are those of the studied one.
     assert flags(run, [one for one in spectra if one.building == "A"]) == []
+
+
+FLOORS = 5
+
+
+@pytest.fixture
+def store():
+    """Five floors of which two are hit, with peaks of three motions."""
+    peak = np.ones((FLOORS, 2, 3))
+    motion = np.array([1.0, 2.0, 3.0])[:, None, None, None, None]
+    factor = np.array([1.0, 5.0, 2.0, 3.0, 4.0])[:, None, None]
+    return xr.Dataset(
+        {
+            "psa": (("damping", "station", "direction", "frequency"), peak[None]),
+            "member_psa": (
+                ("motion", "damping", "station", "direction", "frequency"),
+                motion * (factor * peak)[None, None],
+            ),
+            "station_floor": ("station", np.arange(1, FLOORS + 1)),
+            "edge": ("edge", np.array([3, 4, 5])),
+            "member_impact_force": (
+                ("motion", "edge"),
+                np.array([[0, 1, 1], [0, 0, 1], [0, 0, 1]]),
+            ),
+        },
+        coords={"direction": ("direction", ["x", "y"])},
+        attrs={"shown_direction": "y"},
+    )
+
+
+def names(rows):
+    return [row[0].split(", peak")[0] for row in rows]
+
+
+def test_all_floors_that_are_hit(store):
+    rows, note = _carried_floors(store)
+    assert names(rows) == ["floor 5, y", "floor 4, y", "floor 5, x", "floor 4, x"]
+    # Mean of 4, 8 and 12 beside 1 of this motion; the fractile between the two largest.
+    assert rows[0][1:3] == ["1", "8"] and 8.0 < float(rows[0][3]) <= 12.0
+    assert float(rows[0][4]) == pytest.approx(float(rows[0][3]), abs=0.01)
+    assert "All floors that one of the motions hits along y" in note
+
+
+def test_where_none_is_hit_those_that_differ_most(store):
+    store["member_impact_force"][:] = 0
+    rows, note = _carried_floors(store)
+    wanted = ["floor 5", "floor 4", "floor 2"]
+    assert names(rows) == [f"{floor}, {one}" for one in "yx" for floor in wanted]
+    assert note.startswith("The 3 floors on which the 84 % are highest")
+
+
+def test_a_direction_in_which_this_motion_does_not_move(store):
+    store["psa"][0, 4, 1] = 0.0
+    rows, _ = _carried_floors(store)
+    assert rows[0][1] == "0" and rows[0][4] == ""
+
+
+def forces(folder, **wanted):
+    """The table of a device, from a store that no solver made."""
+    path = device_folder(folder, **wanted) / "device.nc"
+    return device_verdict(SimpleNamespace(store=lambda name: open_store(path)), "pump")
+
+
+@pytest.mark.parametrize(("share", "difference"), [(0.825, "+17.5"), (1.1, "-10.0")])
+def test_the_difference_of_a_device_has_the_sign_of_its_tables(tmp_path, share, difference):
+    """From the detailed force, over it: positive where the spectra give too little."""
+    table = forces(tmp_path, choices={"srss": (share, share)})
+    column = list(table.head).index("difference of Fy [%]")
+    assert [row[column] for row in table.rows[:-1]] == ["", difference] * 2
+    assert "positive where response spectrum analysis (RSA) underestimates" in table.note
+
+
+def test_a_device_has_all_components_and_every_rigid_part(tmp_path):
+    choices = {"srss": (0.8, 0.9), "srss.gupta": (1.0, np.nan), "srss.lindley-yow": (1.0, 0.95)}
+    table = forces(tmp_path, choices=choices, pulls=(-4e3, 90e3))
+    assert [row[:2] for row in table.rows] == [
+        ["without impact", "3D model"],
+        ["without impact", "RSA, srss"],
+        ["without impact", "RSA, rigid part by Gupta"],
+        ["without impact", "RSA, rigid part by Lindley-Yow"],
+        ["with impacts", "3D model"],
+        ["with impacts", "RSA, srss"],
+        # Gupta's was not done here.
+        ["with impacts", "RSA, rigid part by Lindley-Yow"],
+        ["factor of the impacts", "3D model"],
+    ]
+    detailed = dict(zip(table.head, table.rows[4], strict=True))
+    assert (detailed["Fy [kN]"], detailed["Fz [kN]"]) == ("66.00", "33.00")
+    assert (detailed["Mx [kN m]"], detailed["net tension [kN]"]) == ("33.00", "90.00")
+    assert table.rows[5][-1] == "99.00"
+    factors = dict(zip(table.head, table.rows[-1], strict=True))
+    assert (factors["Fy [kN]"], factors["net tension [kN]"]) == ("6.6", "")
+    assert "without impact: RSA underestimates Fy by 20.0 %; of that rigid part of" in table.note
+    assert "Net tension at the anchor: yes:" in table.note
+
+
+def test_a_device_whose_weight_is_not_known(tmp_path):
+    table = forces(tmp_path, pulls=(np.nan, np.nan))
+    assert {row[-1] for row in table.rows[:-1]} == {"not known"}
+    assert "Net tension at the anchor:" not in table.note

@@ -237,8 +237,12 @@ TAKEN = "Restitution and contact stiffness come from one impact of the 3D model"
 )
 def test_whether_a_law_takes_values_from_the_wall(laws, wall, taken):
     case = {
-        "buildings": [{"damping": {}}, {"damping": {"type": "table" if wall else "rayleigh"}}],
+        "buildings": [
+            {"name": "B1", "damping": {}},
+            {"name": "B2", "damping": {"type": "table" if wall else "rayleigh"}},
+        ],
         "structure": {"building": "B1"},
+        "pounding": {},
         "wall_impact": {"floors": [8]} if wall else None,
         "transient": None,
         "devices": [],
@@ -253,6 +257,49 @@ def test_whether_a_law_takes_values_from_the_wall(laws, wall, taken):
     case["further_structures"] = [{"building": "B2", "calibration": {"frequency": 1.8}}]
     (_, method), *_ = assumptions(case)
     assert sum("One factor on the stiffness" in one["text"] for one in method) == 1
+    assert any("The ground is rigid below" in one["text"] for one in method)
+    for building in case["buildings"]:
+        building["soil"] = {"type": "half-space"}
+    (_, method), *_ = assumptions(case)
+    assert any("soil under them is linear" in one["text"] for one in method)
+    assert not any("The ground is rigid" in one["text"] for one in method)
+    alike = "The ground moves all buildings alike"
+    assert any(alike in one["text"] for one in method)
+    (_, method), *_ = assumptions(case | {"wave_passage": {"direction": (0.0, 1.0)}})
+    assert any("one after the other" in one["text"] for one in method)
+    assert not any(alike in one["text"] for one in method)
+
+
+@pytest.mark.parametrize(
+    ("soils", "models", "held"),
+    [
+        (("", ""), ("stick", "stick"), {"clamped to it", "of a stick are rigid", "forces of the"}),
+        (
+            ("soil", ""),
+            ("structure", "stick"),
+            {"clamped to it", "Rafts are rigid", "of a stick are rigid", "3D models pound"},
+        ),
+        (("soil", "soil"), ("structure", "structure"), {"Rafts are rigid", "3D models pound"}),
+    ],
+)
+def test_what_is_assumed_of_soil_and_contact(soils, models, held):
+    every = {"clamped to it", "Rafts are rigid", "of a stick are rigid", "3D models pound"}
+    case = {
+        "buildings": [
+            {"name": name, "damping": {}, "soil": {"type": soil} if soil else None}
+            for name, soil in zip("AB", soils, strict=True)
+        ],
+        "structure": {"building": "A"},
+        "pounding": {"models": dict(zip("AB", models, strict=True))},
+        "wall_impact": None,
+        "transient": {"time_step": 1e-3},
+        "devices": [],
+        "contact_laws": {},
+        "report": {"assumptions": [], "reference": None},
+    }
+    ((_, method),) = assumptions(case)
+    text = "\n".join(one["text"] for one in method)
+    assert {words for words in every | {"forces of the"} if words in text} == held
 
 
 def beside_a_paper(run):

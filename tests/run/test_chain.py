@@ -110,7 +110,9 @@ def test_beside_another_run(case, done, tmp_path, caplog):
     with pytest.raises(InputError, match=r"of the frequencies up to 0\.1 Hz"):
         study.compare_runs(folder, done.folder, 0.1)
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
-    (cases, points, directions), page = study.compare_runs(folder, done.folder, 100.0)
+    (cases, impacts, _, points, directions), page = study.compare_runs(folder, done.folder, 100.0)
+    assert {row[3] for row in impacts.rows if row[3] is not None} == {1.0}
+    assert [row for row in impacts.rows if row[0].startswith("device with impacts: force")]
     assert ("case file", case.name, case.name) in cases.rows
     assert ("folder", str(folder), str(done.folder)) in cases.rows
     for name in (str(folder), str(done.folder)):

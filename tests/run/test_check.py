@@ -130,7 +130,7 @@ def test_a_duration_that_no_record_lasts(frame, tmp_path):
     record = '[[motions]]\ndirection = "y"\ntype = "record"\nfile = "record.csv"\n'
     case.write_text(whole[:start] + record + whole[end:])
     (found,) = faults(case, mesh=False)
-    assert "transient.duration = 3.0: expected at most what is computed of the sticks, 2 s" in found
+    assert "duration = 3.0: expected at most what is computed of the pounding, 2 s" in found
 
 
 @pytest.fixture
@@ -261,9 +261,16 @@ def test_the_stick_is_checked_where_its_forces_are_taken(monkeypatch, forces):
     own, stick = (True, "of the stage"), (False, "of the stick")
     monkeypatch.setattr(transient, "transient_checks", lambda folder: [own])
     monkeypatch.setattr(transient, "stick_against_model", lambda folder: [stick])
-    case = SimpleNamespace(transient=SimpleNamespace(forces=forces))
+    case = SimpleNamespace(
+        transient=SimpleNamespace(forces=forces),
+        modelled_building=SimpleNamespace(name="A"),
+        pounding_in_3d=("B",),
+    )
     found = transient.TRANSIENT.checks(case, Path())
     assert found == ([own, stick] if forces is None else [own])
+    # A 3D model that pounds itself takes no forces of its stick.
+    case.pounding_in_3d = ("A",)
+    assert transient.TRANSIENT.checks(case, Path()) == [own]
 
 
 def test_seeds_by_their_keys(new_case, tmp_path):

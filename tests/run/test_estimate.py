@@ -8,6 +8,7 @@ import pytest
 
 from impactfem.building.read_mesh import read_mesh
 from impactfem.case import load_case
+from impactfem.case.motions import WavePassage
 from impactfem.run import estimate as module
 from impactfem.run.estimate import duration, estimate, nodes_of_file, too_much
 
@@ -64,7 +65,7 @@ def test_memory_of_sticks_alone(case, step, measured):
 
 def test_the_lines(case):
     text = "\n".join(estimate(case, LONGEST).lines())
-    assert "50,000 of the sticks, 3,824 at the wall, 10,000 of the 3D model, 80,000 with" in text
+    assert "50,000 of the pounding, 3,824 at the wall, 10,000 of the 3D model, 80,000 with" in text
     assert re.search(r"about 3[0-9]0,000 degrees of freedom; vectors .* transient, .* reduce", text)
     assert re.search(
         r"^about \d+ min, \d(\.\d)? GB of memory and \d+ MB of disk .*: building ",
@@ -76,9 +77,36 @@ def test_the_lines(case):
 def test_steps_are_whole(case):
     """A step printed with four digits gives the steps that were meant."""
     exact = case.pounding.model_copy(update={"duration": 10.0, "time_step": 0.1})
-    assert (
-        estimate(case.model_copy(update={"pounding": exact}), LONGEST).steps["of the sticks"] == 100
-    )
+    found = estimate(case.model_copy(update={"pounding": exact}), LONGEST)
+    assert found.steps["of the pounding"] == 100
+
+
+def test_steps_until_waves_have_passed(case):
+    """The longest motion ends under all buildings, of records too: B2 is 15.61 m further."""
+    passage = WavePassage(apparent_velocity=500.0, direction=(0.0, 1.0))
+    update = {"pounding": case.pounding.model_copy(update={"duration": None, "time_step": 1e-3})}
+    steps = [
+        estimate(case.model_copy(update={**update, "wave_passage": waves}), 10.0).steps
+        for waves in (None, passage)
+    ]
+    assert [found["of the pounding"] for found in steps] == [10_000, 10_032]
+
+
+@pytest.mark.parametrize(("spacing", "measured"), [(1.9, 4.6), (15.4, 3.2)])
+def test_time_of_pounding_in_3d(spacing, measured):
+    """Of 10 s of motion with contact [s], docs/coupled-study.md; it hardly goes with the points."""
+    coupled = load_case(GEOMETRY / "npp_pair_coupled.toml")
+    pounding = coupled.pounding.model_copy(update={"contact_spacing": spacing, "duration": 10.0})
+    sticks = pounding.model_copy(update={"models": {}})
+    seconds = [
+        {one.name: one.seconds for one in found.stages}["pounding"]
+        for found in (
+            estimate(coupled.model_copy(update={"pounding": models}), LONGEST)
+            for models in (pounding, sticks)
+        )
+    ]
+    # With contact, without it, and with half of the points.
+    assert 0.5 < (seconds[0] - seconds[1]) / (3.0 * measured) < 2.0
 
 
 def test_nodes_that_a_file_says(tmp_path):

@@ -2,9 +2,11 @@
 
 import csv
 import json
+import math
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from impactfem.device.models import TableMode, from_modes
@@ -127,3 +129,21 @@ def test_a_device_on_a_stick(finished):
         assert other.value("force y") != pytest.approx(found.value("force y"), rel=0.01)
         with pytest.raises(InputError, match="no spectrum of floor 9 of building east"):
             run.anchor_spectra("east", 9)
+
+
+def test_a_device_on_a_stick_that_rocks(finished):
+    """The rotation moves its mass by height times angle; left out, nothing is other than before."""
+    with open_run(finished.folder) as run:
+        straight, both = (run.anchor_spectra("east", 2, rotations=r) for r in (False, True))
+        psa = run.pounding["rotational_psa"].sel(station="east.floor_2", rotation="rx")
+    assert [one.component for one in both] == ["y", "rx"] and len(straight) == 1
+    ordinates = both[0].psa, both[1].psa
+    assert np.array_equal(ordinates[0], straight[0].psa)
+    assert ordinates[1].max(axis=1) == pytest.approx(psa.max("frequency").values)
+    k = len(both[1].frequency) // 2
+    mode = TableMode(float(both[1].frequency[k]), "y", 300.0, height=1.5)
+    device = from_modes("cabinet", [mode], damping=float(both[1].damping[0]))
+    turned = spectrum_analysis(device, both[1:]).value("force y")
+    assert turned == pytest.approx(300.0 * 1.5 * ordinates[1][0, k])
+    alone, whole = (spectrum_analysis(device, one).value("force y") for one in (straight, both))
+    assert whole == pytest.approx(math.hypot(alone, turned)) and turned > 0.001 * alone

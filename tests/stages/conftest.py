@@ -3,13 +3,10 @@
 Slabs above one another, with a pulse that travels across them at a known speed.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from impactfem.stages.building import store as building
 from impactfem.stages.pounding import store as pounding
@@ -43,6 +40,7 @@ class Wanted:
         dampings: Damping ratios of the spectra.
         frequencies: Number of frequencies.
         plates: Whether a base plate is tied to the highest floor.
+        model: What pounds, "stick" or "structure".
     """
 
     floors: tuple[int, ...] = (1, 2, 3)
@@ -53,14 +51,15 @@ class Wanted:
     frames: bool = True
     dampings: tuple[float, ...] = (0.05,)
     frequencies: int = 41
+    model: str = "stick"
     plates: bool = False
 
 
 @pytest.fixture
-def transient_folder(tmp_path: Path) -> Callable[..., Path]:
+def transient_folder(tmp_path):
     """Write the stores of a run and give its folder."""
 
-    def write(**wanted: object) -> Path:
+    def write(**wanted):
         asked = Wanted(**wanted)  # type: ignore[arg-type]
         slab = _slab(asked.direction)
         write_netcdf(tmp_path / "building.nc", _building(asked, slab))
@@ -74,10 +73,10 @@ def transient_folder(tmp_path: Path) -> Callable[..., Path]:
 
 
 @pytest.fixture
-def wall_folder(tmp_path: Path) -> Callable[..., Path]:
+def wall_folder(tmp_path):
     """Write the store of a run against a wall and give its folder."""
 
-    def write(**wanted: object) -> Path:
+    def write(**wanted):
         asked = WantedWall(**wanted)  # type: ignore[arg-type]
         write_netcdf(tmp_path / "calibrate.nc", calibrate_store(asked))
         return tmp_path
@@ -96,7 +95,7 @@ class Slab:
     line: tuple[int, ...]
 
 
-def _slab(direction: str) -> Slab:
+def _slab(direction):
     count = 9
     across = direction == "x"
     size = (WIDTH, LENGTH) if across else (LENGTH, WIDTH)
@@ -117,7 +116,7 @@ def _slab(direction: str) -> Slab:
     return Slab(plan, np.array(cells), lines, int(number[4, 4]), tuple(int(n) for n in line))
 
 
-def _building(asked: Wanted, slab: Slab) -> xr.Dataset:
+def _building(asked, slab):
     """The slabs above one another, on columns at two corners."""
     n, levels = len(slab.plan), range(len(asked.floors))
     base = np.column_stack([slab.plan[[0, n - 1]], np.zeros(2)])
@@ -138,7 +137,7 @@ def _building(asked: Wanted, slab: Slab) -> xr.Dataset:
     return dataset(building.OUTPUTS, values, attributes={})
 
 
-def _sticks(asked: Wanted) -> xr.Dataset:
+def _sticks(asked):
     time = np.arange(0.0, 2.2, 0.5e-3)
     frequency = np.geomspace(0.5, 500.0, asked.frequencies)
     stations = len(asked.floors)
@@ -149,6 +148,8 @@ def _sticks(asked: Wanted) -> xr.Dataset:
         "displacement": 0.01 * wave,
         "acceleration": 2.0 * wave,
         "psa": np.broadcast_to(psa, (len(asked.dampings), stations, 1, len(psa))),
+        "building": ["one"],
+        "building_model": [asked.model],
         "station_building": ["one"] * stations,
         "station_floor": asked.floors,
         "component": [asked.direction],
@@ -159,13 +160,13 @@ def _sticks(asked: Wanted) -> xr.Dataset:
     return dataset(pounding.OUTPUTS, values, attributes={})
 
 
-def pulse(time: np.ndarray) -> np.ndarray:
+def pulse(time):
     """Half a sine, as long as the impact."""
     inside = (time >= 0.0) & (time <= LASTS)
     return np.where(inside, np.sin(np.pi * time / LASTS), 0.0)
 
 
-def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
+def _transient(asked, slab):
     names, nodes, kinds, floors = _probes(asked, slab)
     c = XYZ.index(asked.direction)
     time = STEP * np.arange(STEPS)
@@ -255,7 +256,7 @@ def _transient(asked: Wanted, slab: Slab) -> xr.Dataset:
     return dataset(transient.OUTPUTS, values, attributes=attributes, scalars=scalars)
 
 
-def _probes(asked: Wanted, slab: Slab) -> tuple[tuple, tuple, tuple, tuple]:
+def _probes(asked, slab):
     """Names, nodes, kinds and floors."""
     n, last = len(slab.plan), len(asked.floors) - 1
     numbered = list(enumerate(asked.floors))
@@ -272,7 +273,7 @@ def _probes(asked: Wanted, slab: Slab) -> tuple[tuple, tuple, tuple, tuple]:
     return names, nodes, kinds, floors
 
 
-def _maps(asked: Wanted, slab: Slab) -> xr.Dataset:
+def _maps(asked, slab):
     n = len(slab.plan)
     vertices = np.unique(slab.cells[:, :3])
     levels = range(len(asked.floors))

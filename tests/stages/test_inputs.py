@@ -1,13 +1,10 @@
 """What the stages depend on: sections of the case, and what counts of the program's sources."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from impactfem.case import Case, DampingCase, Transient, load_case
+from impactfem.case import DampingCase, Transient, load_case
 from impactfem.case.damping import PartDamping
 from impactfem.run.stages import STAGES
 from impactfem.stages import inputs
@@ -15,13 +12,7 @@ from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.design.stage import members_key
 from impactfem.stages.ensemble import stage as ensemble
-from impactfem.stages.inputs import (
-    imported_by,
-    inputs_key,
-    matrices_key,
-    program_key,
-    tolerances,
-)
+from impactfem.stages.inputs import imported_by, inputs_key, matrices_key, program_key, tolerances
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.transient.stage import TRANSIENT
 
@@ -30,30 +21,30 @@ LIGHT = DampingCase(name="light", mass_coefficient=0.8, stiffness_coefficient=2e
 
 
 @pytest.fixture(scope="module")
-def case(new_case: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Case:
+def case(new_case, tmp_path_factory):
     return _with(load_case(new_case(tmp_path_factory.mktemp("inputs"))))
 
 
-def _with(case: Case, **changes: object) -> Case:
+def _with(case, **changes):
     """The case with one damping case, changed."""
     one = LIGHT.model_copy(update=changes)
     return case.model_copy(update={"damping_cases": (one,)})
 
 
-def _serving(case: Case, served: bool) -> Case:
+def _serving(case, served):
     transient = Transient(time_step=1e-3, serve_damping_cases=served)
     return case.model_copy(update={"transient": transient})
 
 
 @pytest.mark.parametrize("sections", [("contact_laws", "damping_cases"), ("damping_cases",)])
-def test_restitution_counts_with_the_contact_laws(case: Case, sections: tuple[str, ...]) -> None:
+def test_restitution_counts_with_the_contact_laws(case, sections):
     other = inputs_key(_with(case, restitution=0.5), sections, ())
     assert (other == inputs_key(case, sections, ())) == ("contact_laws" not in sections)
     lighter = inputs_key(_with(case, stiffness_coefficient=1e-4), sections, ())
     assert lighter != inputs_key(case, sections, ())
 
 
-def test_calibration_depends_on_the_dampings(case: Case) -> None:
+def test_calibration_depends_on_the_dampings(case):
     assert CALIBRATE.key(_with(case, stiffness_coefficient=1e-4)) != CALIBRATE.key(case)
     assert CALIBRATE.key(case.model_copy(update={"damping_cases": ()})) != CALIBRATE.key(case)
     # It gives a restitution, and takes none.
@@ -61,7 +52,7 @@ def test_calibration_depends_on_the_dampings(case: Case) -> None:
 
 
 @pytest.mark.parametrize("served", [True, False])
-def test_transient_depends_on_the_dampings_that_it_serves(case: Case, served: bool) -> None:
+def test_transient_depends_on_the_dampings_that_it_serves(case, served):
     known = TRANSIENT.key(_serving(case, served))
     lighter = TRANSIENT.key(_serving(_with(case, stiffness_coefficient=1e-4), served))
     assert (lighter != known) == served
@@ -70,7 +61,7 @@ def test_transient_depends_on_the_dampings_that_it_serves(case: Case, served: bo
 
 
 @pytest.mark.parametrize("spread", ["uniform", "calibrated"])
-def test_members_depend_on_the_impact_that_spreads_their_forces(spread: str) -> None:
+def test_members_depend_on_the_impact_that_spreads_their_forces(spread):
     case = load_case(GEOMETRY / "npp_pair.toml")
     laws = {
         name: law.model_copy(update={"stiffness": 1e10, "restitution": 0.6, "tension": True})
@@ -85,11 +76,11 @@ def test_members_depend_on_the_impact_that_spreads_their_forces(spread: str) -> 
     assert (members_key(other) != members_key(case)) == (spread == "calibrated")
 
 
-def test_sticks_of_the_case_itself_depend_on_none(case: Case) -> None:
+def test_sticks_of_the_case_itself_depend_on_none(case):
     assert POUNDING.key(case.model_copy(update={"damping_cases": ()})) == POUNDING.key(case)
 
 
-def _with_part_damping(case: Case, ratio: float) -> Case:
+def _with_part_damping(case, ratio):
     if case.structure is None:
         raise ValueError("the case has no structure")
     damping = (PartDamping(parts=("*",), ratio=ratio, frequencies=(1.0, 20.0)),)
@@ -98,7 +89,7 @@ def _with_part_damping(case: Case, ratio: float) -> Case:
     return case.model_copy(update={"structure": structure, "transient": transient})
 
 
-def test_damping_by_part_is_that_of_the_response() -> None:
+def test_damping_by_part_is_that_of_the_response():
     """Modes, and what is made of matrices without damping, do not depend on it."""
     case = load_case(GEOMETRY / "frame.toml")
     one, other = (_with_part_damping(case, ratio) for ratio in (0.02, 0.03))
@@ -109,7 +100,7 @@ def test_damping_by_part_is_that_of_the_response() -> None:
     assert matrices_key(one, (), "", ("damping",)) != matrices_key(other, (), "", ("damping",))
 
 
-def test_buildings_are_those_of_another_3d_model(tmp_path: Path) -> None:
+def test_buildings_are_those_of_another_3d_model(tmp_path):
     finer = tmp_path / "finer.toml"
     extended = f'extends = "{GEOMETRY / "npp_pair.toml"}"\n'
     finer.write_text(extended + "[buildings.B1.structure]\nmodes = 21\n", encoding="utf-8")
@@ -118,19 +109,18 @@ def test_buildings_are_those_of_another_3d_model(tmp_path: Path) -> None:
     assert inputs_key(one, ("structure",), ()) != inputs_key(other, ("structure",), ())
 
 
-def test_tolerances_are_those_of_the_reference(case: Case) -> None:
+def test_tolerances_are_those_of_the_reference(case):
     assert tolerances(case) == {}
     paper = load_case(GEOMETRY / "npp_pair.toml")
     found = tolerances(paper)
     assert found["sticks.B1.frequency.1"] == 0.015
     # Every target of the calibration has one, so that its check can be met or missed.
-    assert paper.calibration is not None
     for target in paper.calibration.targets:
         for kind in ("frequency", "effective_mass"):
             assert f"sticks.{target.building}.{kind}.{target.mode}" in found
 
 
-def test_an_ensemble_is_compared_with_what_it_may_miss() -> None:
+def test_an_ensemble_is_compared_with_what_it_may_miss():
     """Not with the peak that all its motions are scaled to, nor with what the sticks are fitted."""
     found = ensemble._published(load_case(GEOMETRY / "npp_pair.toml"))
     assert {"pounding.peak_force.floor_8", "motion.sa_max", "frs.floor_8.peak"} <= found.keys()
@@ -149,11 +139,11 @@ GIRDER = "E = 2.1e11\n"
 
 
 @pytest.fixture
-def key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+def key(tmp_path, monkeypatch):
     """The key of a small program of two modules."""
     monkeypatch.setattr(inputs, "ROOT", tmp_path)
 
-    def of(steel: str = STEEL, girder: str = GIRDER) -> str:
+    def of(steel=STEEL, girder=GIRDER):
         for cached in (program_key, inputs._tree, inputs._imports, inputs._statements):
             cached.cache_clear()
         (tmp_path / "steel.py").write_text(steel, encoding="utf-8")
@@ -174,31 +164,31 @@ def key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         ("    return", "\n    return"),
     ],
 )
-def test_comments_docstrings_and_layout_do_not_count(key, old: str, new: str) -> None:
+def test_comments_docstrings_and_layout_do_not_count(key, old, new):
     assert old in STEEL
     assert key(STEEL.replace(old, new)) == key()
 
 
-def test_statements_count_and_those_of_what_is_imported(key) -> None:
+def test_statements_count_and_those_of_what_is_imported(key):
     assert key(STEEL.replace("E * strain", "E * strain / 2")) != key()
     assert key(girder="E = 2.0e11\n") != key()
 
 
-def test_an_import_in_a_function_counts(key) -> None:
+def test_an_import_in_a_function_counts(key):
     within = STEEL.replace("from impactfem.girder import E\n", "").replace(
         "    return", "    from impactfem.girder import E\n    return"
     )
     assert key(within, "E = 2.0e11\n") != key(within)
 
 
-def test_a_module_that_is_not_there(key) -> None:
+def test_a_module_that_is_not_there(key):
     key()
     with pytest.raises(ValueError, match="no module timber"):
         program_key(("timber",))
 
 
 @pytest.mark.parametrize("stage", STAGES, ids=lambda stage: stage.name)
-def test_who_computes_does_not_draw(stage) -> None:
+def test_who_computes_does_not_draw(stage):
     """So that an edited figure computes nothing again; the solvers count where they are used."""
     computing = imported_by(stage.modules)
     assert not {name for name in computing if name.split(".")[-1] in ("figures", "tables")}

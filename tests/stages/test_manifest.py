@@ -4,7 +4,6 @@ import json
 import platform
 import sys
 from importlib.metadata import PackageNotFoundError
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,12 +26,12 @@ from impactfem.system.errors import ImpactfemError
 GOOD = {"inputs": "key", "seconds": {"roof: laid": 1}, "peak_memory": None, "files": {}}
 
 
-def written(folder: Path, **changes: object) -> Path:
+def written(folder, **changes):
     manifest_file(folder, "roof").write_text(json.dumps(GOOD | changes))
     return folder
 
 
-def test_read_back(tmp_path: Path) -> None:
+def test_read_back(tmp_path):
     found = read_manifest(written(tmp_path), "roof")
     assert found.inputs == "key" and found.seconds == {"roof: laid": 1.0}
 
@@ -48,12 +47,12 @@ def test_read_back(tmp_path: Path) -> None:
         {"filse": {}},
     ],
 )
-def test_what_is_none(tmp_path: Path, changes: dict[str, object]) -> None:
+def test_what_is_none(tmp_path, changes):
     with pytest.raises(ValueError, match=next(iter(changes))):
         read_manifest(written(tmp_path, **changes), "roof")
 
 
-def test_changed_files(tmp_path: Path) -> None:
+def test_changed_files(tmp_path):
     path = tmp_path / "roof.nc"
     path.write_text("tiles")
     files = {"roof.nc": file_digest(path)}
@@ -67,7 +66,7 @@ def test_changed_files(tmp_path: Path) -> None:
 
 
 @pytest.fixture
-def other(tmp_path: Path) -> Path:
+def other(tmp_path):
     """A run that has finished the stage `roof` with the inputs `key`."""
     folder = tmp_path / "other"
     (folder / "figures").mkdir(parents=True)
@@ -78,7 +77,7 @@ def other(tmp_path: Path) -> Path:
     return folder
 
 
-def test_a_stage_is_copied(other: Path, tmp_path: Path) -> None:
+def test_a_stage_is_copied(other, tmp_path):
     mine = tmp_path / "mine"
     assert take_over(mine, [tmp_path / "absent", other], "roof", "key") == other
     assert is_finished(mine, "roof", "key") and read_manifest(mine, "roof").seconds == {"roof": 1.0}
@@ -87,19 +86,19 @@ def test_a_stage_is_copied(other: Path, tmp_path: Path) -> None:
     assert (other / "roof.nc").read_text() == "roof.nc"
 
 
-def test_other_inputs_or_another_stage_are_not(other: Path, tmp_path: Path) -> None:
+def test_other_inputs_or_another_stage_are_not(other, tmp_path):
     for stage, key in (("roof", "changed"), ("floor", "key")):
         assert take_over(tmp_path / "mine", [other], stage, key) is None
     assert not (tmp_path / "mine").exists()
 
 
 @pytest.mark.parametrize("file", ["roof.nc", "roof.stage.json"])
-def test_a_stage_that_is_not_whole_is_not(other: Path, tmp_path: Path, file: str) -> None:
+def test_a_stage_that_is_not_whole_is_not(other, tmp_path, file):
     (other / file).write_text("{")
     assert take_over(tmp_path / "mine", [other], "roof", "key") is None
 
 
-def test_what_is_finished_stays(other: Path, tmp_path: Path) -> None:
+def test_what_is_finished_stays(other, tmp_path):
     mine = tmp_path / "mine"
     take_over(mine, [other], "roof", "key")
     (mine / "roof.nc").unlink()
@@ -107,14 +106,14 @@ def test_what_is_finished_stays(other: Path, tmp_path: Path) -> None:
     assert not is_finished(mine, "roof", "key")
 
 
-def test_a_file_that_cannot_be_written(other: Path, tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_written(other, tmp_path):
     (tmp_path / "mine" / "roof.nc").mkdir(parents=True)
     (tmp_path / "mine" / "roof.nc" / "file").touch()
     with pytest.raises(ImpactfemError, match=r"cannot write .*roof\.nc"):
         take_over(tmp_path / "mine", [other], "roof", "key")
 
 
-def test_versions_and_facts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_versions_and_facts(monkeypatch):
     monkeypatch.setattr(sys, "argv", ["/usr/bin/impactfem", "run", "a b.toml"])
     found = provenance(case="a.toml", seeds={"motions[0].seed": 1})
     assert found["impactfem"] == __version__ and found["packages"]["numpy"] == np.__version__
@@ -125,8 +124,8 @@ def test_versions_and_facts(monkeypatch: pytest.MonkeyPatch) -> None:
     assert platform.node() not in str(found)
 
 
-def test_a_package_that_is_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
-    def absent(name: str) -> None:
+def test_a_package_that_is_not_installed(monkeypatch):
+    def absent(name):
         raise PackageNotFoundError(name)
 
     monkeypatch.setattr(manifest, "version", absent)

@@ -6,7 +6,6 @@ Floors go to a wall and away from it at known speeds, under half sines of force.
 from dataclasses import dataclass, field
 
 import numpy as np
-import xarray as xr
 
 from impactfem.stages.calibrate.store import OUTPUTS
 from impactfem.stages.stores import dataset
@@ -17,18 +16,14 @@ WALL_STEP = 0.5e-3
 GAP, APPROACH, REBOUND = 0.01, 0.16, 0.1
 FLOOR_MASS = 3e6
 EDGE = np.array([0.0, 3.0, 6.0, 9.0, 12.0])
-MODEL_HITS: Hits = {
-    6: (),
-    7: ((0.2013, 0.014, 300e3),),
-    8: ((0.2003, 0.016, 800e3),),
-}
-STICK_HITS: Hits = {
+MODEL_HITS = {6: (), 7: ((0.2013, 0.014, 300e3),), 8: ((0.2003, 0.016, 800e3),)}
+STICK_HITS = {
     6: (),
     7: ((0.2064, 0.012, 310e3),),
     8: ((0.2054, 0.0165, 780e3), (0.4502, 0.016, 37e3)),
 }
 DAMPINGS = {"own": (0.838, 1.06e-3), "under-damped": (0.838, 2.12e-4), "over-damped": (0.559, 3e-3)}
-WALL_SCALARS: dict[str, float | None] = {
+WALL_SCALARS = {
     "epsilon": 2.0 / 3.0,
     "xi_c": 0.128,
     "K_Ceq": 1.2e11,
@@ -71,7 +66,7 @@ class WantedWall:
     pull: str = "whole_floor"
 
 
-def calibrate_store(asked: WantedWall) -> xr.Dataset:
+def calibrate_store(asked):
     """The store."""
     time = WALL_STEP * np.arange(asked.steps)
     floors = sorted(asked.hits)
@@ -128,15 +123,13 @@ def calibrate_store(asked: WantedWall) -> xr.Dataset:
     return dataset(OUTPUTS, values, attributes=attributes, scalars=scalars)
 
 
-def _histories(time: np.ndarray, hits: Hits, prefix: str) -> dict[str, np.ndarray]:
+def _histories(time, hits, prefix):
     columns = zip(*(_at_wall(time, hits[floor]) for floor in sorted(hits)), strict=True)
     names = ("displacement", "velocity", "force", "opening")
     return {f"{prefix}{n}": np.column_stack(of) for n, of in zip(names, columns, strict=True)}
 
 
-def _at_wall(
-    time: np.ndarray, hits: tuple[tuple[float, float, float], ...]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _at_wall(time, hits):
     """Straight to the wall, at rest while the force acts, straight away from it, and so on."""
     force = np.zeros_like(time)
     if not hits:

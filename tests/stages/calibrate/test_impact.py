@@ -7,12 +7,7 @@ import pytest
 
 from impactfem.coupling import restitution
 from impactfem.stages.calibrate.experiment import WallExperiment, WallHistory, run_stick
-from impactfem.stages.calibrate.impact import (
-    WallImpact,
-    compare,
-    floor_impacts,
-    penalty_parameters,
-)
+from impactfem.stages.calibrate.impact import WallImpact, compare, floor_impacts, penalty_parameters
 from impactfem.sticks.stick import mass_on_spring
 from impactfem.system.errors import ImpactfemError, SolutionError
 
@@ -276,7 +271,6 @@ def test_less_restitution_rebounds_less():
     )
     # Each impact is the one before it, smaller by ε; it comes half a period after it.
     second = found.stick.second
-    assert second is not None
     assert second.start - found.stick.first_complete().end == pytest.approx(np.pi / OMEGA, rel=1e-3)
     ratio = second.largest_impulse / found.stick.first_complete().largest_impulse
     assert ratio == pytest.approx(restitution.kelvin_voigt(damped), rel=2e-3)

@@ -172,6 +172,5 @@ def test_impulses_along_the_edges(given, tmp_path):
     ).to_netcdf(tmp_path / "calibrate.nc", engine="h5netcdf")
     case = given.model_copy(update={"transient": Transient(time_step=1e-3, spread="calibrated")})
     found = impulses_of_run(case, tmp_path)
-    assert found is not None
     assert {floor: of.tolist() for floor, of in found.items()} == {2: [4.0, 5.0], 3: [2.0]}
     assert impulses_of_run(given, tmp_path / "nowhere") is None

@@ -292,7 +292,6 @@ def test_the_second_impact_of_the_paper_is_that_of_its_lagged_force(paper_stick)
         for update in ("implicit", "lagged")
     }
     second = runs["lagged"].second
-    assert second is not None
     assert second.start == pytest.approx(0.737, abs=4e-3)
     assert second.largest_impulse == pytest.approx(37e3, rel=0.25)
     # With the force at its own time the floor turns a fifth of a millimetre before the wall.

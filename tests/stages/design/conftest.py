@@ -1,16 +1,11 @@
 """A reduced model of two modes that stands for a building, loads on it, and design spectra."""
 
-from __future__ import annotations
-
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from numpy.typing import NDArray
 
 from impactfem.case import Spectra
 from impactfem.dynamics.damping import Rayleigh
@@ -20,11 +15,9 @@ from impactfem.reduction.reduced import ReducedModel
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.stages.design.ensemble import Carrier
 from impactfem.stages.design.floors import NO_POINTS
-from impactfem.stages.design.products import DesignProducts, design_products_of
+from impactfem.stages.design.products import design_products_of
 
-from .design_store import Stored, WantedDesign, design_store, stick_store
-
-Array = NDArray[np.float64]
+from .design_store import design_store, stick_store
 
 STEP = 1e-3
 LOADS = {"ground y": (-3.0, 1.0), "floor 1": (2e-5, 1e-5), "floor 2": (3e-5, -2e-5)}
@@ -33,7 +26,7 @@ EDGES = {k: EdgeForce(f"floor {k}", k, (0.0, -1.0, 0.0)) for k in (1, 2)}
 
 
 @pytest.fixture
-def whole() -> ReducedBasis:
+def whole():
     """The two modes at the nodes 4, 7 and 9."""
     shapes = np.random.default_rng(3).normal(size=(3, 3, 2))
     model = ReducedModel(
@@ -53,19 +46,20 @@ def whole() -> ReducedBasis:
         certified=np.zeros(0, dtype=np.int64),
         norm=np.zeros((0, 3)),
         gram=np.zeros((0, 0)),
+        rotations=np.zeros((0, 3, 2)),
     )
 
 
-def points(**columns: list[int]) -> pd.DataFrame:
+def points(**columns):
     """Points of floors by columns."""
     return pd.DataFrame({name: np.array(values) for name, values in columns.items()})
 
 
 @pytest.fixture
-def some_loads() -> Callable[..., Loads]:
+def some_loads():
     """A ground motion along y with pulses on floors."""
 
-    def make(floors: tuple[int, ...] = (1, 2), scale: float = 1.0, steps: int = 1000) -> Loads:
+    def make(floors=(1, 2), scale=1.0, steps=1000):
         time = STEP * np.arange(steps + 1)
         ground = np.zeros((steps + 1, 3))
         ground[:, 1] = scale * np.sin(2.0 * np.pi * 4.0 * time)
@@ -84,7 +78,7 @@ def some_loads() -> Callable[..., Loads]:
 
 
 @pytest.fixture
-def carrier(whole: ReducedBasis) -> Carrier:
+def carrier(whole):
     """Two floors with one probe each, node 9 and node 4."""
     frequencies = tuple(float(f) for f in np.geomspace(1.0, 30.0, 12))
     probes = points(floor=[0] * 3 + [1] * 3, component=[0, 1, 2] * 2, node=[9] * 3 + [4] * 3)
@@ -103,19 +97,17 @@ def carrier(whole: ReducedBasis) -> Carrier:
 
 
 @pytest.fixture
-def searching(carrier: Carrier) -> Carrier:
+def searching(carrier):
     """The same, with nodes 7 and 9 of the lower floor to be looked at, along y and z."""
     every = points(floor=[0] * 4, component=[1, 1, 2, 2], node=[7, 9, 7, 9])
     return replace(carrier, candidates=every)
 
 
 @pytest.fixture
-def made(tmp_path: Path) -> Callable[..., tuple[DesignProducts, Stored]]:
+def made(tmp_path):
     """Write a store of the stage, and the sticks beside it; gives the design spectra of both."""
 
-    def make(
-        asked: WantedDesign | None = None, broadening: float | tuple[float, float] = 0.15
-    ) -> tuple[DesignProducts, Stored]:
+    def make(asked=None, broadening=0.15):
         own = design_store(tmp_path / "design.nc", asked)
         stick_store(tmp_path / "pounding.nc")
         with xr.open_dataset(tmp_path / "design.nc", engine="h5netcdf") as store:

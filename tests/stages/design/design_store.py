@@ -1,11 +1,7 @@
 """A small store of the stage `design` that no solver made, by the stage's own writer."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -33,13 +29,13 @@ class WantedDesign:
     failed: int = 0  #: number of members that failed
 
 
-def peaked(rng: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
+def peaked(rng, shape):
     """Spectra with a narrow peak each, shape (*shape, n_f)."""
     at = rng.uniform(3.0, 20.0, (*shape, 1))
     return 1.0 + rng.uniform(5.0, 9.0, (*shape, 1)) / (1.0 + (9.0 * (F / at - 1.0)) ** 2)
 
 
-def vertices(still: bool = False) -> pd.DataFrame:
+def vertices(still=False):
     """A vertex of each floor along each direction, and one more of the upper floor along y."""
     places = [(s, c) for s in (0, 1) for c in range(3) if c or not still]
     floor, component = np.array([*places, (1, 1)]).T
@@ -48,14 +44,17 @@ def vertices(still: bool = False) -> pd.DataFrame:
     return pd.DataFrame({"floor": floor, "component": component, "node": node} | at)
 
 
-def probes_of(still: bool = False) -> xr.Dataset:
+def probes_of(still=False):
     """Spectra of the probes under the case's own motion."""
     psa = peaked(np.random.default_rng(1), (2, len(NAMES), 3))
     if still:
         psa[:, :, 0] = 0.0
     height = np.array(HEIGHT)
+    turned = peaked(np.random.default_rng(3), (2, 3, 3))
     return xr.Dataset(
         {
+            "rotational_psa": (("damping", "turning", "rotation", "frequency"), turned),
+            "rotational_pfa": (("turning", "rotation"), turned[0, :, :, -1]),
             "psa": (("damping", "probe", "component", "frequency"), psa),
             "pfa": (("probe", "component"), psa[0, :, :, -1]),
             "probe_node": ("probe", np.arange(len(NAMES))),
@@ -64,7 +63,13 @@ def probes_of(still: bool = False) -> xr.Dataset:
             "elevation": ("station", [3.0, 6.0]),
             "centre": ("station", [0, 2]),
         },
-        coords={"probe": list(NAMES), "damping": DAMPING, "frequency": F},
+        coords={
+            "probe": list(NAMES),
+            "turning": ["centre_1", "centre_2", "line_1"],
+            "rotation": ["rx", "ry", "rz"],
+            "damping": DAMPING,
+            "frequency": F,
+        },
         attrs={"building": "B1", "maximum_frequency": 50.0},
     )
 
@@ -76,16 +81,16 @@ class Stored:
     psa: np.ndarray
     vertex_psa: np.ndarray
 
-    def probes(self, damping: int, component: int) -> np.ndarray:
+    def probes(self, damping, component):
         """Spectra of the probes of the upper floor, shape (3, n_f)."""
         return self.psa[damping, 2:5, component]
 
-    def upper(self, damping: int) -> np.ndarray:
+    def upper(self, damping):
         """Spectra of the vertices of the upper floor along y, shape (2, n_f)."""
         return self.vertex_psa[damping, [4, 6]]
 
 
-def design_store(path: Path, asked: WantedDesign | None = None) -> Stored:
+def design_store(path, asked=None):
     """Write the store; gives the spectra under the case's own motion."""
     asked = asked or WantedDesign()
     rng, probes = np.random.default_rng(2), probes_of(asked.still)
@@ -93,8 +98,8 @@ def design_store(path: Path, asked: WantedDesign | None = None) -> Stored:
     # The vertices move as much as the probes, at other frequencies.
     at_vertices = peaked(np.random.default_rng(5), (2, len(there)))
     whole = None
-    members: dict[str, Any] = {}
-    spectra: Any = None
+    members = {}
+    spectra = None
     if asked.whole is not None:
         spectra = SimpleNamespace(psa=at_vertices, zpa=at_vertices[0, :, -1])
         with_peak = np.concatenate([at_vertices[0], at_vertices[0, :, -1:]], axis=1)
@@ -134,14 +139,12 @@ def design_store(path: Path, asked: WantedDesign | None = None) -> Stored:
                 "member_device_spectrum": rng.uniform(5e4, 1e5, (n, d, 6)),
             }
         members["member_basis_error"] = np.full(n, 1e-3)
-    case: Any = SimpleNamespace(
-        title="Two buildings", content_hash=lambda: "abc", shown_direction="y"
-    )
+    case = SimpleNamespace(title="Two buildings", content_hash=lambda: "abc", shown_direction="y")
     write_design(path, case, "key", probes, whole, spectra, members, "srss" if members else "")
     return Stored(probes["psa"].values, at_vertices)
 
 
-def stick_store(path: Path) -> None:
+def stick_store(path):
     """The sticks beside it: two floors of two buildings along y."""
     psa = peaked(np.random.default_rng(3), (2, 4, 1))
     data = xr.Dataset(
@@ -159,7 +162,7 @@ def stick_store(path: Path) -> None:
     write_netcdf(path, data)
 
 
-def ensemble_store(path: Path, force: np.ndarray, building: str = "B1") -> None:
+def ensemble_store(path, force, building="B1"):
     """The stage `ensemble` beside it, with impact forces of shape (n_motions, 2)."""
     names = [f"pounding.peak_force.floor_{k}" for k in (1, 2)]
     data = xr.Dataset(

@@ -1,6 +1,7 @@
 """Motions through a building of two modes: each alone, and all with those that fail named."""
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,12 +11,8 @@ from impactfem.reduction.response import modal_histories, node_response
 from impactfem.spectra import response_spectra
 from impactfem.spectra.statistics import STATISTICS, over_members
 from impactfem.stages.design import ensemble
-from impactfem.stages.design.ensemble import (
-    carry,
-    carry_motions,
-    point_records,
-    stacked,
-)
+from impactfem.stages.design.ensemble import carry, point_records, stacked
+from impactfem.stages.ensemble.compute import worked_off
 from impactfem.system.errors import SolutionError
 from impactfem.system.files import read_archive
 
@@ -60,7 +57,7 @@ def test_some_nodes_keep_their_response(whole, some_loads):
 
 def test_spectra_of_every_point_and_direction(carrier, some_loads):
     """A floor has one probe here, at its mass centre, which is its envelope."""
-    found = carry(carrier, some_loads())
+    found = carry(carrier, some_loads(), FORCE)
     psa, peak = spectra_of(carrier, some_loads(), 4, 2)
     assert found["member_psa"].shape == (2, 2, 3, 12) and found["member_zpa"].shape == (2, 3)
     np.testing.assert_allclose(found["member_psa"][:, 1, 2], psa, rtol=1e-9)
@@ -72,7 +69,7 @@ def test_spectra_of_every_point_and_direction(carrier, some_loads):
 
 def test_vertices_that_govern(carrier, searching, some_loads):
     """The lower floor gets the envelope of its probe, node 9, and of node 7 where it governs."""
-    found, alone = (carry(one, some_loads()) for one in (searching, carrier))
+    found, alone = (carry(one, some_loads(), FORCE) for one in (searching, carrier))
     psa, probes = found["member_psa"], alone["member_psa"]
     for component in (1, 2):
         at_vertex, _ = spectra_of(carrier, some_loads(), 7, component)
@@ -98,7 +95,8 @@ def carried(carrier, tmp_path):
         done = []
         waiting = {name: (one, FORCE) for name, one in loads.items()}
         with ThreadPoolExecutor(2) as pool:
-            found, failed = carry_motions(carrier, waiting, files, keys, pool, done.append)
+            work = partial(ensemble.carry, carrier)
+            found, failed = worked_off(work, waiting, files, keys, pool, done.append, " in 3D")
         assert done == list(range(1, len(loads) + 1))
         return found, failed, files, keys
 
@@ -121,10 +119,10 @@ def test_stored_and_gone_on_with(carried, some_loads):
 def test_one_that_fails_is_named(carried, some_loads, monkeypatch):
     bad = some_loads(scale=0.0)
 
-    def fails(carrier, loads):
+    def fails(carrier, loads, force):
         if not loads.force.any():
             raise SolutionError("the response is not finite")
-        return carry(carrier, loads)
+        return carry(carrier, loads, force)
 
     monkeypatch.setattr(ensemble, "carry", fails)
     found, failed, files, _ = carried({"good": some_loads(), "bad": bad})

@@ -1,9 +1,7 @@
 """Design spectra of the 3D building: envelopes, broadening, statistics, and their tables."""
 
-from __future__ import annotations
-
 import csv
-from pathlib import Path
+from dataclasses import replace
 
 import numpy as np
 import openpyxl
@@ -11,21 +9,25 @@ import pytest
 import xarray as xr
 
 from impactfem.spectra import broaden, fractile
+from impactfem.stages.design.checks import design_checks
+from impactfem.stages.design.figures import design_figures
 from impactfem.stages.design.products import (
     EACH,
     coverage_table,
     design_products_of,
+    member_table,
     vertex_table,
     write_design_products,
 )
 from impactfem.system.errors import ImpactfemError
+from impactfem.system.files import write_netcdf
 
-from .design_store import F, WantedDesign, design_store
+from .design_store import F, WantedDesign, design_store, ensemble_store, probes_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
 
 
-def rows(path: Path) -> list[dict[str, str]]:
+def rows(path):
     with path.open(newline="", encoding="utf-8") as stream:
         return list(csv.DictReader(stream))
 
@@ -48,13 +50,32 @@ def test_envelope_broadened(made):
     assert "on no floor: tower" in design.source.method
 
 
+def test_rotations(made):
+    """Envelope over the probes of a floor whose rotations are known, and its unit."""
+    products, _ = made()
+    turned, probes = products.rotations, probes_of()
+    assert turned.source.unit == "rad/s2" and products.case.source.unit == "m/s2"
+    assert turned.source.directions == ("rx", "ry", "rz")
+    assert [s.points for s in turned.source.stations] == [("centre_1",), ("centre_2", "line_1")]
+    psa, pfa = probes["rotational_psa"].values, probes["rotational_pfa"].values
+    raw = psa[1, 1:, 2].max(axis=0)
+    assert np.array_equal(turned.raw[1, 1, 2], raw) and np.any(raw > psa[1, 1, 2])
+    assert np.array_equal(turned.zpa, [pfa[0], pfa[1:].max(axis=0)])
+    wanted = broaden(F, raw, 0.15, turned.frequency)
+    np.testing.assert_allclose(turned.psa[1, 1, 2], wanted, rtol=1e-12)
+    with pytest.raises(ImpactfemError, match="units of their own"):
+        replace(turned.source, directions=("x", "ry", "rz"))
+
+
 def test_tables(made, tmp_path):
     products, _ = made()
     files = write_design_products(tmp_path, products)
     assert {path.name for path in files} == {
         *("design_spectra.csv", "design_peaks.csv", "design_ensemble.csv", "design_coverage.csv"),
-        *("design_vertices.csv", "design_members.csv"),
+        *("design_vertices.csv", "design_members.csv", "design_rotation_peaks.csv"),
         *(f"design_spectra.{ending}" for ending in ("xlsx", "nc")),
+        *(f"design_rotations.{ending}" for ending in ("csv", "xlsx", "nc")),
+        "design_rotations_B1.svg",
         *(
             f"design_ensemble_{name}.{ending}"
             for name in ("median", "mean", "p84", "p84_lognormal")
@@ -72,10 +93,10 @@ def test_tables(made, tmp_path):
     assert "Regulatory Guide 1.122" in one[0]["method"] and one[0]["building"] == "B1"
     values = [float(r["for design [m/s2]"]) for r in one]
     np.testing.assert_allclose(values, design.psa[0, 1, 1], rtol=1e-5)
-    assert all(r["for design, sticks at the mass centre [m/s2]"] for r in one)
+    assert all(r["for design, mass centre in the pounding [m/s2]"] for r in one)
     # The sticks have no x, the fields over the floors one damping.
     other = [r for r in table if (r["direction"], r["damping [-]"]) == ("x", "0.05")]
-    assert not any(r["for design, sticks at the mass centre [m/s2]"] for r in other)
+    assert not any(r["for design, mass centre in the pounding [m/s2]"] for r in other)
     assert not any(
         r["computed, all vertices of the floor, without samples between [m/s2]"] for r in other
     )
@@ -117,7 +138,10 @@ def test_without_ensemble_and_fields(made, tmp_path):
     products, _ = made(WantedDesign(motions=0, whole=None, still=True))
     files = write_design_products(tmp_path, products)
     assert sorted(path.name for path in files) == [
-        *("design_peaks.csv", "design_spectra.csv", "design_spectra.nc", "design_spectra.xlsx"),
+        *("design_peaks.csv", "design_rotation_peaks.csv"),
+        *(f"design_rotations.{ending}" for ending in ("csv", "nc", "xlsx")),
+        "design_rotations_B1.svg",
+        *("design_spectra.csv", "design_spectra.nc", "design_spectra.xlsx"),
     ]
     assert products.case.source.directions == ("y", "z") and not products.statistics
     table = rows(tmp_path / "products" / "design_spectra.csv")
@@ -157,3 +181,116 @@ def test_no_such_store(tmp_path):
         pytest.raises(ImpactfemError, match="cannot read floor spectra from"),
     ):
         design_products_of(store, tmp_path / "pounding.nc", 0.15, False)
+
+
+def texts(folder, good):
+    return [text for met, text in design_checks(folder) if met is good]
+
+
+def test_all_met(tmp_path):
+    design_store(tmp_path / "design.nc")
+    with xr.open_dataset(tmp_path / "design.nc", engine="h5netcdf") as store:
+        ensemble_store(tmp_path / "ensemble.nc", store["member_impact_force"].values)
+    assert not texts(tmp_path, False)
+    met = texts(tmp_path, True)
+    assert [text[:15] for text in met[:3]] == [f"design: along {c}" for c in "xyz"]
+    assert "design: 5 motions on the 3D model, 0 failed" in met
+    assert any("from those of stage ensemble 0 (" in text for text in met)
+
+
+def test_points_that_miss_the_floor(tmp_path):
+    """The vertices that govern, too few of them, have two thirds of the envelope."""
+    design_store(tmp_path / "design.nc", WantedDesign(motions=0, whole=1.5))
+    missed = texts(tmp_path, False)
+    assert len(missed) == 3
+    assert "all vertices the points have 66.7 % (at least 95 %) on floor" in missed[1]
+    assert "; too little on floor 1, floor 2" in missed[1]
+
+
+def test_a_peak_acceleration_that_the_points_miss(tmp_path):
+    design_store(tmp_path / "design.nc", WantedDesign(motions=0))
+    with xr.open_dataset(tmp_path / "design.nc", engine="h5netcdf") as store:
+        changed = store.load()
+    changed["whole_zpa"][1, 2] *= 1.5
+    write_netcdf(tmp_path / "design.nc", changed)
+    (missed,) = texts(tmp_path, False)
+    assert "along z" in missed and "on floor 2, of the peak acceleration" in missed
+
+
+def test_without_fields(tmp_path):
+    """The probes stand alone for the floors: there is nothing to compare with, and that is told."""
+    design_store(tmp_path / "design.nc", WantedDesign(motions=0, whole=None))
+    (missed,) = design_checks(tmp_path)
+    assert missed[0] is False and "envelope of the PROBES ALONE" in missed[1]
+
+
+def test_members_that_failed(tmp_path):
+    design_store(tmp_path / "design.nc", WantedDesign(failed=2))
+    assert "design: 5 motions on the 3D model, 2 failed" in texts(tmp_path, False)
+
+
+@pytest.mark.parametrize("building", ["B1", "B2"])
+def test_other_impact_forces_than_in_the_ensemble(tmp_path, building):
+    """They are told, unless the ensemble is of another building."""
+    design_store(tmp_path / "design.nc")
+    with xr.open_dataset(tmp_path / "design.nc", engine="h5netcdf") as store:
+        force = store["member_impact_force"].values
+    force[3, 1] *= 1.01
+    ensemble_store(tmp_path / "ensemble.nc", force, building)
+    told = [text for text in texts(tmp_path, False) if "impact forces" in text]
+    assert len(told) == (building == "B1") and all("0.0099 (" in text for text in told)
+
+
+@pytest.fixture
+def drawn(made, tmp_path):
+    """Draw all figures; gives the store and the names of the files."""
+
+    def make(asked=None):
+        products, _ = made(asked, (0.1, 0.15))
+        files = design_figures(tmp_path, products)
+        assert all(path.stat().st_size > 10_000 for path in files)
+        return products.store, {path.name for path in files}
+
+    return make
+
+
+def test_a_page_for_each_direction_and_damping(drawn):
+    _, files = drawn(WantedDesign(still=True))
+    assert files == {
+        "design_device_force.svg",
+        *(
+            f"design_{kind}_{direction}_{damping}pct.svg"
+            for kind in ("spectra", "ensemble")
+            for direction in "yz"
+            for damping in (2, 5)
+        ),
+    }
+
+
+def test_no_page_of_an_ensemble_that_is_not_there(drawn):
+    _, files = drawn(WantedDesign(motions=0))
+    assert len(files) == 6 and not any("ensemble" in name or "force" in name for name in files)
+
+
+@pytest.mark.parametrize("devices", [(), ("pump", "rack_1", "rack_2", "cabinet")])
+def test_members(drawn, devices):
+    store, files = drawn(WantedDesign(devices=devices, still=True))
+    assert ("design_device_force.svg" in files) == bool(devices)
+    table = member_table(store)
+    assert len(table.rows) == 5 + 4 and len(table.columns) == 2 + 2 + 2 * len(devices)
+    assert [row[0] for row in table.rows[-4:]] == [
+        *("median", "mean", "84 % fractile", "lognormal 84 % fractile"),
+    ]
+
+
+def test_statistics_of_members(made):
+    store = made()[0].store
+    table = member_table(store)
+    names = [name for name, _ in table.columns]
+    column = names.index("Fy of pump, 3D model")
+    force = store["member_device_force"].values[:, 0, 1]
+    np.testing.assert_allclose([row[column] for row in table.rows[:5]], force, rtol=1e-5)
+    assert table.rows[6][column] == pytest.approx(force.mean(), rel=1e-5)
+    # A force that one member does not have has no logarithm.
+    store["member_device_force"].values[2, 0, 1] = 0.0
+    assert member_table(store).rows[-1][column] is None

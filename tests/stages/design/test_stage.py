@@ -1,13 +1,9 @@
 """The stage `design` on the shipped frame: one motion, and an ensemble through the 3D model."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -64,7 +60,7 @@ MAIN = "from impactfem.cli import main; main()"
 
 
 @pytest.fixture(scope="module")
-def case(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def case(edited, tmp_path_factory):
     folder = tmp_path_factory.mktemp("design")
     for name in ("frame.toml", "frame_floors.csv", "frame.msh"):
         shutil.copy(GEOMETRY / name, folder)
@@ -76,29 +72,29 @@ def case(edited: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def done(case: Path) -> study.Run:
+def done(case):
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch, ENSEMBLE)
         return study.run(case, out=case.parent / "run", stage="design")
 
 
 @pytest.fixture
-def copied_run(case: Path, done: study.Run, tmp_path: Path) -> Path:
+def copied_run(case, done, tmp_path):
     """A copy of the finished case and its run, to be changed."""
     shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True)
     return tmp_path / "frame.toml"
 
 
-def opened(folder: Path, name: str) -> xr.Dataset:
+def opened(folder, name):
     with xr.open_dataset(folder / name, engine="h5netcdf") as store:
         return store.load()
 
 
-def values(run: study.Run) -> dict[str, Any]:
+def values(run):
     return {scalar.name: scalar.value for scalar in run.scalars}
 
 
-def test_a_member_with_the_seed_of_the_case(done: study.Run) -> None:
+def test_a_member_with_the_seed_of_the_case(done):
     """The same motion has the same spectra, impact forces and forces on the anchor."""
     found, own = opened(done.folder, "design.nc"), opened(done.folder, "transient.nc")
     one = found.isel(motion=0)
@@ -126,7 +122,7 @@ def test_a_member_with_the_seed_of_the_case(done: study.Run) -> None:
     assert own.attrs["building"] == "F"
 
 
-def test_envelope_of_the_points(done: study.Run) -> None:
+def test_envelope_of_the_points(done):
     found, own = opened(done.folder, "design.nc"), opened(done.folder, "transient.nc")
     points = str(found["station_points"].values[-1]).split(", ")
     assert {"centre_2", "edge_2", "line_1"} <= set(points) and "between" not in points
@@ -139,7 +135,7 @@ def test_envelope_of_the_points(done: study.Run) -> None:
     assert np.any(probes > 1.05 * single)
 
 
-def test_envelope_of_the_vertices(done: study.Run) -> None:
+def test_envelope_of_the_vertices(done):
     """Of all vertices, against the fields of the stage before; the probes alone have less."""
     found, maps = opened(done.folder, "design.nc"), opened(done.folder, "transient_maps.nc")
     names = found["direction"].values.tolist()
@@ -160,7 +156,7 @@ def test_envelope_of_the_vertices(done: study.Run) -> None:
     assert sum("of all vertices" in text for _, text in done.checks["design"]) == len(names)
 
 
-def test_a_floor_that_the_case_does_not_hit(done: study.Run) -> None:
+def test_a_floor_that_the_case_does_not_hit(done):
     """Members hit floor 1, the case's own motion does not: the reduced building has that load."""
     found = opened(done.folder, "design.nc")
     force = found["member_impact_force"].values
@@ -169,7 +165,7 @@ def test_a_floor_that_the_case_does_not_hit(done: study.Run) -> None:
     assert all(good for good, text in done.checks["design"] if "members" in text)
 
 
-def test_statistics_in_the_summary(done: study.Run) -> None:
+def test_statistics_in_the_summary(done):
     found, scalars = opened(done.folder, "design.nc"), values(done)
     peaks = found["member_psa"].isel(damping=0, station=-1).sel(direction="y").max("frequency")
     force = found["member_device_force"].isel(device=0, component=1).values
@@ -180,14 +176,12 @@ def test_statistics_in_the_summary(done: study.Run) -> None:
     assert scalars["design.frs.floor_2.peak"] == pytest.approx(float(peaks[0]), rel=1e-9)
 
 
-def test_reused(case: Path, done: study.Run) -> None:
+def test_reused(case, done):
     again = study.run(case, out=done.folder, stage="design")
     assert again.reused[-1] == "design" and values(again) == values(done)
 
 
-def test_an_interrupted_ensemble_goes_on(
-    copied_run: Path, edited: Any, done: study.Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupted_ensemble_goes_on(copied_run, edited, done, monkeypatch):
     """One member is lost and one is added: these alone are computed, the sticks of none again."""
     no_pictures(monkeypatch, ENSEMBLE)
     edited(copied_run, ("structure_motions = 3", "structure_motions = 4"))
@@ -205,7 +199,7 @@ def test_an_interrupted_ensemble_goes_on(
         np.testing.assert_allclose(found[name].values[:3], known[name].values, rtol=1e-9)
 
 
-def test_probes_alone(copied_run: Path, edited: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_probes_alone(copied_run, edited, monkeypatch):
     """Without fields over the floors the probes stand alone: that is told, and the check fails."""
     no_pictures(monkeypatch, ENSEMBLE)
     fields = 'maximum_frequency = "100 Hz"\nfields = []\nsnapshots = false\n'
@@ -219,9 +213,7 @@ def test_probes_alone(copied_run: Path, edited: Any, monkeypatch: pytest.MonkeyP
     assert "PROBES ALONE" in (folder / "products" / "design_spectra.csv").read_text()
 
 
-def test_without_an_ensemble(
-    copied_run: Path, edited: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_an_ensemble(copied_run, edited, monkeypatch):
     no_pictures(monkeypatch, ENSEMBLE)
     edited(copied_run, ("structure_motions = 3", "structure_motions = 0"))
     folder = copied_run.parent / "run"
@@ -240,13 +232,13 @@ def test_without_an_ensemble(
         ('time_step = "1 ms"\nmax', 'time_step = "1 ms"\nsolver = "full"\nmax', "reduced model"),
     ],
 )
-def test_refused(case: Path, edited: Any, tmp_path: Path, old: str, new: str, message: str) -> None:
+def test_refused(case, edited, tmp_path, old, new, message):
     shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True, ignore=shutil.ignore_patterns("run"))
     with pytest.raises(InputError, match=message):
         study.check(edited(tmp_path / "frame.toml", (old, new)))
 
 
-def test_two_ranks(copied_run: Path, done: study.Run, under_mpirun: Callable[..., Any]) -> None:
+def test_two_ranks(copied_run, done, under_mpirun):
     """The stage on two ranks gives what it gives on one; the stages before it are reused."""
     out = copied_run.parent / "run"
     shutil.rmtree(out / "design")

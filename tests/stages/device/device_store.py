@@ -4,7 +4,6 @@ The force of a device is a pulse; response spectrum analyses find a given part o
 """
 
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -33,7 +32,7 @@ COMPONENTS = ["x", "y", "z", "rx", "ry", "rz"]
 MASSES = (1219.0, 327.0)
 FREQUENCIES = (30.5, 30.5, 82.9, 82.9)
 HEIGHT = 0.46
-DEVICE_SCALARS: dict[str, float | None] = {"basis_error": 0.002, "basis_vectors": 250.0}
+DEVICE_SCALARS = {"basis_error": 0.002, "basis_vectors": 250.0}
 
 
 @dataclass(frozen=True)
@@ -63,7 +62,7 @@ class WantedDevice:
 LOAD = ("case", "impact", "device")
 
 
-def device_store(asked: WantedDevice) -> xr.Dataset:
+def device_store(asked):
     """The store."""
     names = list(DAMPINGS)[: asked.dampings]
     scalars = [Scalar(f"device.{k}", v, "-") for k, v in (DEVICE_SCALARS | asked.scalars).items()]
@@ -97,7 +96,7 @@ def device_store(asked: WantedDevice) -> xr.Dataset:
     return with_scalars(store, scalars)
 
 
-def _responses(asked: WantedDevice) -> dict[str, tuple]:
+def _responses(asked):
     column = "xyz".index(asked.direction)
     # Of each load: the second device has twice the force of the first.
     detailed = np.array(asked.detailed[: asked.dampings])[..., None]
@@ -139,7 +138,7 @@ def _responses(asked: WantedDevice) -> dict[str, tuple]:
     }
 
 
-def _modes(asked: WantedDevice) -> dict[str, tuple]:
+def _modes(asked):
     count = len(asked.devices)
     frequency = np.tile([*FREQUENCIES, np.nan], (count, 1))
     damping = np.tile([*4 * [0.02], np.nan], (count, 1))
@@ -159,7 +158,7 @@ def _modes(asked: WantedDevice) -> dict[str, tuple]:
     }
 
 
-def _drawings(asked: WantedDevice) -> dict[str, tuple]:
+def _drawings(asked):
     known = np.nan if asked.from_modes else 1.0
     beam = known if asked.beam else np.nan
     size = known if asked.cylinder else np.nan
@@ -195,7 +194,7 @@ def _drawings(asked: WantedDevice) -> dict[str, tuple]:
     }
 
 
-def device_folder(folder: Path, **wanted: object) -> Path:
+def device_folder(folder, **wanted):
     """Write `device.nc` of a run into a folder and give the folder."""
     asked = WantedDevice(**wanted)  # type: ignore[arg-type]
     write_netcdf(folder / "device.nc", device_store(asked))

@@ -3,22 +3,19 @@
 Run by test_full_order.py: `mpirun -n 2 python full_on_ranks.py GIVEN FOLDER`.
 """
 
-from __future__ import annotations
-
 import pickle
 import sys
 import traceback
 from pathlib import Path
-from typing import Any
 
 from mpi4py import MPI
 
 from impactfem.building.model import assemble_building
 from impactfem.device.mounted import MountedDevice
-from impactfem.stages.device.full_order import FullHistories, full_histories, full_system
+from impactfem.stages.device.full_order import full_histories, full_system
 
 
-def histories(comm: Any, given: dict[str, Any], folder: Path, **options: Any) -> FullHistories:
+def histories(comm, given, folder, **options):
     """Matrices and both runs, on all ranks."""
     with full_system(
         assemble_building(comm, given["parts"]),
@@ -41,7 +38,7 @@ def histories(comm: Any, given: dict[str, Any], folder: Path, **options: Any) ->
         )
 
 
-def main(given: Path, folder: Path) -> None:
+def main(given, folder):
     made = histories(MPI.COMM_WORLD, pickle.loads(given.read_bytes()), folder)
     if MPI.COMM_WORLD.rank == 0:
         (folder / "found").write_bytes(pickle.dumps(made))

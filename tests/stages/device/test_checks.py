@@ -57,14 +57,8 @@ IMBALANCE = "pump: difference of action and reaction at the anchor"
 @pytest.mark.parametrize(
     ("wanted", "lines"),
     [
-        (
-            {"imbalance": 1e-7},
-            [f"{IMBALANCE} 1e-7 (limit 1e-8), damping own, without impact"],
-        ),
-        (
-            changed(imbalance=1e-5),
-            [f"{IMBALANCE} 1e-5 (limit 1e-8), damping damped, with impacts"],
-        ),
+        ({"imbalance": 1e-7}, [f"{IMBALANCE} 1e-7 (limit 1e-8), damping own, without impact"]),
+        (changed(imbalance=1e-5), [f"{IMBALANCE} 1e-5 (limit 1e-8), damping damped, with impacts"]),
         (
             {"scalars": {"basis_error": 0.02}},
             ["error of the reduced basis of 250 vectors 2 % (limit 0.5 %)"],
@@ -110,10 +104,7 @@ def test_a_number_that_fails(tmp_path, wanted, lines):
 @pytest.mark.parametrize(
     ("wanted", "line"),
     [
-        (
-            {"imbalance": np.nan},
-            "pump has no free spring, its base forces cannot be compared",
-        ),
+        ({"imbalance": np.nan}, "pump has no free spring, its base forces cannot be compared"),
         ({"pulls": (np.nan, np.nan)}, "the weight of pump is not known, nor its tension"),
         ({"notes": ("pump: one", "pump: two")}, "pump: two"),
         ({"devices": ("pump", "fan")}, "Fy of fan on the floor: 20 kN without impact, 132 kN with"),

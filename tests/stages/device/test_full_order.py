@@ -91,7 +91,7 @@ def test_smaller_steps(given, tmp_path):
 def test_goes_on_after_an_interruption(given, alone, tmp_path, caplog):
     """In the second of the two runs; the first one is not made again."""
 
-    def progress(part: float) -> None:
+    def progress(part):
         if part > 0.8:
             raise KilledError
 

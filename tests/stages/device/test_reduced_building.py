@@ -10,24 +10,22 @@ from scipy.sparse.linalg import splu
 
 from impactfem.building.links import linked
 from impactfem.building.model import assemble_building
+from impactfem.case import load_case
+from impactfem.case.damping import DampingCase
 from impactfem.coupling.body import reduced_body
 from impactfem.device.mounted import MountedDevice, mounted_response
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.reduced_basis import Accuracy
-from impactfem.reduction.reduced_building import (
-    CompleteModel,
-    ReducedBuilding,
-    ReductionPlan,
-    reduce_building,
-)
+from impactfem.reduction.reduced_building import ReducedBuilding, ReductionPlan, reduce_building
 from impactfem.reduction.wall import Wall
+from impactfem.stages.device.compute import damped_case
 
 from .conftest import FACTOR, STEP, scipy_matrix, shaken_and_hit
 
 
 @pytest.fixture(scope="module")
-def plan(frame, base_plate) -> ReductionPlan:
+def plan(frame, base_plate):
     case, parts = frame
     mesh = parts.mesh
     probes = np.unique([base_plate.master, mesh.centres[2], mesh.edges[2].min()])
@@ -44,13 +42,13 @@ def plan(frame, base_plate) -> ReductionPlan:
 
 
 @pytest.fixture(scope="module")
-def whole(frame, plan) -> ReducedBuilding:
+def whole(frame, plan):
     _, parts = frame
     return reduce_building(assemble_building(MPI.COMM_SELF, parts), parts.mesh, FACTOR, plan)
 
 
 @pytest.fixture(scope="module")
-def reduced(whole) -> CompleteModel:
+def reduced(whole):
     return whole.complete
 
 
@@ -147,3 +145,32 @@ def test_total_ground_load(reduced, frame):
     total = assemble_building(MPI.COMM_SELF, frame[1]).total[1, 1]
     effective = reduced.ground[:, 1] @ reduced.ground[:, 1]
     assert 0.8 * total < effective < total
+
+
+LIGHT = DampingCase(name="light", mass_coefficient=0.2, stiffness_coefficient=1e-4)
+
+
+@pytest.fixture
+def case(new_case, tmp_path):
+    found = load_case(new_case(tmp_path))
+    law = found.contact_laws["floor"]
+    return found.model_copy(update={"contact_laws": {"floor": law, "column": law}})
+
+
+def restitutions(case):
+    return {name: law.restitution for name, law in case.contact_laws.items()}
+
+
+def test_all_buildings_take_the_damping(case):
+    found = damped_case(case, LIGHT, None)
+    assert {b.damping.rayleigh for b in found.buildings} == {Rayleigh(0.2, 1e-4)}
+    assert found.contact_laws == case.contact_laws
+
+
+@pytest.mark.parametrize(
+    ("laws", "changed"), [((), {"floor", "column"}), ({"floor"}, {"floor"}), ({"other"}, set())]
+)
+def test_the_restitution_is_for_those_that_asked(case, laws, changed):
+    found, before = restitutions(damped_case(case, LIGHT, 0.31, laws)), restitutions(case)
+    assert {name for name in found if found[name] == 0.31} == changed
+    assert {name for name in found if found[name] == before[name]} == set(before) - changed

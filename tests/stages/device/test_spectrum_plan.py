@@ -105,11 +105,7 @@ def test_in_step_all_anchors_see_the_largest():
 
 def of_file(support, damping, *ordinates, frequency=(0.1, 14.0, 100.0)):
     return GivenSpectrum(
-        support=support,
-        direction="y",
-        damping=damping,
-        frequency=frequency,
-        acceleration=ordinates,
+        support=support, direction="y", damping=damping, frequency=frequency, acceleration=ordinates
     )
 
 

@@ -13,7 +13,6 @@ from impactfem.device.parts import BaseSprings, RigidBody
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.loads import Loads
-from impactfem.reduction.modal_response import modal_response
 from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
 from impactfem.spectra import response_spectra
@@ -107,7 +106,7 @@ def alone(reduced, damping):
     """Acceleration of the anchors without a device, shape (2, 6, n_t)."""
     ground = shaking()
     loads = Loads(STEP, ground, (1,), (), np.zeros((len(ground), 0)), 0.0)
-    found = modal_response(reduced.model(loads), loads.amplitudes, STEP, damping)
+    found = reduced.response(loads, damping)
     motion = reduced.anchors @ found.acceleration
     motion[:, :3] += ground.T
     return motion

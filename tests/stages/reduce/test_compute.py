@@ -14,8 +14,11 @@ from impactfem.case.transient import Transient
 from impactfem.stages.calibrate import compute as calibrate
 from impactfem.stages.reduce import compute as stage
 from impactfem.stages.reduce.compute import accuracies, prepare
-from impactfem.stages.reduce.stage import model_key
+from impactfem.stages.reduce.stage import model_key, take_model
+from impactfem.stages.reduce.store import MODEL
 from impactfem.system.errors import InputError
+from impactfem.system.files import write_archive
+from two_models import WALL, write_case
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"
 
@@ -115,3 +118,20 @@ def test_the_points_of_contact_are_those_of_both_stages(case):
         counts.append(len(made.position))
         keys.add(model_key(asked))
     assert counts[0] > counts[1] > 4 and len(keys) == 2
+
+
+def test_the_reduced_building_of_another_run(tmp_path):
+    """The largest with the same 3D model, for another damping as well; not that of another mesh."""
+    case = load_case(write_case(tmp_path / "case", WALL))
+    b = case.views[1]
+    for name, key, size in (("few", model_key(b), 2), ("many", model_key(b), 9), ("other", "", 99)):
+        (tmp_path / name / "B").mkdir(parents=True)
+        write_archive(tmp_path / name / "B" / MODEL, key, {"vectors": np.zeros(size)})
+    others = [tmp_path / name for name in ("few", "many", "other", "none")]
+    lighter = b.model_copy(update={"damping_cases": ()})
+    assert take_model(lighter, tmp_path / "new", others) == tmp_path / "many"
+    copied = (tmp_path / "new" / "B" / MODEL).read_bytes()
+    assert copied == (tmp_path / "many" / "B" / MODEL).read_bytes()
+    # What is there stays; the other building has another one.
+    assert take_model(b, tmp_path / "new", others[:1]) is None
+    assert take_model(case.views[0], tmp_path / "new", others) is None

@@ -1,7 +1,5 @@
 """The shipped frame as matrices with loads on it, its responses, and a study of it."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys
@@ -12,7 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from mpi4py import MPI
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from frame_case import QUICK, floors_meet, neighbour
@@ -29,11 +26,9 @@ from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.loads import make_loads
 from impactfem.reduction.probes import recorded_nodes, standard_probes
 from impactfem.reduction.reduced_basis import Accuracy, build_basis
-from impactfem.stages.transient.full_run import run_full
+from impactfem.stages.transient.compute import run_full
+from impactfem.system.arrays import Index
 from no_pictures import no_pictures
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"
 STOREY_FACTOR = 0.5

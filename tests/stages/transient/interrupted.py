@@ -10,7 +10,7 @@ import sys
 from contextlib import contextmanager
 
 from impactfem.cli import main
-from impactfem.stages.transient import motion_file
+from impactfem.stages.transient import export
 from impactfem.stages.transient import stage as transient
 from impactfem.system import files
 
@@ -28,7 +28,7 @@ def interrupted(path):
             os.kill(os.getpid(), signal.SIGKILL)
 
 
-for module in (files, motion_file):
+for module in (files, export):
     module.atomic = interrupted
 transient.transient_figures = lambda *_, **__: []
 sys.argv = ["impactfem", "run", case, "--stage", "transient", "--out", folder, *options]

@@ -18,7 +18,7 @@ from impactfem.building.model import assemble_building
 from impactfem.reduction.reduced_basis import Accuracy, build_basis
 from impactfem.reduction.response import modal_histories, node_response
 from impactfem.stages.transient import stage as transient
-from impactfem.stages.transient.full_run import run_full
+from impactfem.stages.transient.compute import run_full
 from impactfem.system.log import LOGGER
 
 

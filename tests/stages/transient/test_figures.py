@@ -14,7 +14,7 @@ from impactfem.stages.transient import floor_figures
 from impactfem.stages.transient.animation import _title
 from impactfem.stages.transient.curve_figures import centre_spectrum, probe_figures
 from impactfem.stages.transient.floor_figures import psa_at
-from impactfem.stages.transient.selection import at_floor, forces_note, shown
+from impactfem.stages.transient.selection import at_floor, forces_note, of_pounding, shown
 from impactfem.system.errors import ImpactfemError
 
 from ..figure_file import assert_drawn
@@ -125,10 +125,12 @@ def test_forces_inside_storeys_are_called_so(transient_folder):
         xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as sticks,
     ):
         time = float(abs(store["edge_force"]).max("edge").idxmax("time"))
-        assert "; force " in _title(shown(store), time)
+        assert "; force " in _title(shown(store), ["one"], time)
         names = [name.replace("floor", "storey") for name in store["edge"].values]
         response = shown(store.assign_coords(edge=names))
-        assert f"; force on storey {response.attrs['wave_floor']} " in _title(response, time)
+        assert f"; force on storey {response.attrs['wave_floor']} " in _title(
+            response, ["one"], time
+        )
         every = {one.name: one for one in probe_figures(response, sticks)}
         figure = every["figure_21_force_spectra"]
     # The page has numbers of its own, to which no caption leads.
@@ -222,6 +224,41 @@ def test_the_caption_says_where_a_base_plate_is(drawn, name, maps):
     where = "that of pump at x = 6 m, y = 3 m (d = 3 m), nodes within 0.8 m"
     assert f" Rigid base plates on the floor, where it is flat: {where}." in caption
     assert "tank" not in caption  # on another floor
+
+
+@pytest.mark.parametrize(
+    ("model", "words"), [("stick", "sticks"), ("structure", "pounding, steps of 0.5 ms")]
+)
+def test_what_pounded(transient_folder, model, words):
+    """Figures 12 and 13 have it beside the 3D model."""
+    folder = transient_folder(model=model, maps=False)
+    with (
+        xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
+        xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as pounding,
+    ):
+        found = {one.name[:9]: one for one in probe_figures(shown(store), pounding)}
+    for name in ("figure_12", "figure_13"):
+        labels = [curve.label for curve in found[name].panels[0].curves]
+        assert sum(label.startswith(words) for label in labels) == 1
+        assert f"3D model and {words}" in found[name].caption
+
+
+def test_displacements_are_relative_to_the_ground_under_the_building(transient_folder):
+    """Those of the 3D model are: what pounded is, too, where waves move its ground elsewhere."""
+    folder = transient_folder(maps=False)
+    with (
+        xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
+        xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as pounding,
+    ):
+        time = pounding["time"].values
+        ground = np.zeros((1, len(time), 3))
+        ground[0, :, 1] = 0.02 * time
+        apart = pounding.assign_coords(axis=["x", "y", "z"]).assign(
+            ground_apart=(("building", "time", "axis"), ground)
+        )
+        for name, way in (("displacement", 0.02 * time), ("acceleration", 0.0 * time)):
+            off = of_pounding(pounding, name, shown(store)) - of_pounding(apart, name, shown(store))
+            np.testing.assert_allclose(off.values, way, atol=1e-12)
 
 
 def test_captions_of_spectra_say_it_too(transient_folder):

@@ -12,7 +12,7 @@ import pytest
 import xarray as xr
 
 from impactfem import study
-from impactfem.stages.transient import motion_file
+from impactfem.stages.transient import export
 from impactfem.system import files
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import atomic
@@ -80,7 +80,7 @@ def full_disk(name):
             resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY,) * 2)
 
     with pytest.MonkeyPatch.context() as patch:
-        for module in (files, motion_file):
+        for module in (files, export):
             patch.setattr(module, "atomic", limited)
         yield
 

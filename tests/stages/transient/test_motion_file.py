@@ -12,11 +12,7 @@ import numpy as np
 import pytest
 
 from impactfem.reduction.probes import MotionGrid
-from impactfem.stages.transient.motion_file import (
-    mixed_topology,
-    motion_file,
-    write_motion_index,
-)
+from impactfem.stages.transient.export import mixed_topology, motion_file, write_motion_index
 from impactfem.system.errors import ImpactfemError
 
 UNITS = {"displacement": "m", "acceleration": "m/s2"}
@@ -37,7 +33,7 @@ import os, resource, signal, sys
 from pathlib import Path
 import numpy as np
 from impactfem.system.errors import (ImpactfemError)
-from impactfem.stages.transient.motion_file import (motion_file)
+from impactfem.stages.transient.export import (motion_file)
 from impactfem.reduction.probes import (MotionGrid)
 grid = MotionGrid(
     np.arange(1000), np.zeros((1000, 3)), np.array([[0, 1, 2]]), np.zeros((0, 2), dtype=np.int64)
@@ -122,7 +118,7 @@ def test_long_motion_takes_no_memory(tmp_path):
     )
     code = (
         "import resource, sys, numpy as np; from pathlib import Path\n"
-        "from impactfem.stages.transient.motion_file import motion_file\n"
+        "from impactfem.stages.transient.export import motion_file\n"
         "from impactfem.reduction.probes import MotionGrid\n"
         f"n = {n}\n"
         "grid = MotionGrid(np.arange(n), np.zeros((n, 3)), np.array([[0, 1, 2]]),\n"
@@ -173,10 +169,7 @@ def test_kill(tmp_path):
 def test_error_leaves_the_old_file(tmp_path):
     path = tmp_path / "motion.vtkhdf"
     path.write_text("old")
-    with (
-        pytest.raises(ZeroDivisionError),
-        motion_file(path, GRIDS["all"], TIMES, UNITS, {}),
-    ):
+    with pytest.raises(ZeroDivisionError), motion_file(path, GRIDS["all"], TIMES, UNITS, {}):
         raise ZeroDivisionError
     assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
 

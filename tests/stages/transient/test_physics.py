@@ -174,6 +174,7 @@ def test_of_a_store(numbers):
     assert ratio == pytest.approx(45.1 / 20.1, rel=0.03)
     frequency = found["transient.frs.floor_3.peak_frequency_over_sticks"].value
     assert frequency == pytest.approx(3.0, rel=0.2)
+    assert not any("over_sticks" in name for name in numbers(model="structure"))
     transfer = found["transient.transfer.floor_3"]
     # 1 + ln(f / 0.5), up to the highest frequency below 450 Hz of the store.
     assert transfer.value == pytest.approx(1e-6 * (1.0 + math.log(434.0 / 0.5)), rel=0.01)

@@ -13,7 +13,7 @@ from matplotlib.tri import Triangulation
 from PIL import Image
 
 from impactfem.plot.scene import impact_view, screen_axes
-from impactfem.stages.transient.animation import LASTS, Sampler, _frames, wave_animation
+from impactfem.stages.transient.animation import LASTS, Filmed, Sampler, _frames, wave_animation
 from impactfem.stages.transient.pictures import (
     AMPLIFICATION,
     PEAKS,
@@ -149,12 +149,12 @@ def test_frames_say_when(transient_folder, monkeypatch):
 
         title = animation._title
 
-        def kept(response, time):
-            said.append(title(response, time))
+        def kept(response, names, time):
+            said.append(title(response, names, time))
             return said[-1]
 
         monkeypatch.setattr(animation, "_title", kept)
-        frames = _frames(shown(store), maps.isel(frame=[0, 16]))
+        frames = _frames([Filmed(shown(store), maps.isel(frame=[0, 16]))])
         first, second = next(frames), next(frames)
     assert first.dtype == np.uint8 and first.shape[2] == 3 and (first != second).any()
     assert said[-2].endswith("floor 3: t = 0.4900 s, 10.0 ms before the impact began; force 0.0 MN")

@@ -47,12 +47,7 @@ def test_dimensions(store, maps):
     assert store.psa.dims == store.psa_band.dims == ("damping", "probe", "component", "frequency")
     assert store.acceleration.dims == ("time", "probe", "component")
     assert store.time.values == pytest.approx(1e-3 * np.arange(1001))
-    assert store.transfer_re.dims == (
-        "transfer_frequency",
-        "transfer_load",
-        "probe",
-        "component",
-    )
+    assert store.transfer_re.dims == ("transfer_frequency", "transfer_load", "probe", "component")
     assert maps.psa.dims == ("node", "component", "frequency")
     assert maps.wave_triangle_node.shape == (maps.sizes["wave_triangle"], 6)
 

@@ -1,0 +1,227 @@
+"""`impactfem verify` and `bench`."""
+
+import json
+import os
+import re
+import shutil
+import signal
+from pathlib import Path
+
+import pytest
+
+from bench import suite
+from bench.suite import Figure
+from impactfem import __version__
+from impactfem.case.template import PARTS
+from impactfem.run.stages import stage_names
+from impactfem.stages.pounding import stage as sticks
+from impactfem.system import files
+from impactfem.system.errors import SolutionError
+from impactfem.verify import manual
+from impactfem.verify.row import Row
+
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+GOOD = Row("good", "a length", 1.0, 1.0, "m", 1e-3, "nowhere")
+BAD = Row("bad", "a length", 1.0, 1.1, "m", 1e-3, "nowhere")
+NAN = Row("nan", "a length", 1.0, float("nan"), "m", 1e-3, "nowhere")
+
+
+class TestVerify:
+    def test_rows_and_json(self, program, tmp_path):
+        path = tmp_path / "rows é.json"
+        ended = program("verify", "--only", "sdll06", "--json", path)
+        count = len(json.loads(path.read_text(encoding="utf-8")))
+        assert ended.code == 0 and count >= 5
+        assert ended.out.endswith(f"\n{count} of {count} within tolerance\n")
+
+    def test_words_are_whole_in_a_pipe(self, program):
+        out = program("verify", "--only", "newmark").out
+        assert "relative displacement after 3 s in 2400 steps" in out and "…" not in out
+
+    @pytest.mark.parametrize("row", [GOOD, BAD, NAN], ids=["within", "beyond", "nan"])
+    def test_a_row_that_fails(self, program, tmp_path, monkeypatch, row):
+        monkeypatch.setattr(manual, "BENCHMARKS", {"one": lambda: [GOOD, row]})
+        path, passed = tmp_path / "rows.json", row is GOOD
+        for words in ((), ("--json", path)):
+            ended = program("verify", *words)
+            assert ended.code == (0 if passed else 1) and ("FAIL" in ended.out) != passed
+            assert ended.out.endswith(f"{1 + passed} of 2 within tolerance\n")
+        assert [entry["passed"] for entry in json.loads(path.read_text())] == [True, passed]
+
+    def test_an_unknown_name(self, program):
+        ended = program("verify", "--only", "roof")
+        assert ended.code == 2 and "--only = 'roof'" in ended.err and "cantilever" in ended.err
+
+    def test_a_file_that_cannot_be_written(self, program, tmp_path):
+        ended = program("verify", "--only", "sdll06", "--json", tmp_path / "absent" / "a.json")
+        assert ended.code == 1 and ended.err.startswith("error: cannot write")
+
+
+def test_check_of_a_fit(program):
+    """The shipped case and its fit; the case's own line follows."""
+    case, fit = (GEOMETRY / f"updating{end}.toml" for end in ("", "_fit"))
+    ended = program("check", case, "--fit", fit)
+    assert ended.code == 0 and ended.out.startswith(f"{fit}: good. 4 keys, 120 data\n{case}: good")
+
+
+def test_bench(program, tmp_path, monkeypatch):
+    measured = [Figure("a kernel", 0.2, "s", 0.3)]
+    monkeypatch.setitem(suite.GROUPS, "sticks", lambda: measured)
+    monkeypatch.setitem(suite.GROUPS, "spectra", list)
+    ended = program("bench", "--json", tmp_path / "bench.json")
+    assert ended.code == 0 and "a kernel" in ended.out and "met" in ended.out
+    assert json.loads((tmp_path / "bench.json").read_text())[0]["met"] is True
+
+
+def test_bench_without_the_source_tree(program, tmp_path, monkeypatch):
+    """As from a wheel."""
+    monkeypatch.setattr(files, "_ROOT", tmp_path)
+    ended = program("bench")
+    assert ended.code == 1 and ended.err.startswith("error: ")
+    assert "bench/suite.py is not there: this needs a clone of the source tree" in ended.err
+
+
+COMMANDS = ("run", "sweep", "report", "compare", "check", "new", "verify", "bench")
+
+
+class TestHelp:
+    def test_the_program(self, program):
+        for ended in (program("--help"), program()):
+            assert not [name for name in COMMANDS if name not in ended.out + ended.err]
+        assert program("--help").code == 0 and program().code == 2
+
+    @pytest.mark.parametrize("command", COMMANDS)
+    def test_each_command(self, program, command):
+        ended = program(command, "--help")
+        assert ended.code == 0 and re.match(f"Usage: .*impactfem {command} ", ended.out)
+
+    def test_stages_are_named(self, program):
+        told = re.findall(r"\w+", program("run", "--help").out)
+        assert not set(stage_names()) - set(told)
+
+    def test_version(self, program):
+        ended = program("--version")
+        assert (ended.code, ended.out) == (0, f"impactfem {__version__}\n")
+
+    @pytest.mark.parametrize(
+        "arguments",
+        [["run"], ["check"], ["new"], ["walk"], ["run", "a", "b"], ["run", "a", "--stage"], ["-z"]],
+        ids=" ".join,
+    )
+    def test_usage(self, program, tmp_path, monkeypatch, arguments):
+        monkeypatch.chdir(tmp_path)
+        ended = program(*arguments)
+        assert ended.code == 2 and "Error: " in ended.err and ended.out == ""
+        assert not list(tmp_path.iterdir())
+
+
+class TestSweep:
+    SET = ("--set", "buildings[0].stiffness_factor=0.5,2", "--stage", "pounding")
+    SHOW = ("--show", "sticks.west.frequency.1, sticks.east.frequency.1,")
+
+    def test_a_table(self, program, new_case, tmp_path, monkeypatch, no_figures):
+        monkeypatch.chdir(tmp_path)
+        ended = program("-v", "sweep", new_case(tmp_path).name, *self.SET, *self.SHOW)
+        assert ended.code == 0 and ended.err.count("stage pounding: done in") == 2
+        assert re.search(r"\n +0\.5 +1\.581 +\S+ *\n +2 +3\.161 +", ended.out)
+        places = [f"runs/small_sweep/sweep.{ending}" for ending in ("csv", "json", "svg")]
+        assert ended.out.endswith(f"\nresults: {', '.join(places)}\n")
+        lines = ended.err.splitlines()
+        name = "variant 2 of 2, buildings0.stiffness_factor=2"
+        assert lines.index("2 variants") < lines.index(f"{name}: starts")
+        assert re.search(f"^{name}: done in .* s", ended.err, re.MULTILINE)
+        assert all(Path(place).is_file() for place in places)
+
+    def test_a_variant_that_fails(self, program, new_case, tmp_path, monkeypatch):
+        def fail(*_, **__):
+            raise SolutionError("the response grew without bound")
+
+        monkeypatch.setattr(sticks, "run_sticks", fail)
+        ended = program("sweep", new_case(tmp_path), *self.SET, "--out", tmp_path / "s")
+        assert ended.code == 1 and ended.out.count("failed") == 2
+        assert ended.err.count("failed: the response grew without bound") == 2
+
+    def test_usage(self, program, finished):
+        """What the command line refuses by itself, and the faults of the sweep, a line each."""
+        for words in ((), ("--set", "damping.ratio=3 %", "--processes", "0")):
+            ended = program("sweep", finished.case, *words)
+            assert ended.code == 2 and "Error: " in ended.err
+        words = ("--set", "damping.rato=1", "--set", "contacts[0].gap=1:2", "--stage", "roof")
+        ended = program("sweep", finished.case, *words)
+        assert ended.code == 2 and ended.out == ""
+        assert ended.err.count("error: command line: ") == ended.err.count("\n") == 3
+
+    @pytest.mark.usefixtures("interruptible")
+    def test_an_interrupt(self, program, new_case, tmp_path, monkeypatch):
+        monkeypatch.setattr(
+            sticks, "run_sticks", lambda *_, **__: os.kill(os.getpid(), signal.SIGINT)
+        )
+        ended = program("sweep", new_case(tmp_path), *self.SET, "--out", tmp_path / "s")
+        assert ended.code == 130
+        assert ended.err.splitlines()[-1] == "interrupted; run again to go on"
+
+
+class TestCheckAndNew:
+    def test_a_new_case_is_good(self, program, tmp_path, monkeypatch, names):
+        monkeypatch.chdir(tmp_path)
+        ended = program("new", "mine")
+        assert ended.code == 0
+        assert ended.out == "wrote mine.toml\nwrote mine_floors.csv\n"
+        ended = program("check", "mine.toml")
+        assert ended.code == 0
+        assert ended.out.startswith(
+            "mine.toml: good. 2 buildings, 3 contact pairs, 1 ground motion\n"
+        )
+        assert names(tmp_path) == ["mine.toml", "mine_floors.csv"]
+
+    def test_with_parts(self, program, tmp_path, monkeypatch, names):
+        monkeypatch.chdir(tmp_path)
+        assert program("new", "mine", "--minimal", "--with", "devices, ensemble").code == 0
+        text = Path("mine.toml").read_text(encoding="utf-8")
+        assert "[[devices]]" in text and "[ensemble]" in text and "#" not in text
+        assert "mine_walls.csv" in names(tmp_path)
+        assert program("check", "mine.toml").code == 0
+        words = re.findall(r"\w+", program("new", "--help").out)
+        assert set(PARTS) <= set(words)
+        ended = program("new", "other", "--with", "roof,")
+        assert ended.code == 2 and "--with = 'roof': known: structure" in ended.err
+
+    def test_no_name(self, program, tmp_path, monkeypatch, names):
+        monkeypatch.chdir(tmp_path)
+        ended = program("new", "")
+        assert ended.code == 2 and "NAME = '': expected the name of a case" in ended.err
+        assert names(tmp_path) == []
+        assert program("new", ".").code == 0 and "case.toml" in names(tmp_path)
+
+    def test_a_report_of_no_run(self, program, tmp_path, names):
+        for folder in (tmp_path, tmp_path / "nowhere"):
+            ended = program("report", folder)
+            assert ended.code == 2 and ended.err.count("\n") == 1
+            assert "the folder holds no run to report on: case.json, " in ended.err
+        assert names(tmp_path) == []
+
+    def test_runs_that_cannot_be_compared(self, program, finished, tmp_path):
+        """Each fault has a line: no 3D stage, in one folder and the other."""
+        shutil.copytree(finished.folder, tmp_path / "other")
+        ended = program("compare", finished.folder, tmp_path / "other")
+        lines = ended.err.splitlines()
+        assert ended.code == 2 and ended.out == "" and len(lines) == 2
+        assert all(re.match("error: .*expected a run with the stage transient", x) for x in lines)
+        for highest in ("-1.0", "0.0", "nan", "inf"):
+            ended = program("compare", finished.folder, tmp_path / "other", "--to", highest)
+            assert ended.code == 2
+            assert ended.err.startswith(f"error: command line: --to = {highest}: expected a posit")
+        for one, other, words in (
+            (tmp_path / "other", tmp_path / "." / "other", "expected the folder of another run"),
+            (tmp_path, finished.folder, "the folder holds no run"),
+        ):
+            ended = program("compare", one, other)
+            assert ended.code == 2 and words in ended.err
+        assert [path.name for path in tmp_path.iterdir()] == ["other"]
+
+    def test_nothing_is_overwritten(self, program, tmp_path, monkeypatch, names):
+        monkeypatch.chdir(tmp_path)
+        Path("mine.toml").write_text("precious")
+        ended = program("new", "mine")
+        assert ended.code == 2 and "exists already" in ended.err
+        assert names(tmp_path) == ["mine.toml"] and Path("mine.toml").read_text() == "precious"
