@@ -13,7 +13,8 @@ from impactfem.coupling.pounding import System, simulate
 from impactfem.coupling.unilateral import ModalMotion, unilateral_response
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.soil import HalfSpace, raft_mass, soil_of
-from impactfem.sticks.stick import build_stick
+
+from ..sticks.conftest import damped_stick
 
 DT, STEPS = 2e-3, 1500
 NONE = np.zeros((6, 6))
@@ -56,7 +57,7 @@ def dense(stick):
 @pytest.mark.parametrize("ratio", [0.0, 0.05])
 def test_against_dense_matrices(floors, shaken, ratio):
     """Shaken, with degrees of freedom in the soil, also those without mass; and at rest again."""
-    stick = build_stick("a", floors(3), damping=Rayleigh(0.6, 8e-4), soil=half_space(200.0, ratio))
+    stick = damped_stick("a", floors(3), damping=Rayleigh(0.6, 8e-4), soil=half_space(200.0, ratio))
     response = simulate(System((stick,), ()), shaken, DT)
     (M, C, K), R = dense(stick)
     n = stick.n
@@ -89,7 +90,7 @@ def test_against_dense_matrices(floors, shaken, ratio):
 
 def test_nothing_drifts(floors, shaken):
     """What is left of the motion when the ground rests goes away, of the soil as well."""
-    stick = build_stick("a", floors(2), damping=Rayleigh(0.6, 2e-3), soil=half_space(150.0, 0.02))
+    stick = damped_stick("a", floors(2), damping=Rayleigh(0.6, 2e-3), soil=half_space(150.0, 0.02))
     ground = np.pad(shaken, ((0, 4 * STEPS), (0, 0)))
     response = simulate(System((stick,), ()), ground, DT)
     for u in (response.bases["a"].u, response.u):
@@ -120,7 +121,7 @@ def test_very_stiff_soil_is_a_clamped_base(row, shaken):
 
 def test_damping_of_the_modes_is_the_decay(floors):
     """A stick pulled along y and let go loses exp(−2πξ) a cycle, its soil included."""
-    stick = build_stick("a", floors(1), soil=half_space(400.0))
+    stick = damped_stick("a", floors(1), soil=half_space(400.0))
     system = System((stick,), ())
     body = system.modes[0][1]
     modes = coupled_modes(body)
@@ -138,7 +139,7 @@ def test_the_first_mode_is_followed_down_to_mud(floors):
     """Softer soil never shortens the first period, however much it damps."""
     found = []
     for speed in (10.0, 20.0, 60.0, 200.0, 1e3, 1e5):
-        body = System((build_stick("a", floors(3), soil=half_space(speed)),), ()).modes[0][1]
+        body = System((damped_stick("a", floors(3), soil=half_space(speed)),), ()).modes[0][1]
         modes = coupled_modes(body)
         found.append([modes.frequency[first_along(modes.effective_mass[:, k])] for k in range(2)])
     assert np.all(np.diff(found, axis=0) > 0.0)
@@ -150,7 +151,7 @@ def test_the_first_mode_is_followed_down_to_mud(floors):
 
 def test_unilateral_links_of_a_stick_on_soil(floors):
     """Before a rigid wall by Moreau's rule: the energies balance, the wall holds."""
-    stick = build_stick("a", floors(2), damping=Rayleigh(0.6, 8e-4), soil=half_space(200.0))
+    stick = damped_stick("a", floors(2), damping=Rayleigh(0.6, 8e-4), soil=half_space(200.0))
     (_, body), *_ = System((stick,), ()).modes
     wall = Link("wall", ("a", "floor 2"), None, np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0]), 0.002)
     assembly = Assembly([body], [wall])

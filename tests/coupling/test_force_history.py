@@ -14,8 +14,9 @@ from impactfem.coupling.force_history import (
     write_forces,
 )
 from impactfem.coupling.pounding import End, Pair, System, simulate
-from impactfem.sticks.stick import build_stick
 from impactfem.system.errors import InputError
+
+from ..sticks.conftest import damped_stick
 
 DT = 2.5e-4
 # Debian's h5py on the NumPy 1.26 of the virtual environment.
@@ -71,7 +72,7 @@ def test_netcdf_there_and_back(response, tmp_path):
 
 
 def test_a_storey_point_and_a_wall(floors, tmp_path):
-    stick = build_stick("a", floors(2), storey_points=[(2, 0.25)])
+    stick = damped_stick("a", floors(2), storey_points=[(2, 0.25)])
     end = End("a", stick.storey_points[2, 0.25], (0.0, 6.0, 0.0), 2, 0.25)
     pair = Pair("wall", end, None, Y, 0.01, kelvin_voigt(1e9, 0.1, 1e5))
     path = tmp_path / "forces.nc"

@@ -9,9 +9,11 @@ from impactfem.coupling.contact import effective_mass, hertz_damp, kelvin_voigt
 from impactfem.coupling.impacts import impacts
 from impactfem.coupling.pounding import End, Load, Pair, System, simulate
 from impactfem.dynamics.damping import RatioTable, Rayleigh
-from impactfem.sticks.stick import build_stick, mass_on_spring
+from impactfem.sticks.stick import mass_on_spring
 from impactfem.system.errors import ImpactfemError, SolutionError
 from impactfem.verify.contact import Y, against_wall, collision
+
+from ..sticks.conftest import damped_stick
 
 DT = 2.5e-4
 UX, UY, UZ, RX, RY, RZ = range(6)
@@ -36,7 +38,7 @@ def test_a_gap_that_never_closes_changes_nothing(row, shake):
 def test_rayleigh_as_a_table_of_its_own_curve(floors, shake, points):
     """With points without mass, and with impacts, the numbers of Rayleigh damping."""
     own = Rayleigh(0.6, 8e-4)
-    sticks = [build_stick(name, floors(2), damping=own, storey_points=points) for name in "ab"]
+    sticks = [damped_stick(name, floors(2), damping=own, storey_points=points) for name in "ab"]
     soft = replace(sticks[1], K=0.7 * sticks[1].K, C=own.matrix(0.7 * sticks[1].K, sticks[1].M))
     law = kelvin_voigt(1e9, 0.1, effective_mass(*(2 * [floors(1)[0].mass])))
     ends = [End.of_floor(stick, 2, (0.0, 0.0, 0.0)) for stick in sticks]
@@ -69,8 +71,8 @@ def test_buildings_alike_never_touch(row, shake):
 
 
 def test_a_point_without_mass_changes_nothing_when_nothing_touches(floors, shake):
-    plain = System((build_stick("a", floors(2)),), ())
-    pointed = System((build_stick("a", floors(2), storey_points=[(2, 0.3), (1, 0.5)]),), ())
+    plain = System((damped_stick("a", floors(2)),), ())
+    pointed = System((damped_stick("a", floors(2), storey_points=[(2, 0.3), (1, 0.5)]),), ())
     ground = shake(components=(0, 1, 2))
     one, other = simulate(plain, ground, DT), simulate(pointed, ground, DT)
     assert np.abs(one.u - other.u[:, :12]).max() < 1e-9 * np.abs(one.u).max()

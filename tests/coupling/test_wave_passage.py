@@ -10,8 +10,10 @@ from impactfem.coupling.contact import kelvin_voigt, law_force
 from impactfem.coupling.ground import Ground
 from impactfem.coupling.impacts import impacts, separations
 from impactfem.coupling.pounding import End, Pair, System, simulate
-from impactfem.sticks.stick import build_stick, mass_on_spring
+from impactfem.sticks.stick import mass_on_spring
 from impactfem.verify.soil import _half_space
+
+from ..sticks.conftest import damped_stick
 
 DT, STEPS = 1e-3, 3000
 Y = np.array([0.0, 1.0, 0.0])
@@ -32,8 +34,8 @@ def waves():
 
 def towers(floors, gap, soil=None, second=1.0):
     """Two sticks of two floors, the roofs a gap apart along y; the second one stiffer or softer."""
-    a, b = (build_stick(name, floors(2), soil=soil) for name in "ab")
-    b = replace(b, K=second * b.K)
+    a, b = (damped_stick(name, floors(2), soil=soil) for name in "ab")
+    b = replace(b, K=second * b.K, damping=None)
     law = kelvin_voigt(1e8, 0.1, 1e4)
     pair = Pair("a-b", End.of_floor(a, 2), End.of_floor(b, 2), Y, gap, law)
     return System((a, b), (pair,))

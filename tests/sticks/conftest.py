@@ -2,6 +2,7 @@
 
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -25,10 +26,11 @@ FLOOR = Floor(
     inertia=(2.9e6, 8.0e6, 10.9e6),
     height=3.5,
     section=SECTION,
-    damping=Rayleigh(0.6, 8e-4),
     below=0.4,
     above=0.1,
 )
+
+damped_stick = partial(build_stick, damping=Rayleigh(0.6, 8e-4))
 
 
 @pytest.fixture(scope="session")
@@ -56,7 +58,7 @@ def row(floors):
         for k in range(buildings):
             stiffness = SECTION.E * softer**k
             soft = replace(SECTION, E=stiffness, G=stiffness / 2.4)
-            sticks.append(build_stick("abcdef"[k], floors(2, section=soft), axis=(0.0, 12.0 * k)))
+            sticks.append(damped_stick("abcdef"[k], floors(2, section=soft), axis=(0.0, 12.0 * k)))
         law = law or kelvin_voigt(1e10, 0.12, FLOOR.mass / 2.0, tension=tension)
         pairs = []
         if gap is not None:

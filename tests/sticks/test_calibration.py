@@ -13,8 +13,9 @@ from impactfem.sticks.calibration import (
 )
 from impactfem.sticks.element import COMPONENTS
 from impactfem.sticks.modes import modes
-from impactfem.sticks.stick import build_stick
 from impactfem.system.errors import ImpactfemError, SolutionError
+
+from .conftest import damped_stick
 
 TRUE = Parameters(0.37, np.array([4.1, 3.3, 3.0]), 0.45, 0.15)
 BOUNDS = Bounds(
@@ -39,7 +40,7 @@ def make(floors):
             section = replace(floor.section, E=s * floor.section.E, G=s * floor.section.G)
             zones = {"below": parameters.below, "above": parameters.above}
             built.append(replace(floor, section=section, height=float(height), **zones))
-        return build_stick(name, built)
+        return damped_stick(name, built)
 
     return stick
 

@@ -7,15 +7,17 @@ from hypothesis import strategies as st
 
 from impactfem.sticks.element import COMPONENTS
 from impactfem.sticks.modes import FAMILIES, modes, natural_modes
-from impactfem.sticks.stick import build_stick, mass_on_spring
+from impactfem.sticks.stick import mass_on_spring
 from impactfem.system.errors import SolutionError
+
+from .conftest import damped_stick
 
 UY, RX = 1, 3
 
 
 @pytest.fixture
 def stick(floors):
-    return build_stick("a", floors(3), axis=(5.0, 1.0), base=2.0)
+    return damped_stick("a", floors(3), axis=(5.0, 1.0), base=2.0)
 
 
 def test_frequencies_against_the_plain_eigenvalue_problem(stick):
@@ -60,7 +62,7 @@ def test_families_in_natural_order(stick):
 
 
 def test_points_without_mass_drop_out(floors, stick):
-    pointed = build_stick("a", floors(3), axis=(5, 1), base=2, storey_points=[(1, 0.5), (3, 0.3)])
+    pointed = damped_stick("a", floors(3), axis=(5, 1), base=2, storey_points=[(1, 0.5), (3, 0.3)])
     plain, found = modes(stick), modes(pointed)
     assert found.frequency == pytest.approx(plain.frequency, rel=1e-9)
     assert found.shape.shape == (30, 18)
@@ -85,7 +87,7 @@ def test_a_mechanism_is_refused():
 
 @pytest.mark.parametrize("value", [0.0, -1.0])
 def test_a_component_without_stiffness_is_refused(floors, value):
-    sound = build_stick("a", floors(2))
+    sound = damped_stick("a", floors(2))
     K = sound.K.copy()
     for component in (UY, 6 + 2, 6 + 5):
         broken = K.copy()
@@ -106,7 +108,7 @@ def test_a_square_stick_has_clean_families(floors, n, height, area, moment, mass
         floors(1)[0].section, Avx=area, Avy=area, Ix=moment, Iy=moment, A=4.0 * area, Iz=moment
     )
     inertia = (2.9e6, 2.9e6, 5.8e6)
-    stick = build_stick(
+    stick = damped_stick(
         "a", floors(n, section=square, height=height, mass=mass * 240e3, inertia=inertia)
     )
     found = modes(stick)

@@ -6,15 +6,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.sticks.stick import build_stick, mass_on_spring
+from impactfem.sticks.stick import mass_on_spring
 from impactfem.system.errors import ImpactfemError
+
+from .conftest import damped_stick
 
 UX, UY, UZ, RX, RY, RZ = range(6)
 Y = np.array([0.0, 1.0, 0.0])
 
 
 def test_matrices_are_symmetric_and_hold_all_mass(floors):
-    stick = build_stick("a", floors(3), axis=(10.0, 6.0), base=-2.0)
+    stick = damped_stick("a", floors(3), axis=(10.0, 6.0), base=-2.0)
     assert stick.n == 18
     for matrix in (stick.M, stick.C, stick.K):
         assert np.abs(matrix - matrix.T).max() <= 1e-12 * np.abs(matrix).max()
@@ -32,7 +34,7 @@ def test_matrices_are_symmetric_and_hold_all_mass(floors):
 
 
 def test_positions(floors):
-    stick = build_stick("a", floors(2), axis=(10.0, 6.0), base=-2.0, storey_points=[(2, 0.25)])
+    stick = damped_stick("a", floors(2), axis=(10.0, 6.0), base=-2.0, storey_points=[(2, 0.25)])
     # The flexible part of storey 2 goes from 1.5 + 0.1 to 5.0 - 0.4.
     expected = [[10, 6, 1.5], [10, 6, 5.0], [10, 6, 1.6 + 0.25 * 3.0]]
     assert stick.positions == pytest.approx(np.array(expected, dtype=float))
@@ -43,8 +45,8 @@ def test_positions(floors):
 @settings(deadline=None, max_examples=20)
 @given(st.lists(st.floats(0.05, 0.95), min_size=1, max_size=3, unique_by=lambda s: round(s, 2)))
 def test_stiffness_does_not_depend_on_where_a_storey_is_cut(floors, heights):
-    whole = build_stick("a", floors(3))
-    cut = build_stick("a", floors(3), storey_points=[(2, s) for s in heights])
+    whole = damped_stick("a", floors(3))
+    cut = damped_stick("a", floors(3), storey_points=[(2, s) for s in heights])
     kept, added = slice(0, whole.n), slice(whole.n, None)
     for name in ("K", "C"):
         A = getattr(cut, name) - (0.6 * cut.M if name == "C" else 0.0)
@@ -57,7 +59,7 @@ def test_stiffness_does_not_depend_on_where_a_storey_is_cut(floors, heights):
 
 
 def test_a_point_asked_twice_is_one_point(floors):
-    stick = build_stick("a", floors(2), storey_points=[(1, 0.5), (2, 0.5), (1, 0.5)])
+    stick = damped_stick("a", floors(2), storey_points=[(1, 0.5), (2, 0.5), (1, 0.5)])
     assert stick.storey_points == {(1, 0.5): 2, (2, 0.5): 3}
     assert len(stick.elements) == 4
 
@@ -65,7 +67,7 @@ def test_a_point_asked_twice_is_one_point(floors):
 def test_rigid_zone_in_closed_form(floors):
     # One floor on L = H - b of flexible length; P at the mass centre, b above the flexible end.
     H, b, P = 3.5, 0.8, 1e6
-    stick = build_stick("a", floors(1, below=b))
+    stick = damped_stick("a", floors(1, below=b))
     section = stick.floors[0].section
     EI, GAv, flexible = section.E * section.Ix, section.G * section.Avy, H - b
     v = (
@@ -81,49 +83,37 @@ def test_rigid_zone_in_closed_form(floors):
 
 def test_rigid_zones_stiffen(floors):
     def top(**zones):
-        stick = build_stick("a", floors(3, **zones))
+        stick = damped_stick("a", floors(3, **zones))
         return np.linalg.solve(stick.K, np.eye(stick.n)[-6 + UY])[-6 + UY]
 
     none = top(below=0.0, above=0.0)
     assert top(below=0.4, above=0.1) < 0.95 * none
     assert top(below=0.8, above=0.2) < top(below=0.4, above=0.1)
     # The zone above the highest floor holds nothing.
-    low = build_stick("a", floors(1, above=0.0))
-    assert np.array_equal(low.K, build_stick("a", floors(1, above=3.0)).K)
+    low = damped_stick("a", floors(1, above=0.0))
+    assert np.array_equal(low.K, damped_stick("a", floors(1, above=3.0)).K)
 
 
 @pytest.mark.parametrize(("below", "above"), [(3.5, 0.0), (2.0, 1.5), (2.0, 2.0)])
 def test_no_flexible_length(floors, below, above):
     with pytest.raises(ImpactfemError, match=r"building a: the storey below floor \d has no flex"):
-        build_stick("a", floors(3, below=below, above=above))
+        damped_stick("a", floors(3, below=below, above=above))
 
 
 def test_unknown_floor_names_the_known_ones(floors):
-    stick = build_stick("west", [replace(f, number=2 * f.number) for f in floors(2)])
+    stick = damped_stick("west", [replace(f, number=2 * f.number) for f in floors(2)])
     assert stick.floor_master(4) == 1
     with pytest.raises(ImpactfemError, match="building west has no floor 3; its floors: 2, 4"):
         stick.floor_master(3)
 
 
-def test_damping_by_part(floors):
-    first, second = floors(2)
-    parts = (
-        replace(first, damping=Rayleigh(0.5, 0.0)),
-        replace(second, damping=Rayleigh(0.0, 2e-3)),
-    )
-    stick = build_stick("a", parts)
-    M, K = stick.M.copy(), build_stick("a", (first,)).K
-    M[6:] = 0.0
-    upper_storey = stick.K.copy()
-    upper_storey[:6, :6] -= K
-    expected = 0.5 * M + 2e-3 * upper_storey
-    assert np.abs(stick.C - expected).max() < 1e-9 * np.abs(expected).max()
-    same = build_stick("a", floors(2))
-    assert np.abs(same.C - 0.6 * same.M - 8e-4 * same.K).max() < 1e-12 * np.abs(same.C).max()
+def test_damping_by_its_law(floors):
+    stick = damped_stick("a", floors(2))
+    assert np.abs(stick.C - 0.6 * stick.M - 8e-4 * stick.K).max() < 1e-12 * np.abs(stick.C).max()
 
 
 def test_point_mass_of_a_floor(floors):
-    stick = build_stick("a", floors(2))
+    stick = damped_stick("a", floors(2))
     M, (Jx, Jy, Jz) = 240e3, (2.9e6, 8.0e6, 10.9e6)
     assert stick.point_mass(1, (0.0, 6.0, 0.0), Y) == pytest.approx(M)
     e = 4.0
@@ -136,7 +126,7 @@ def test_point_mass_of_a_floor(floors):
 
 def test_point_mass_inside_a_storey(floors):
     low, high = floors(2)
-    stick = build_stick("a", [low, replace(high, mass=100e3)], storey_points=[(1, 0.5), (2, 0.25)])
+    stick = damped_stick("a", [low, replace(high, mass=100e3)], storey_points=[(1, 0.5), (2, 0.25)])
     middle, base = stick.storey_points[2, 0.25], stick.storey_points[1, 0.5]
     expected = 1 / (0.25**2 / 100e3 + 0.75**2 / 240e3)
     assert stick.point_mass(middle, (0.0, 6.0, 0.0), Y) == pytest.approx(expected)
@@ -145,7 +135,7 @@ def test_point_mass_inside_a_storey(floors):
 
 
 def test_translation_of_an_offset_point(floors):
-    stick = build_stick("a", floors(2))
+    stick = damped_stick("a", floors(2))
     u = np.zeros(12)
     u[6:] = [0.1, 0.2, 0.3, 0.01, 0.02, 0.03]
     # u + θ × r with r = (1, 2, 3).
@@ -155,7 +145,7 @@ def test_translation_of_an_offset_point(floors):
 
 
 def test_element_forces_hold_the_load_above(floors):
-    stick = build_stick("a", floors(3), storey_points=[(2, 0.5)])
+    stick = damped_stick("a", floors(3), storey_points=[(2, 0.5)])
     loads = np.zeros((4, 6))
     loads[0, UY], loads[1, UZ], loads[2, :3] = 1e6, -2e6, [3e5, 7e5, -1e6]
     loads[2, RZ] = 4e6
@@ -179,7 +169,7 @@ def test_element_forces_hold_the_load_above(floors):
 
 @pytest.mark.parametrize("s", [0.2, 0.5, 0.9])
 def test_a_blow_inside_a_storey_shears_the_part_below_it(floors, s):
-    stick = build_stick("a", floors(3), storey_points=[(2, s)])
+    stick = damped_stick("a", floors(3), storey_points=[(2, s)])
     P, load = 1e6, np.zeros(stick.n)
     load[6 * stick.storey_points[2, s] + UY] = P
     shear = stick.element_forces(np.linalg.solve(stick.K, load))[:, UY]
@@ -191,20 +181,17 @@ def test_a_blow_inside_a_storey_shears_the_part_below_it(floors, s):
 def test_a_point_at_the_end_of_a_storey_is_refused(floors, s):
     expected = rf"building a: a point inside the storey below floor 2 needs .* 0 and 1, got {s:g};"
     with pytest.raises(ImpactfemError, match=expected):
-        build_stick("a", floors(2), storey_points=[(2, s)])
+        damped_stick("a", floors(2), storey_points=[(2, s)])
     for inside in (1e-3, 1 - 1e-3):
-        assert build_stick("a", floors(2), storey_points=[(2, inside)]).n == 18
+        assert damped_stick("a", floors(2), storey_points=[(2, inside)]).n == 18
 
 
 def test_a_point_in_an_undamped_storey_is_refused(floors):
-    first, second = floors(2)
-    parts = (first, replace(second, damping=Rayleigh(0.6, 0.0)))
     expected = "contact point inside the storey below floor 2 has no mass and needs damping"
     with pytest.raises(ImpactfemError, match=expected):
-        build_stick("a", parts, storey_points=[(2, 0.5)])
-    # The other storey is damped, and without a point none has to be.
-    assert build_stick("a", parts, storey_points=[(1, 0.5)]).n == 18
-    assert build_stick("a", parts).n == 12
+        damped_stick("a", floors(2), damping=Rayleigh(0.6, 0.0), storey_points=[(2, 0.5)])
+    # Without a point none is needed.
+    assert damped_stick("a", floors(2), damping=Rayleigh(0.6, 0.0)).n == 12
 
 
 def test_a_mass_on_a_spring():

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 import scipy.linalg
 
-from impactfem.dynamics.damping import UNDAMPED, DampingLaw, Rayleigh
+from impactfem.dynamics.damping import UNDAMPED, DampingLaw
 from impactfem.dynamics.soil import Soil
 from impactfem.sticks.element import Section, rigid_link, storey_stiffness
 from impactfem.system.arrays import Array, Index
@@ -30,8 +30,6 @@ class Floor:
     inertia: tuple[float, float, float]
     height: float  #: from the mass centre below (or the base) to this mass centre [m]
     section: Section  #: section of the storey below the floor, stiffness factors included
-    #: Coefficients of the storey (β) and of the floor's mass (α), where the stick has no law.
-    damping: Rayleigh = UNDAMPED
     below: float = 0.0  #: from the mass centre down to the lower edge of the rigid zone [m]
     above: float = 0.0  #: from the mass centre up to its upper edge [m]
 
@@ -44,7 +42,6 @@ class StoreyElement:
     dofs: Index  #: degrees of freedom of the two masters, shape (12,); -1 where clamped
     T: Array  #: from the masters' components to the element's ends, shape (12, 12)
     k: Array  #: stiffness between the element's ends, shape (12, 12)
-    beta: float  #: stiffness-proportional damping coefficient [s]
 
 
 @dataclass(frozen=True)
@@ -64,7 +61,7 @@ class Stick:
     C: Array  #: damping matrix, shape (n, n) [N s/m, N m s]
     K: Array  #: stiffness matrix, shape (n, n) [N/m, N m]
     elements: tuple[StoreyElement, ...]  #: the beam elements, for the forces in the storeys
-    damping: DampingLaw | None = None  #: the law of C; None where it is by floors and storeys
+    damping: DampingLaw | None = None  #: the law of C; None where C is given
     #: Raft and soil about the base; None where it is clamped. M, C and K are those on the base.
     soil: Soil | None = None
     #: Master of each (storey number, relative height) added for contact.
@@ -169,7 +166,7 @@ def build_stick(
     name: str,
     floors: Sequence[Floor],
     *,
-    damping: DampingLaw | None = None,
+    damping: DampingLaw = UNDAMPED,
     axis: tuple[float, float] = (0.0, 0.0),
     base: float = 0.0,
     soil: Soil | None = None,
@@ -184,8 +181,7 @@ def build_stick(
     Args:
         name: The building's name.
         floors: The floors, bottom to top.
-        damping: The law of the whole; None for damping by part, α M on floors and β K on storeys,
-            each with its own coefficients.
+        damping: Its law.
         axis: Plan position (x, y) of the axis [m].
         base: Elevation of the base [m].
         soil: Raft and soil under it; clamped when None.
@@ -194,8 +190,8 @@ def build_stick(
 
     Raises:
         ImpactfemError: A storey has no flexible length left between its rigid zones; or a point
-            is not inside its storey, or in one whose damping does not grow with the stiffness,
-            where a node without mass would ring for ever.
+            is not inside its storey, or the damping does not grow with the stiffness, so that a
+            node without mass would ring for ever.
     """
     z = base + np.cumsum([floor.height for floor in floors])
     positions = [np.array([*axis, height]) for height in z]
@@ -218,8 +214,7 @@ def build_stick(
                     f"building {name}: a point inside the storey below floor {floor.number} needs "
                     f"a relative height between 0 and 1, got {s:g}; its ends are points of floors"
                 )
-            beta = floor.damping.beta if damping is None else damping.stiffness_part(HIGH)
-            if not beta > 0.0:
+            if not damping.stiffness_part(HIGH) > 0.0:
                 raise ImpactfemError(
                     f"building {name}: a contact point inside the storey below floor "
                     f"{floor.number} has no mass and needs damping of the storey "
@@ -235,20 +230,18 @@ def build_stick(
                 6 * end[0] + c if end[0] >= 0 else -1 for end in (lower, upper) for c in range(6)
             ]
             k = storey_stiffness(float(upper[2] - lower[2]), floor.section)
-            beta = floor.damping.beta
-            elements.append(StoreyElement(index, np.array(dofs, dtype=np.int64), T, k, beta))
+            elements.append(StoreyElement(index, np.array(dofs, dtype=np.int64), T, k))
     n = 6 * len(positions)
-    M, C, K = np.zeros((3, n, n))
+    M, K = np.zeros((2, n, n))
     for index, floor in enumerate(floors):
         block = np.arange(6 * index, 6 * index + 6)
         M[block, block] = [floor.mass] * 3 + list(floor.inertia)
-        C[block, block] = floor.damping.alpha * M[block, block]
     for element in elements:
         k = element.T.T @ element.k @ element.T
         free = element.dofs >= 0
         at = np.ix_(element.dofs[free], element.dofs[free])
         K[at] += k[np.ix_(free, free)]
-        C[at] += element.beta * k[np.ix_(free, free)]
+    K = (K + K.T) / 2.0
     return Stick(
         name=name,
         floors=tuple(floors),
@@ -256,8 +249,8 @@ def build_stick(
         base=base,
         positions=np.array(positions),
         M=M,
-        C=C if damping is None else damping.matrix((K + K.T) / 2.0, M),
-        K=(K + K.T) / 2.0,
+        C=damping.matrix(K, M),
+        K=K,
         elements=tuple(elements),
         damping=damping,
         soil=soil,
@@ -305,7 +298,7 @@ def mass_on_spring(
     k = mass * (2.0 * np.pi * frequency) ** 2 if frequency is not None else float(stiffness or 0.0)
     c = 2.0 * damping_ratio * np.sqrt(k * mass) if damping_ratio is not None else dashpot
     unit = Section(E=1.0, G=1.0, A=1.0, Avx=1.0, Avy=1.0, Ix=1.0, Iy=1.0, Iz=1.0)
-    floor = Floor(1, mass, (mass, mass, mass), 1.0, unit, Rayleigh(0.0, c / k if k else 0.0))
+    floor = Floor(1, mass, (mass, mass, mass), 1.0, unit)
     x, y, z = position
     ends = np.array([-1] * 6 + list(range(6)), dtype=np.int64)
     between = k * np.kron(np.array([[1.0, -1.0], [-1.0, 1.0]]), np.eye(6))
@@ -318,5 +311,5 @@ def mass_on_spring(
         M=mass * np.eye(6),
         C=c * np.eye(6),
         K=k * np.eye(6),
-        elements=(StoreyElement(0, ends, np.eye(12), between, floor.damping.beta),),
+        elements=(StoreyElement(0, ends, np.eye(12), between),),
     )

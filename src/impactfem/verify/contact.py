@@ -15,7 +15,7 @@ from impactfem.coupling.contact import Law
 from impactfem.coupling.from_case import system_of
 from impactfem.coupling.impacts import approaches, impacts
 from impactfem.coupling.pounding import End, Pair, Response, System, Update, simulate
-from impactfem.dynamics.damping import UNDAMPED, Rayleigh
+from impactfem.dynamics.damping import Rayleigh
 from impactfem.sticks.element import Section
 from impactfem.sticks.stick import Floor, Stick, build_stick, mass_on_spring
 from impactfem.system.arrays import Array
@@ -265,7 +265,7 @@ def impacting_bar(rows: Rows) -> None:
     loose = Section(E * 1e-12, E, S * 1e-6, S, S, 1e-8, 1e-8, 1e-8)
     ends = rho * S * h / 2.0
     floors = [
-        Floor(k + 1, m, (1e-3,) * 3, h, section if k else loose, UNDAMPED)
+        Floor(k + 1, m, (1e-3,) * 3, h, section if k else loose)
         for k, m in enumerate([ends, *[2.0 * ends] * (n - 1), ends])
     ]
     bar = build_stick("bar", floors)
@@ -457,9 +457,8 @@ def _on_column(building: Building, time: Array, a: float, Ω: float) -> Array:
 
 def _tower(name: str, heights: tuple[float, ...], points: tuple[tuple[int, float], ...]) -> Stick:
     section = Section(E=30e9, G=12e9, A=2.0, Avx=1.0, Avy=1.0, Ix=0.5, Iy=0.5, Iz=0.5)
-    damping = Rayleigh(4.0, 5e-3)
     floors = [
-        Floor(k + 1, 3e5, (1e6, 1e6, 2e6), height, section, damping, below=0.2, above=0.2)
+        Floor(k + 1, 3e5, (1e6, 1e6, 2e6), height, section, below=0.2, above=0.2)
         for k, height in enumerate(heights)
     ]
-    return build_stick(name, floors, storey_points=points)
+    return build_stick(name, floors, damping=Rayleigh(4.0, 5e-3), storey_points=points)

@@ -10,7 +10,6 @@ import scipy.optimize
 from impactfem.case import load_case
 from impactfem.coupling.contact import effective_mass, kelvin_voigt
 from impactfem.coupling.pounding import End, Load, Pair, System, simulate
-from impactfem.dynamics.damping import UNDAMPED
 from impactfem.stages.pounding.compute import run_sticks
 from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.sticks.element import Section
@@ -149,9 +148,7 @@ def _prismatic(section: Section, height: float, storeys: int, mass: float) -> St
     h = height / storeys
     inertia = mass * h**2 / 1e6
     masses = [*[mass] * (storeys - 1), 0.5 * mass]
-    floors = [
-        Floor(k, m, (inertia,) * 3, h, section, UNDAMPED) for k, m in enumerate(masses, start=1)
-    ]
+    floors = [Floor(k, m, (inertia,) * 3, h, section) for k, m in enumerate(masses, start=1)]
     return build_stick("cantilever", floors)
 
 

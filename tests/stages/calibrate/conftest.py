@@ -17,11 +17,8 @@ SECTION = Section(E=30e9, G=12.5e9, A=3.4, Avx=1.1, Avy=0.9, Ix=0.8, Iy=1.3, Iz=
 @pytest.fixture(scope="session")
 def stick():
     """A building of three floors, lightly damped."""
-    floors = [
-        Floor(k, 240e3, (2.9e6, 8.0e6, 10.9e6), 3.5, SECTION, Rayleigh(0.3, 4e-4), 0.4, 0.1)
-        for k in (1, 2, 3)
-    ]
-    return build_stick("tower", floors)
+    floors = [Floor(k, 240e3, (2.9e6, 8.0e6, 10.9e6), 3.5, SECTION, 0.4, 0.1) for k in (1, 2, 3)]
+    return build_stick("tower", floors, damping=Rayleigh(0.3, 4e-4))
 
 
 @pytest.fixture(scope="session")
