@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import scipy.linalg
 import xarray as xr
 from mpi4py import MPI
 
@@ -18,6 +19,7 @@ from impactfem import study
 from impactfem.building.from_case import read_parts
 from impactfem.building.model import assemble_building
 from impactfem.case import load_case
+from impactfem.dynamics.columns import product
 from impactfem.dynamics.modes import Modes, modes
 from impactfem.stages.building import compute
 from impactfem.stages.building.compute import fit_storey_factor, run_building
@@ -222,6 +224,18 @@ def test_factor_against_the_full_search(parts):
     assert rounds == 1 and near == pytest.approx(factor, rel=1e-5)
     stiffer = modes(model.stiffness(1.1 * factor), model.mass, 8)
     assert stiffer.frequency[first] > 4.0 * 1.01
+
+
+def test_factor_in_a_space_against_its_own_eigenvalue_problem(parts):
+    """With λ given the factor f is an eigenvalue: (λ M − K_fixed) a = f K_storeys a, in V."""
+    model = assemble_building(MPI.COMM_SELF, parts)
+    V = modes(model.stiffness(0.3), model.mass, 8).shapes
+    fixed, storeys, mass = (V.T @ product(A, V) for A in (model.fixed, model.storeys, model.mass))
+    for frequency in (3.0, 4.0, 5.0):
+        factor = compute._reduced_fit(model, V, frequency, 1, 0.3)
+        exact = scipy.linalg.eigvals((2 * np.pi * frequency) ** 2 * mass - fixed, storeys)
+        assert np.abs(exact / factor - 1).min() < 1e-9
+        assert np.abs(exact / (1.001 * factor) - 1).min() > 1e-4
 
 
 def test_no_vectors_are_kept_beside_a_modal_analysis(parts, monkeypatch):

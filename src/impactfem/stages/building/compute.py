@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
-import scipy.optimize
 from numpy.typing import NDArray
 
 from impactfem.building.from_case import geometry_of, read_parts
@@ -27,6 +26,7 @@ from impactfem.reduction.reduced import reduced_model
 from impactfem.stages.building.targets import bending_modes
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
+from impactfem.system.least_squares import minima
 from impactfem.system.log import LOGGER, Step
 from impactfem.system.parallel import on_root
 
@@ -235,27 +235,23 @@ def _reduced_fit(
     model: BuildingModel, V: Array, frequency: float, direction: int, factor: float
 ) -> float:
     """The factor that gives the frequency in the space of V, shape (n_local, k), Vᵀ M V = I."""
-    fixed, storeys = _projected(model.fixed, V), _projected(model.storeys, V)
+    fixed, storeys = (inner(A, V, product(A, V)) for A in (model.fixed, model.storeys))
     gamma = model.comm.allreduce(V.T @ model.ground[:, direction])
-    total = float(model.total[direction, direction])
-    target = (2.0 * math.pi * frequency) ** 2
 
-    def excess(logarithm: float) -> float:
-        values, vectors = scipy.linalg.eigh(fixed + math.exp(logarithm) * storeys)
-        bending = bending_modes((vectors.T @ gamma) ** 2, total)
-        return float(np.log(values[bending[0] if bending.size else 0] / target))
+    def bending(x: Array) -> Array:
+        f = factor * math.exp(x[0])
+        values, vectors = scipy.linalg.eigh(fixed + f * storeys)
+        among = bending_modes((vectors.T @ gamma) ** 2, model.total[direction, direction])
+        λ, φ = values[k := among[0] if among.size else 0], vectors[:, k]
+        # log(λ / λ_target), and its slope by x = log f: dλ = φᵀ (f K_storeys) φ dx.
+        error = math.log(λ / (2.0 * math.pi * frequency) ** 2)
+        return np.array([error, f * (φ @ storeys @ φ) / λ])
 
-    # The frequency ascends with the factor: one root of its logarithm in the bracket.
-    here = math.log(factor)
-    low, high = here - math.log(FARTHEST), here + math.log(FARTHEST)
-    if not excess(low) < 0.0 < excess(high):
+    far, slope = np.log([FARTHEST]), lambda x: bending(x)[1:, None]
+    best = minima(lambda x: bending(x)[:1], [0.0 * far], -far, far, jacobian=slope)[0]
+    if best.cost > TOLERANCE**2:
         raise SolutionError(
-            f"no storey factor from {math.exp(low):.3g} to {math.exp(high):.3g} gives the first "
-            f"bending mode {frequency:g} Hz: the slabs and beams are too soft or too stiff for it"
+            f"no storey factor from {factor / FARTHEST:.3g} to {factor * FARTHEST:.3g} gives the "
+            f"first bending mode {frequency:g} Hz: the slabs and beams are too soft or too stiff"
         )
-    return math.exp(float(scipy.optimize.brentq(excess, low, high, xtol=1e-12)))
-
-
-def _projected(matrix: Any, V: Array) -> Array:
-    reduced = inner(matrix, V, product(matrix, V))
-    return 0.5 * (reduced + reduced.T)
+    return factor * math.exp(best.x[0])
