@@ -135,6 +135,7 @@ GROUPS: dict[str, Callable[[], list[Figure]]] = {
     "dampings": _later("transient", "transient_figures", every_damping=True),
     "basis": _later("transient", "basis_figures"),
     "wall": _later("building", "wall_figures"),
+    "pounding": _later("pounding", "pounding_figures"),
 }
 QUICK = ("sticks", "spectra")
 """Groups that run when none is named: those that take seconds."""

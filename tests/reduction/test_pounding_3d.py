@@ -120,7 +120,7 @@ def test_both_sides_of_a_line_take_the_same_force_and_moment(tmp_path):
         # A reaches from -2.6 m to 4.4 m of the pair, B from -3.6 m to 2.4 m.
         assert line.length == pytest.approx(5.0)
         assert line.weight.sum() == pytest.approx(line.length)
-        share, w = line.halved
+        share, w = line.joined(2)
         assert w.sum() == pytest.approx(line.length) and np.allclose(share.sum(axis=0), 1.0)
         arms = []
         for end in (line.a, line.b):

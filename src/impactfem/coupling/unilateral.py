@@ -264,8 +264,11 @@ class ModalMotion:
             *(self.displacement, self.velocity, self._load @ amplitudes.T),
             *(self.time_step, self.theta),
         )
-        z, v, energies = self._coasted
-        return (self._seen @ z).T, (self._seen @ v).T, energies
+        _, v, energies = self._coasted
+        before = self._seen @ np.column_stack([self.displacement, self.velocity])
+        seen = np.vstack([before[:, 1], (self._seen @ v).T])
+        mean = (1.0 - self.theta) * seen[:-1] + self.theta * seen[1:]
+        return before[:, 0] + self.time_step * np.cumsum(mean, axis=0), seen[1:], energies
 
     def keep(self, steps: int) -> None:
         """Make so many of the steps that `coast` found."""
@@ -284,21 +287,25 @@ def march_modes(
     load: Array,
     h: float,
     theta: float,
+    counted: bool = True,
 ) -> tuple[Array, Array, Array]:
     """States of modes after steps of the θ rule under loads f_θ, (r, K) each, and their energies.
 
-    The inverse is that of M̂, shape (r,); energies are as of `Motion.advance`, shape (K, 5).
+    The inverse is that of M̂, shape (r,); energies are as of `Motion.advance`, shape (K, 5), where
+    they are counted.
     """
     r, K = load.shape
-    z, v, energies = np.empty((r, K)), np.empty((r, K)), np.zeros((K, 5))
-    s = theta * h
+    z, v, energies = np.empty((r, K)), np.empty((r, K)), np.zeros((K if counted else 0, 5))
+    s, whole = theta * h, 1.0 / theta
     for i in range(r):
         x, y, μ, λ = displacement[i], velocity[i], mass[i], eigenvalue[i]
         for k in range(K):
             mean = inverse[i] * (μ * y + s * (load[i, k] - λ * x))
-            jump = (mean - y) / theta
+            jump = whole * (mean - y)
             x, y = x + h * mean, y + jump
             z[i, k], v[i, k] = x, y
+            if not counted:
+                continue
             energies[k, 0] += 0.5 * μ * y * y
             energies[k, 1] += 0.5 * λ * x * x
             energies[k, 2] += h * damping[i] * mean * mean

@@ -21,7 +21,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -94,14 +93,13 @@ class ContactLine:
             for force in end.forces
         )
 
-    @cached_property
-    def halved(self) -> tuple[Array, Array]:
-        """Shares of the points in those of a line with about half as many, shape (m, fewer), and w.
+    def joined(self, every: int) -> tuple[Array, Array]:
+        """Shares of the points in those of a line with every n-th of them, shape (m, fewer), and w.
 
         A hat of the latter is the sum of the hats that it covers: N_I = Σ_i N_I(s_i) N_i.
         """
         s = self.position
-        kept = s[np.append(np.arange(0, len(self) - 1, 2), len(self) - 1)]
+        kept = s[np.append(np.arange(0, len(self) - 1, every), len(self) - 1)]
         hats = np.array([np.interp(s, kept, one) for one in np.eye(len(kept))]).T
         w = hats.T @ self.weight
         return np.asarray(self.weight[:, None] * hats / w), np.asarray(w)

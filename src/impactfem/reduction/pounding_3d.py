@@ -19,6 +19,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from impactfem.building.mesh import DOFS
 from impactfem.case import Case
@@ -111,7 +112,7 @@ class Pounding3D:
         case: The case.
         system: Its sticks, those of the 3D models among them, and its pairs.
         given: The 3D models and their lines.
-        halved: Whether lines have about half of their points.
+        every: Lines have every n-th of their points, and the last one.
 
     Attributes:
         system: The same sticks with one pair for each line.
@@ -120,9 +121,7 @@ class Pounding3D:
         assembly: The bodies with the points as links.
     """
 
-    def __init__(
-        self, case: Case, system: System, given: Models3D, *, halved: bool = False
-    ) -> None:
+    def __init__(self, case: Case, system: System, given: Models3D, *, every: int = 1) -> None:
         self._given = given
         in_3d = {contact.name for contact in case.contacts if case.touches_in_3d(contact)}
         first = {pair.name: pair for pair in system.pairs}
@@ -133,7 +132,7 @@ class Pounding3D:
         lines, points, number, links = list[Pair](), list[Pair](), list[int](), list[Link]()
         ports: dict[str, dict[str, Port]] = {one.name: {} for one in system.sticks}
         for line in given.lines:
-            share, w = line.halved if halved else (np.eye(len(line)), line.weight)
+            share, w = line.joined(every) if every > 1 else (np.eye(len(line)), line.weight)
             one = first[line.name]
             # Several pairs of a line press together.
             law = one.law if one.law.code == UNILATERAL else one.law.part(len(line.pair_names))
@@ -154,7 +153,7 @@ class Pounding3D:
                 name = f"{line.name} at {shares @ line.position:.4f} m"
                 part = law if law.code == UNILATERAL else law.part(float(w[k] / w.sum()))
                 gap, hats = float(shares @ line.gap), None
-                if not halved:
+                if every == 1:
                     hats = np.full((2, 3), np.nan)
                     hats[: len(ends)] = [end.hats[k] for end, _ in ends]
                 between = placed[0], placed[1] if len(ends) > 1 else None
@@ -278,9 +277,7 @@ class Pounding3D:
             )
             of_sticks = moved.u, moved.v, moved.acceleration
             add_ground(self._sticks, self._under_sticks(ground), of_sticks, sign=-1.0)
-        models = self._motions(
-            time_step, *self._loads(ground, loads), (none[1:], none), every, rates=False
-        )
+        models = self._motions(time_step, *self._loads(ground, loads), (none[1:], none), every)
         u, v, a = self._joined(ground, of_sticks, models)
         gap = self.assembly.gaps + self._opened(of_sticks[:2], models, every)[0]
         if (apart := opened(self.points, ground)) is not None:
@@ -346,13 +343,12 @@ class Pounding3D:
         amplitudes: Array,
         forces: tuple[Array, Array],
         wanted: Index,
-        rates: bool = True,
     ) -> dict[str, tuple[Array, ...]]:
         """Displacements, velocities and accelerations of the floors of each 3D model.
 
         Relative to the ground, shape (n_t, 6 n_floors) each, by equation (1), from the mean forces
         of the steps and those at the times. After them the change of the gaps of some points by its
-        motion, and their rates or zeros, shape (n_t, number of them) each.
+        motion, and their rates, shape (n_t, number of them) each.
         """
         mean, force = forces
         touching = np.flatnonzero(mean.any(axis=1))
@@ -366,8 +362,8 @@ class Pounding3D:
             count = len(self.system.stick(name).floors)
             rows = model.points[-count:].reshape(DOFS * count, len(λ))
             touched = self.assembly.gamma[wanted, here]
-            u, v, a = np.zeros((3, len(amplitudes), len(rows)))
-            gap, rate = np.zeros((2, len(amplitudes), len(wanted)))
+            v, a = np.zeros((2, len(rows), len(amplitudes)))
+            rate = np.zeros((len(wanted), len(amplitudes)))
             for first in range(0, len(λ), AT_ONCE):
                 some = slice(first, first + AT_ONCE)
                 f_mean, f = b[some] @ steps.T, b[some] @ amplitudes.T
@@ -377,12 +373,15 @@ class Pounding3D:
                 inverse = 1.0 / (1.0 + 0.5 * h * d[some] + 0.25 * h**2 * λ[some])
                 modes = one, d[some], λ[some], inverse
                 z, ż = (np.zeros(f.shape) for _ in range(2))
-                z[:, 1:], ż[:, 1:], _ = march_modes(*modes, rest, rest, f_mean, h, 0.5)
+                z[:, 1:], ż[:, 1:], _ = march_modes(
+                    *(*modes, rest, rest, f_mean, h, 0.5), counted=False
+                )
                 f -= d[some, None] * ż + λ[some, None] * z
-                wholes = [(u, rows, z), (v, rows, ż), (a, rows, f), (gap, touched, z)]
-                for x, Φ, q in [*wholes, (rate, touched, ż)] if rates else wholes:
-                    x += (Φ[:, some] @ q).T
-            found[name] = u, v, a, gap, rate
+                for x, Φ, q in ((v, rows, ż), (a, rows, f), (rate, touched, ż)):
+                    x += Φ[:, some] @ q
+            # What moves as u₁ = u₀ + h v_m in each mode does so at each place.
+            u, gap = (cumulative_trapezoid(x, dx=h, initial=0.0) for x in (v, rate))
+            found[name] = tuple(np.ascontiguousarray(x.T) for x in (u, v, a, gap, rate))
         return found
 
     @cached_property

@@ -162,7 +162,7 @@ def run_sticks(
             in_3d = Pounding3D(case, system, models)
             response, free = in_3d.respond(ground, dt, loads), in_3d.free(ground, dt, loads)
             if ready is None and all(len(line) > FEW for line in models.lines):
-                fewer = Pounding3D(case, system, models, halved=True)
+                fewer = Pounding3D(case, system, models, every=2)
                 halved = float(fewer.respond(ground, dt, loads).force.max())
             system = response.system
         found = tuple(impacts(response))
