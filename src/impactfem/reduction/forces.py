@@ -219,7 +219,8 @@ def check_contacts(case: Case, mesh: BuildingMesh) -> tuple[EdgeForce, ...]:
             faults.append(shares)
         elif named is None or end.floor in named:
             patterns += [pattern for pattern, _ in shares]
-    loaded = set(loaded_edges(case, mesh))
+    by_floor = loaded_edges(case, mesh)
+    loaded = set(by_floor)
     if named is not None:
         loaded = (loaded & set(named)) | {k for k in named if k not in {p.floor for p in patterns}}
     bare = [str(floor) for floor in named or () if floor not in mesh.edges and floor in loaded]
@@ -231,7 +232,8 @@ def check_contacts(case: Case, mesh: BuildingMesh) -> tuple[EdgeForce, ...]:
         faults.append(Fault(case.path, "transient.floors", list(named or ()), expected))
     if faults:
         raise InputError(faults)
-    patterns += [pattern for floor in sorted(loaded) for pattern, _ in sides.loaded(floor)]
+    for floor in sorted(loaded):
+        patterns += [pattern for pattern, _ in by_floor.get(floor) or sides.loaded(floor)]
     return tuple(sorted(dict.fromkeys(patterns), key=lambda one: one.floor))
 
 
