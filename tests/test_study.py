@@ -230,6 +230,40 @@ class TestReuse:
         # The same case gives the same numbers, to the last digit.
         assert again.scalars == finished.run.scalars
 
+    def test_a_part_of_the_stages_keeps_what_is_finished(
+        self, copied, tmp_path, edited, no_figures
+    ):
+        """The record has what the folder has for the case, and no more."""
+        run = tmp_path / "run"
+        copied.write_text(f"{copied.read_text('utf-8')}\n[ensemble]\nmotions = 2\n", "utf-8")
+        both = ["pounding", "ensemble"]
+
+        def record():
+            stages = load(run / "checks.json"), load(run / "summary.json")
+            names = {one["stage"] for one in stages[0]}, [one["name"] for one in stages[1]]
+            return list(load(run / "provenance.json")["inputs"]), *names
+
+        assert study.run(copied, out=run).reused == ["pounding"]
+        whole = record()
+        assert whole[0] == both
+        assert study.run(copied, out=run, stage="pounding").reused == both
+        assert record() == whole
+        # What is computed again gives the same: the rest stands.
+        assert study.run(copied, out=run, stage="pounding", fresh=True).reused == ["ensemble"]
+        assert record() == whole
+        # The files of a stage that is not asked for are not whole, or of another case.
+        store = run / "ensemble.nc"
+        content = store.read_bytes()
+        store.write_bytes(b"")
+        assert study.run(copied, out=run, stage="pounding").reused == ["pounding"]
+        part = record()
+        assert part[0] == ["pounding"] and part[1] < whole[1] and set(part[2]) < set(whole[2])
+        store.write_bytes(content)
+        assert study.run(copied, out=run, stage="pounding").reused == both
+        edited(copied, ('gap = "2 cm"', 'gap = "21 mm"'))
+        assert study.run(copied, out=run, stage="pounding").reused == []
+        assert record() == part
+
     # The destructor of a file that was never open, in h5netcdf.
     @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
     @pytest.mark.parametrize(
@@ -263,7 +297,7 @@ class TestReuse:
         assert failure is None
         assert again.reused == [] and again.scalars == finished.run.scalars
         if path.suffix == ".nc":
-            assert f"{path} is missing or was changed; computed again" in caplog.text
+            assert f"{path} is missing or was changed; not reused" in caplog.text
         assert path.stat().st_size == pytest.approx(len(content), rel=0.01)
 
     def test_missing_figures_are_drawn_again(self, copied, tmp_path, finished):

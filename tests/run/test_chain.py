@@ -134,6 +134,21 @@ def test_beside_another_run(case, done, tmp_path, caplog):
     assert len(caplog.messages) == 1
 
 
+def test_a_part_of_the_stages(case, done, tmp_path):
+    """`device` needs no `transient`: a run up to it keeps its results, where they are whole."""
+    folder = tmp_path / "run"
+    shutil.copytree(done.folder, folder)
+    again = study.run(case, out=folder, stage="device")
+    assert again.reused == list(done.checks) and values(again) == values(done)
+    study.compare_runs(folder, done.folder, 100.0)
+    (folder / "transient.nc").unlink()
+    again = study.run(case, out=folder, stage="device")
+    # Nor does what needs it stand without it.
+    assert again.reused == [name for name in done.checks if name not in ("transient", "design")]
+    with pytest.raises(InputError, match="expected a run with the stage transient"):
+        study.compare_runs(folder, done.folder, 100.0)
+
+
 def test_a_wider_wall_gap_calibrates_again(case, done, edited, tmp_path, monkeypatch):
     """The reduced model serves again; what follows from the restitution does not."""
     no_pictures(monkeypatch)

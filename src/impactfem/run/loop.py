@@ -110,7 +110,8 @@ def run(
     Args:
         path: The case file.
         out: The run's folder; ``runs/<name of the case file>`` when None.
-        stage: The last stage to run; all stages when None.
+        stage: The last stage to run; all stages when None. Others that had finished before with
+            the same inputs stay in the record of the run.
         resume: Go on with the run in the folder; it must hold one, of the same case.
         fresh: Compute everything again.
         bar: Whether a bar shows on a terminal how far the run is; lines do where there is none.
@@ -153,21 +154,37 @@ def run(
         stages = asked_stages(case, stage)
         result.announced = [check for one in stages for check in one.announces(case)]
         log_checks(result.announced)  # before the first stage takes its time
-        for one, of in works(stages, case):
-            _run_stage(one, of, result, fresh, bar)
-        on_root(lambda: _write_results(case, result, stages, started))
+        done = [
+            (one, of)
+            for one, of in works(asked_stages(case, None), case)
+            if _run_stage(one, of, result, one in stages, fresh, bar)
+        ]
+        on_root(lambda: _write_results(case, result, done, started))
         if stage in (None, REPORT):
             on_root(lambda: _warn_of_published(case, result.scalars))
             on_root(lambda: write_page(folder, bar=bar))
     return result
 
 
-def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) -> None:
-    """Run a stage for the case, or for a view of it in the folder of its building. Collective."""
+def _run_stage(stage: Stage, case: Case, result: Run, asked: bool, fresh: bool, bar: bool) -> bool:
+    """Run a stage for the case, or for a view of it in the folder of its building. Collective.
+
+    One that is not asked for is reused where it and all that it needs are finished: what the folder
+    says of the run stays whole. Gives whether the run has it.
+    """
     folder, label = result.folder, stage.label(case)
     own = case.folder(folder)
     key = on_root(lambda: stage.key(case))
-    reused = on_root(lambda: not fresh and is_finished(folder, label, key))
+
+    def reusable() -> bool:
+        if asked:
+            return not fresh and is_finished(folder, label, key)
+        needed = {name for one in stage.needs(case) for name in one.labels(case)}
+        return needed <= set(result.checks) and is_finished(folder, label, key)
+
+    reused = on_root(reusable)
+    if not (reused or asked):
+        return False
     if reused:
         result.reused.append(label)
     else:
@@ -225,6 +242,7 @@ def _run_stage(stage: Stage, case: Case, result: Run, fresh: bool, bar: bool) ->
         _log_result(stage, case, result, sum(seconds.values()))
     if not reused and stage is BUILDING:
         on_root(refuse_mesh)
+    return True
 
 
 def _log_result(stage: Stage, case: Case, result: Run, seconds: float) -> None:
@@ -245,7 +263,7 @@ def _log_result(stage: Stage, case: Case, result: Run, seconds: float) -> None:
     LOGGER.info("stage %s: %s", label, ", ".join(words))
 
 
-def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -> None:
+def _write_results(case: Case, result: Run, done: list[tuple[Stage, Case]], started: str) -> None:
     """Write the case as it was read, the checks of all stages, the scalars, and what made them."""
     # `good` of a check is true or false where it is met or not, and null of a number without a
     # limit.
@@ -261,10 +279,10 @@ def _write_results(case: Case, result: Run, stages: list[Stage], started: str) -
         case=case.path.name,
         case_hash=case.content_hash(),
         input_files=case.input_files,
-        inputs={one.label(of): one.key(of) for one, of in works(stages, case)},
+        inputs={one.label(of): one.key(of) for one, of in done},
         needs={
             one.label(of): [label for needed in one.needs(of) for label in needed.labels(of)]
-            for one, of in works(stages, case)
+            for one, of in done
         },
         seeds=_seeds(case),
         started=started,

@@ -79,13 +79,13 @@ def is_finished(folder: Path, stage: str, key: str) -> bool:
     except FileNotFoundError:
         return False
     except (OSError, ValueError):
-        LOGGER.warning("warning: %s is damaged; computed again", manifest_file(folder, stage))
+        LOGGER.warning("warning: %s is damaged; not reused", manifest_file(folder, stage))
         return False
     if manifest.inputs != key:
         return False
     changed = changed_file(folder, manifest.files)
     if changed is not None:
-        LOGGER.warning("warning: %s is missing or was changed; computed again", changed)
+        LOGGER.warning("warning: %s is missing or was changed; not reused", changed)
     return changed is None
 
 
