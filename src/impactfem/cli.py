@@ -346,3 +346,7 @@ def main() -> None:
                 raise
             traceback.print_exc()
             abort(1)
+
+
+if __name__ == "__main__":
+    main()

@@ -5,6 +5,8 @@ import os
 import re
 import shutil
 import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -102,6 +104,21 @@ class TestHelp:
     def test_version(self, program):
         ended = program("--version")
         assert (ended.code, ended.out) == (0, f"impactfem {__version__}\n")
+
+    @pytest.mark.parametrize("module", ["impactfem", "impactfem.cli"])
+    def test_as_a_module(self, module, tmp_path):
+        def python_m(*words):
+            return subprocess.run(
+                [sys.executable, "-m", module, *words],
+                cwd=tmp_path,
+                capture_output=True,
+                text=True,
+                check=False,
+            )
+
+        assert python_m("--version").stdout == f"impactfem {__version__}\n"
+        refused = python_m("check", "absent.toml")
+        assert refused.returncode == 2 and refused.stderr.startswith("error: absent.toml: no such")
 
     @pytest.mark.parametrize(
         "arguments",
