@@ -28,6 +28,7 @@ from impactfem.coupling.implicit import respond
 from impactfem.coupling.links import Assembly
 from impactfem.coupling.pounding import End, Load, simulate
 from impactfem.coupling.unilateral import ModalMotion, body_before_walls, unilateral_response
+from impactfem.dynamics.columns import combined
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.reduction.contact_line import ContactLine, LineEnd, contact_lines
 from impactfem.reduction.edge_force import EdgeForce, even, inward
@@ -355,6 +356,39 @@ def test_the_pair_turned_by_180_degrees(pair, shaken, tmp_path, monkeypatch):
         assert np.abs(found - expected).max() < close * expected.max()
         # Shaken the same way as before, the turned pair is another one.
         assert np.abs(opposite.respond(shaken, STEP).force - expected).max() > 0.1 * expected.max()
+
+
+def test_every_model_holds_the_response_to_a_point_of_contact(pair, monkeypatch):
+    """At the shift, (K + σ0 M) u = f of the mesh, at all nodes that are recorded."""
+    case, _, _, out = pair
+    view, factor = case.views[0], storey_factor(out)
+    files = {one.modelled.building: mesh_of_run(one, one.folder(out)) for one in case.views}
+    prepared = prepare(view, files["A"], factor, files)
+    plan, mesh = prepared.plan, prepared.parts.mesh
+    force = plan.contacts[len(plan.contacts) // 3]
+    building = assemble_building(communicator(), prepared.parts)
+    f = force.vector(building, mesh)
+    K = building.take_stiffness(factor)
+    shifted = combined(1.0, K, (2.0 * np.pi * plan.shift) ** 2, building.mass)
+    with Factorisation(shifted, name="the shifted stiffness") as A:
+        u = A.solve_block(f[:, None])[:, 0]
+    nodes = np.setdiff1d(plan.nodes, mesh.base)
+    exact = u[building.rows(nodes)[:, None] + np.arange(3)]
+
+    def errors():
+        once = assemble_building(communicator(), prepared.parts)
+        basis = reduce_building(once, mesh, factor, plan).basis
+        at, found = basis.loads.index(force.name), []
+        for model in (*basis.models, *basis.larger):
+            z = model.load[:, at] / (model.eigenvalue + model.shift)
+            found.append(np.abs(basis.of(model, nodes) @ z - exact).max() / np.abs(exact).max())
+        return found
+
+    assert len(every := errors()) > 3 and max(every) < 1e-9
+    # Not so with vectors as they were appended, orthogonal to more of the Krylov space.
+    own = len(plan.contacts)
+    monkeypatch.setattr("scipy.linalg.orth", lambda A, _: np.eye(len(A))[:, -own:])
+    assert errors()[0] > 1e-4
 
 
 def test_a_constant_load_gives_the_static_displacement(pair):

@@ -23,7 +23,6 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 import scipy.sparse
-from numpy.typing import NDArray
 
 from impactfem.dynamics.columns import product, summed
 from impactfem.reduction.krylov import AT_ONCE, KrylovBasis
@@ -128,16 +127,15 @@ class GalerkinModes:
         eigenvalue, coordinates = np.linalg.eigh(stiffness, UPLO="L")
         return cls(eigenvalue, coordinates, vectors)
 
-    def part(self, kept: NDArray[np.bool_]) -> tuple[Array, Array]:
-        """λ and coordinates of Galerkin's model on some of the vectors, flags of shape (n,).
+    def within(self, columns: Array) -> tuple[Array, Array]:
+        """λ and coordinates of Galerkin's model in a part of the space of the vectors.
 
-        Coordinates are zero in the others.
+        Args:
+            columns: Coordinates of what spans it, orthonormal, shape (number of vectors, k).
         """
-        stiffness = (self.coordinates * self.eigenvalue) @ self.coordinates.T
-        eigenvalue, own = np.linalg.eigh(stiffness[np.ix_(kept, kept)])
-        coordinates = np.zeros((len(kept), len(own)))
-        coordinates[kept] = own
-        return eigenvalue, coordinates
+        own = self.coordinates.T @ columns
+        eigenvalue, part = np.linalg.eigh(own.T @ (self.eigenvalue[:, None] * own))
+        return eigenvalue, columns @ part
 
     def rows(self, L: Any) -> Array:
         """Φᵀ L, shape (r, k), the same on all ranks. Collective.

@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 
 from impactfem.building.links import Displacements
 from impactfem.building.mesh import DOFS
@@ -36,6 +37,8 @@ AT_ONCE = 4
 LOWEST = 0.5
 PER_OCTAVE = 12
 """Frequencies at which accuracy is looked at: from LOWEST [Hz] up, so many an octave."""
+DEPENDENT = 1e-8
+"""Part of the responses to local loads, over the largest, that still is a vector of the space."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -347,32 +350,42 @@ def reduced_basis(
 def completed(
     known: ReducedBasis,
     modes: GalerkinModes,
-    grown: int,
+    responses: int,
     loads: tuple[str, ...],
     b: Array,
     displacements: Displacements,
     rotations: Displacements,
 ) -> ReducedBasis:
-    """The same with all that its basis was completed by, for loads that act locally. Collective.
+    """The same with what its basis was completed by for loads that act locally. Collective.
 
-    Its models are Galerkin's, on the vectors of the model and on those that completed the basis;
+    Its models are Galerkin's, on the vectors of each model and the responses to the local loads;
     so are those nested in it and around it. The rigorous bound is not known of them.
 
     Args:
         known: The reduced basis of the Krylov space.
         modes: Galerkin's modes on all vectors.
-        grown: Number of vectors of the Krylov space.
-        loads: Names of the load patterns.
+        responses: Number of vectors that completed the basis for each local load.
+        loads: Names of the load patterns, the local ones last.
         b: Of each of them in the modes, shape (r, n_patterns).
         displacements: Those of its nodes.
         rotations: Those of the certified ones.
     """
-    V_F = modes.coordinates @ b
-    number = np.arange(len(modes.coordinates))
-    kept = partial(modes.vectors.rows, first=0, last=len(number))
+    points, V_F = len(loads) - len(known.loads), modes.coordinates @ b
+    count = len(modes.coordinates)
+    kept = partial(modes.vectors.rows, first=0, last=count)
+    # (K + σ0 M)⁻¹ f, A (K + σ0 M)⁻¹ f, ... are spread over all vectors: what was appended is
+    # orthogonal to the whole Krylov space, and a model has a part of this. So they come in whole.
+    held, x = [np.empty((count, 0))], b[:, b.shape[1] - points :]
+    for _ in range(responses):
+        x = x / (modes.eigenvalue + known.model.shift)[:, None]
+        held.append(modes.coordinates @ (x / np.linalg.norm(x, axis=0)))
+    local = np.hstack(held)
 
     def model(size: int) -> ReducedModel:
-        λ, Y = modes.part((number < size) | (number >= grown))
+        columns, beyond = np.eye(count, size), local[size:]
+        if beyond.size:
+            columns = scipy.linalg.block_diag(np.eye(size), scipy.linalg.orth(beyond, DEPENDENT))
+        λ, Y = modes.within(columns)
         return ReducedModel(λ, Y.T @ V_F, Y, known.model.shift, np.zeros((0, len(λ))))
 
     models = tuple(model(len(one.coordinates)) for one in known.models)
@@ -384,7 +397,7 @@ def completed(
         vectors=displacements.of(kept),
         rotations=rotations.of(kept),
         gram=np.zeros((0, 0)),
-        points=len(loads) - len(known.loads),
+        points=points,
     )
 
 

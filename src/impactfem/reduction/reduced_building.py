@@ -59,6 +59,8 @@ from impactfem.system.memory import give_back
 
 PUSH = "push"
 """Name of the load pattern that holds the displaced floor of the wall experiment."""
+RESPONSES = 1
+"""Vectors of the basis for each point that touches another building: the response at the shift."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -353,7 +355,7 @@ def reduce_building(
             b[PUSH] = modes.rows(patterns[PUSH][:, None])[:, 0]
         acting = tuple(dict.fromkeys([*plan.loads, *(one.name for one in plan.contacts)]))
         known = completed(
-            known, modes, basis.size, acting, np.column_stack([b[name] for name in acting]), *kept
+            known, modes, RESPONSES, acting, np.column_stack([b[name] for name in acting]), *kept
         )
     return ReducedBuilding(
         basis=known,
