@@ -3,9 +3,11 @@
 import fcntl
 import logging
 import os
+import pickle
 import shutil
 import signal
 import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +19,7 @@ from impactfem import study
 from impactfem.case.template import write_new_case
 from no_pictures import no_pictures
 
+RANKS = Path(__file__).with_name("ranks.py")
 # The template, shorter and coarser: an impact lasts some 20 steps.
 SMALL = (
     ('title = "Two three-storey buildings, 2 cm apart"', 'title = "Deux bâtiments, 2 cm"'),
@@ -168,6 +171,27 @@ def under_mpirun(tmp_path_factory):
             )
 
     return run
+
+
+@pytest.fixture(scope="session")
+def on_ranks(under_mpirun, tmp_path_factory):
+    """`results(**given)` of a script by number of ranks, each called once; see ranks.py."""
+
+    def of(script, **given):
+        folder, made = tmp_path_factory.mktemp("ranks"), {}
+        (folder / "given").write_bytes(pickle.dumps(given))
+
+        def run(ranks):
+            if ranks not in made:
+                files = folder / "given", folder / str(ranks)
+                ended = under_mpirun(ranks, sys.executable, RANKS, script, *files)
+                assert ended.returncode == 0, ended.stderr
+                made[ranks] = pickle.loads(files[1].read_bytes())
+            return made[ranks]
+
+        return run
+
+    return of
 
 
 @pytest.fixture

@@ -1,5 +1,4 @@
 import json
-import pickle
 import sys
 from pathlib import Path
 
@@ -16,9 +15,8 @@ RANKS = (2, 3, 4)
 
 
 @pytest.fixture(scope="module")
-def of_ranks(house, new_panels, under_mpirun, tmp_path_factory):
+def of_ranks(house, new_panels, on_ranks):
     """The house, and two triangles with a beam, on a number of ranks."""
-    folder, made = tmp_path_factory.mktemp("ranks"), {}
     panels = new_panels()
     panels.panel((0, 0, 0), (2, 0, 0), (0, 1, 0), (1, 1), Part("floor", 1), 0.3)
     panels.line((0, 1, 0), (2, 1, 0), 1, Part("beam", 1), BeamSection.beam(0.3, 0.5, -0.4))
@@ -26,17 +24,7 @@ def of_ranks(house, new_panels, under_mpirun, tmp_path_factory):
     end, corner = panels.at((0, 2.0), (1, 1.0))[0], panels.at((0, 2.0), (1, 0.0))[0]
     # On the house a slab's corner follows a node of the other slab, far from it.
     high = house.mesh.edges[2][0, 0], house.mesh.edges[1][-1, 1]
-    (folder / "in").write_bytes(pickle.dumps([(house, high), (tiny, (end, corner))]))
-
-    def run(ranks):
-        if ranks not in made:
-            out = folder / str(ranks)
-            ended = under_mpirun(ranks, sys.executable, SCRIPT, folder / "in", out)
-            assert ended.returncode == 0, ended.stderr
-            made[ranks] = pickle.loads(out.read_bytes())
-        return made[ranks]
-
-    return run
+    return on_ranks(SCRIPT, buildings=[(house, high), (tiny, (end, corner))])
 
 
 def first_eigenvalue(result):

@@ -1,12 +1,4 @@
-"""Dynamics on the ranks of this program; rank 0 writes what is found.
-
-Run by test_ranks.py: `mpirun -n 3 python on_ranks.py RESULTS`.
-"""
-
-import pickle
-import sys
-import traceback
-from pathlib import Path
+"""Dynamics on the ranks of this program, for test_ranks.py."""
 
 import numpy as np
 import scipy.sparse as sp
@@ -121,14 +113,3 @@ def results():
         "indefinite": refused(distributed(shifted)),
         "empty": refused(distributed(sp.diags((np.arange(n) != 100).astype(float)).tocsr())),
     }
-
-
-if __name__ == "__main__":
-    try:
-        found = results()
-        if MPI.COMM_WORLD.rank == 0:
-            Path(sys.argv[1]).write_bytes(pickle.dumps(found))
-    except Exception:
-        # `-m mpi4py` aborts too late: PETSc's end waits for the other ranks before.
-        traceback.print_exc()
-        MPI.COMM_WORLD.Abort(1)

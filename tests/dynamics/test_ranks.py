@@ -1,7 +1,5 @@
 """Modes, factors and responses do not depend on the number of ranks."""
 
-import pickle
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,18 +10,8 @@ RANKS = (2, 3)
 
 
 @pytest.fixture(scope="module")
-def of_ranks(under_mpirun, tmp_path_factory):
-    folder, made = tmp_path_factory.mktemp("ranks"), {}
-
-    def run(ranks):
-        if ranks not in made:
-            out = folder / str(ranks)
-            ended = under_mpirun(ranks, sys.executable, SCRIPT, out)
-            assert ended.returncode == 0, ended.stderr
-            made[ranks] = pickle.loads(out.read_bytes())
-        return made[ranks]
-
-    return run
+def of_ranks(on_ranks):
+    return on_ranks(SCRIPT)
 
 
 def close(found, expected, tolerance):

@@ -1,40 +1,16 @@
-"""A Krylov basis on the ranks of this program; rank 0 writes what is found.
+"""A Krylov basis on the ranks of this program, for test_krylov.py.
 
-Run by test_krylov.py: `mpirun -n 3 python krylov_on_ranks.py MATRICES RESULTS`. On three ranks the
-one in the middle holds no row.
+On three ranks the one in the middle holds no row.
 """
 
-import pickle
-import sys
-import traceback
-from pathlib import Path
-
 import numpy as np
-import scipy.sparse as sp
-from mpi4py import MPI
-from petsc4py import PETSc
 
 from impactfem.dynamics.columns import inner, product
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.krylov import KrylovBasis
-from impactfem.reduction.reduced import Residual, reduced_model
+from impactfem.reduction.reduced import reduced_model, residual_gram, residual_norms
 from impactfem.system.errors import SolutionError
-
-COMM = MPI.COMM_WORLD
-
-
-def my_rows(n):
-    """Rows of this rank: about a third and two thirds, on the first and the last."""
-    bounds = {1: [0, n], 2: [0, n // 3, n], 3: [0, n // 3, n // 3, n]}[COMM.size]
-    return slice(bounds[COMM.rank], bounds[COMM.rank + 1])
-
-
-def distributed(matrix):
-    n = len(matrix)
-    rows = sp.csr_matrix(matrix[my_rows(n)])
-    return PETSc.Mat().createAIJ(
-        ((rows.shape[0], n),) * 2, csr=(rows.indptr, rows.indices, rows.data), comm=COMM
-    )
+from ranks import COMM, distributed, my_rows
 
 
 def results(K, M, F, shift):
@@ -63,21 +39,7 @@ def results(K, M, F, shift):
         "sizes": basis.sizes,
         "orthonormal": np.abs(gram - np.eye(basis.size)).max(),
         "transfer": model.transfer(V, omega, Rayleigh(0.5, 1e-4)),
-        "residual": Residual(basis).norms(model, omega, Rayleigh(0.5, 1e-4)),
+        "residual": residual_norms(residual_gram(basis), model, omega, Rayleigh(0.5, 1e-4)),
         "norm": norm,
         "refused": refused,
     }
-
-
-def main():
-    source, target = map(Path, sys.argv[1:])
-    found = results(**pickle.loads(source.read_bytes()))
-    if COMM.rank == 0:
-        target.write_bytes(pickle.dumps(found))
-
-
-try:
-    main()
-except BaseException:
-    traceback.print_exc()
-    COMM.Abort(1)

@@ -1,7 +1,5 @@
 import errno
 import os
-import pickle
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -226,21 +224,9 @@ def test_refused(membrane, petsc, basis):
 
 
 @pytest.fixture(scope="module")
-def of_ranks(membrane, under_mpirun, tmp_path_factory):
-    folder, made = tmp_path_factory.mktemp("krylov"), {}
+def of_ranks(membrane, on_ranks):
     model = membrane()
-    content = {"K": model.K, "M": model.M, "F": model.loads, "shift": SHIFT}
-    (folder / "in").write_bytes(pickle.dumps(content))
-
-    def run(ranks):
-        if ranks not in made:
-            out = folder / str(ranks)
-            ended = under_mpirun(ranks, sys.executable, SCRIPT, folder / "in", out)
-            assert ended.returncode == 0, ended.stderr
-            made[ranks] = pickle.loads(out.read_bytes())
-        return made[ranks]
-
-    return run
+    return on_ranks(SCRIPT, K=model.K, M=model.M, F=model.loads, shift=SHIFT)
 
 
 @pytest.mark.parametrize("ranks", [2, 3])

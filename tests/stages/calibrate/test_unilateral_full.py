@@ -1,7 +1,5 @@
 """The θ rule in full order: beside all modes, what it refuses, on several ranks."""
 
-import pickle
-import sys
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -179,8 +177,7 @@ SCRIPT = Path(__file__).with_name("unilateral_on_ranks.py")
 
 
 @pytest.fixture(scope="module")
-def of_ranks(under_mpirun, tmp_path_factory, membrane):
-    folder, made = tmp_path_factory.mktemp("unilateral"), {}
+def of_ranks(on_ranks, membrane):
     model, steps, h = membrane(), 250, 2e-4
     n, edge = len(model.K), model.ny + 1
     G, probes = np.zeros((n, edge + 2)), np.zeros((n, 2))
@@ -203,17 +200,7 @@ def of_ranks(under_mpirun, tmp_path_factory, membrane):
         "loads": np.stack([np.sin(50.0 * time), time, 2.0 + 0.0 * time], axis=1),
         "v": np.tile(np.linspace(0.5, 1.0, edge), model.nx),
     }
-    (folder / "given").write_bytes(pickle.dumps(case))
-
-    def run(ranks):
-        if ranks not in made:
-            out = folder / str(ranks)
-            ended = under_mpirun(ranks, sys.executable, SCRIPT, folder / "given", out)
-            assert ended.returncode == 0, ended.stderr
-            made[ranks] = pickle.loads(out.read_bytes())
-        return made[ranks]
-
-    return run
+    return on_ranks(SCRIPT, **case)
 
 
 @pytest.mark.parametrize("ranks", [2, 3])

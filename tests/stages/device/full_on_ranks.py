@@ -1,12 +1,4 @@
-"""Devices in full order on the ranks of this program; rank 0 writes what it found.
-
-Run by test_full_order.py: `mpirun -n 2 python full_on_ranks.py GIVEN FOLDER`.
-"""
-
-import pickle
-import sys
-import traceback
-from pathlib import Path
+"""Devices in full order on the ranks of this program, for test_full_order.py."""
 
 from mpi4py import MPI
 
@@ -38,16 +30,5 @@ def histories(comm, given, folder, **options):
         )
 
 
-def main(given, folder):
-    made = histories(MPI.COMM_WORLD, pickle.loads(given.read_bytes()), folder)
-    if MPI.COMM_WORLD.rank == 0:
-        (folder / "found").write_bytes(pickle.dumps(made))
-
-
-if __name__ == "__main__":
-    try:
-        main(*map(Path, sys.argv[1:]))
-    except Exception:
-        # `-m mpi4py` aborts too late: PETSc's end waits for the other ranks before.
-        traceback.print_exc()
-        MPI.COMM_WORLD.Abort(1)
+def results(given, folder):
+    return histories(MPI.COMM_WORLD, given, folder)

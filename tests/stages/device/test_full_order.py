@@ -1,7 +1,5 @@
 """Devices in full order: matrices, the shipped frame against SciPy, ranks, and interruptions."""
 
-import pickle
-import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -108,11 +106,8 @@ def test_goes_on_after_an_interruption(given, alone, tmp_path, caplog):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ranks", [2, 3])
-def test_ranks(given, alone, under_mpirun, tmp_path, ranks):
-    (tmp_path / "given").write_bytes(pickle.dumps(given))
-    ended = under_mpirun(ranks, sys.executable, SCRIPT, tmp_path / "given", tmp_path)
-    assert ended.returncode == 0, ended.stderr
-    many = pickle.loads((tmp_path / "found").read_bytes())
+def test_ranks(given, alone, on_ranks, tmp_path, ranks):
+    many = on_ranks(SCRIPT, given=given, folder=tmp_path)(ranks)
     for one, other in zip((*many[0], *many[1]), (*alone[0], *alone[1]), strict=True):
         difference = np.abs(one.force - other.force).max() / np.abs(other.force).max()
         assert 0.0 < difference < 1e-8

@@ -1,13 +1,6 @@
-"""The frame in time on the ranks of this program; rank 0 writes what it found.
-
-Run by test_ranks.py: `mpirun -n 2 python on_ranks.py FRAME FOLDER RESULTS`.
-"""
+"""The frame in time on the ranks of this program, for test_ranks.py."""
 
 import logging
-import pickle
-import sys
-import traceback
-from pathlib import Path
 
 import numpy as np
 from mpi4py import MPI
@@ -50,7 +43,7 @@ def numbers(run):
     }
 
 
-def results(comm, given, folder):
+def responses(comm, given, folder):
     """Both solvers, and the full one interrupted; on all ranks."""
     log, level = Lines(), LOGGER.level
     LOGGER.addHandler(log)
@@ -129,20 +122,8 @@ def whole_stage(case):
     study.run(case, out=case.parent / "run", stage="transient")
 
 
-def main(frame, folder, found):
-    comm = MPI.COMM_WORLD
-    given = pickle.loads(frame.read_bytes())
-    made = results(comm, given, folder)
-    if comm.rank == 0:
-        found.write_bytes(pickle.dumps(made))
+def results(given, folder):
+    made = responses(MPI.COMM_WORLD, given, folder)
     if given["case"] is not None:
         whole_stage(given["case"])
-
-
-if __name__ == "__main__":
-    try:
-        main(*map(Path, sys.argv[1:]))
-    except Exception:
-        # `-m mpi4py` aborts too late: PETSc's end waits for the other ranks before.
-        traceback.print_exc()
-        MPI.COMM_WORLD.Abort(1)
+    return made

@@ -1,8 +1,6 @@
 """Responses, checkpoints and the whole stage do not depend on the number of ranks."""
 
-import pickle
 import shutil
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,14 +9,14 @@ import xarray as xr
 from mpi4py import MPI
 
 from .conftest import STOREY_FACTOR
-from .on_ranks import results
+from .on_ranks import responses
 
 pytestmark = pytest.mark.slow
 SCRIPT = Path(__file__).with_name("on_ranks.py")
 
 
 @pytest.fixture(scope="module")
-def found(frame, begun, under_mpirun, tmp_path_factory):
+def found(frame, begun, on_ranks, tmp_path_factory):
     """By number of ranks; two find what three have left, and run the whole stage, too."""
     folder = tmp_path_factory.mktemp("ranks")
     given = {
@@ -29,18 +27,14 @@ def found(frame, begun, under_mpirun, tmp_path_factory):
         "damping": frame.damping,
         "case": None,
     }
-    made = {1: results(MPI.COMM_SELF, given, folder / "1")}
+    made = {1: responses(MPI.COMM_SELF, given, folder / "1")}
     for ranks in (3, 2):
         work = folder / str(ranks)
         work.mkdir()
         if ranks == 2:
             shutil.copytree(folder / "3" / "left for others", work / "left")
             given["case"] = shutil.copytree(begun, folder / "case") / "frame.toml"
-        frame_file, out = folder / f"given_{ranks}", folder / f"found_{ranks}"
-        frame_file.write_bytes(pickle.dumps(given))
-        ended = under_mpirun(ranks, sys.executable, SCRIPT, frame_file, work, out)
-        assert ended.returncode == 0, ended.stderr
-        made[ranks] = pickle.loads(out.read_bytes())
+        made[ranks] = on_ranks(SCRIPT, given=given, folder=work)(ranks)
     made[2]["case"] = given["case"]
     return made
 
