@@ -1,13 +1,17 @@
-"""Fields over the slab of the top floor, drawn in plan with colours that print."""
+"""Fields drawn with colours that print: over the slab of the top floor, and along edges in time."""
 
 import math
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
+from impactfem.plot.style import figure, letter
 from impactfem.system.arrays import Array, Index
 
 COLOURS = "cividis"
@@ -115,3 +119,36 @@ def colour_bar(drawn: Any, mappable: Any, axes: Any, label: str) -> None:
     """The scale of the colours at the right of the panels."""
     bar = drawn.colorbar(mappable, ax=axes, location="right", aspect=30, pad=0.02)
     bar.set_label(label)
+
+
+def line_load_maps(
+    path: Path,
+    caption: str,
+    seen: str,
+    loads: Mapping[str, tuple[Array, Array, Array]],
+    largest: float,
+) -> None:
+    """Maps of line loads over edge and time, by title: times [ms], distances [m], loads [MN/m].
+
+    The loads, of shape (distances, times), are straight between the points; `largest` is the upper
+    end of the colours.
+    """
+    columns = min(2, len(loads))
+    rows = -(-len(loads) // columns)
+    size = (3.6 * columns + 1.2, 3.2 * rows)
+    with figure(path, (rows, columns), size, caption, seen) as (drawn, axes):
+        for spare in axes[len(loads) :]:
+            spare.set_axis_off()
+        axes = axes[: len(loads)]
+        look: dict[str, Any] = {"shading": "gouraud", "cmap": COLOURS, "vmin": 0.0, "vmax": largest}
+        for panel, (title, (time, distance, load)) in zip(axes, loads.items(), strict=True):
+            mappable = panel.pcolormesh(time, distance, load, **look)
+            panel.set_xlabel("time [ms]")
+            panel.xaxis.set_major_locator(MaxNLocator(5))
+            panel.grid(False)
+            panel.set_title(title, fontsize=9.0)
+        for panel in axes[::columns]:
+            panel.set_ylabel("distance along the edge [m]")
+        bar = drawn.colorbar(mappable, ax=axes, location="right", aspect=30, pad=0.02, extend="max")
+        bar.set_label("line load [MN/m]")
+        letter(axes)

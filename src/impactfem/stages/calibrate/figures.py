@@ -1,17 +1,15 @@
 """The figures of the stage `calibrate`, from its store, in the paper's layout and numbering."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from matplotlib.ticker import MaxNLocator
 
 from impactfem.case.damping import OWN
 from impactfem.plot.curves import NONE, Curve, CurveFigure, Panel, published_point
-from impactfem.plot.floor_field import COLOURS
+from impactfem.plot.floor_field import line_load_maps
 from impactfem.plot.style import (
     BLUE,
     GREEN,
@@ -182,37 +180,18 @@ def _line_load(path: Path, store: xr.Dataset) -> Path:
         "impact, straight between the points of contact. Largest value: "
         f"{pushing.max():.3g} MN/m."
     )
-    rows, columns = math.ceil(len(loads) / 2), min(2, len(loads))
-    size = (3.6 * columns + 1.2, 3.2 * rows)
     most = max(loads, key=lambda floor: float(loads[floor].max()))
     i, _ = np.unravel_index(loads[most].values.argmax(), loads[most].shape)
     seen = (
         f"Line load by colour over time and edge, of {len(loads)} floors: largest, "
         f"{pushing.max():.3g} MN/m, on floor {most} at {1e3 * float(store['step'][i]):.4g} ms."
     )
-    with figure(path, (rows, columns), size, caption, seen) as (drawn, axes):
-        for spare in axes[len(loads) :]:
-            spare.set_axis_off()
-        axes = axes[: len(loads)]
-        for panel, (floor, of_floor) in zip(axes, loads.items(), strict=True):
-            mappable = panel.pcolormesh(
-                1e3 * of_floor["step"],
-                store["constraint_position"][(store["constraint_floor"] == floor).values],
-                of_floor.T,
-                shading="gouraud",
-                cmap=COLOURS,
-                vmin=0.0,
-                vmax=limit,
-            )
-            panel.set_xlabel("time [ms]")
-            panel.xaxis.set_major_locator(MaxNLocator(5))
-            panel.grid(False)
-            panel.set_title(f"floor {floor}", fontsize=9.0)
-        for panel in axes[::columns]:
-            panel.set_ylabel("distance along the edge [m]")
-        bar = drawn.colorbar(mappable, ax=axes, location="right", aspect=30, pad=0.02, extend="max")
-        bar.set_label("line load [MN/m]")
-        letter(axes)
+    place, floors = store["constraint_position"].values, store["constraint_floor"].values
+    maps = {
+        f"floor {floor}": (1e3 * one["step"].values, place[floors == floor], one.values.T)
+        for floor, one in loads.items()
+    }
+    line_load_maps(path, caption, seen, maps, limit)
     return path
 
 

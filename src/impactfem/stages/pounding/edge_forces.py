@@ -4,12 +4,10 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from matplotlib.ticker import MaxNLocator
 
-from impactfem.plot.style import figure, letter
+from impactfem.plot.floor_field import line_load_maps
 from impactfem.system.arrays import Array
 
-COLOURS = "viridis"
 CUT = 0.01
 """Part of the largest line loads that is drawn in the last colour: single points have these."""
 MOST = 4
@@ -52,28 +50,6 @@ def edge_force_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> lis
     seen = (
         f"Line load by colour over time and edge, of {len(largest)} lines; at most {most:.3g} MN/m."
     )
-    columns = min(2, len(largest))
-    rows = -(-len(largest) // columns)
-    size = (3.6 * columns + 1.2, 3.2 * rows)
-    with figure(path, (rows, columns), size, caption, seen) as (drawn, axes):
-        for spare in axes[len(largest) :]:
-            spare.set_axis_off()
-        for panel, name in zip(axes, largest, strict=False):
-            mappable = panel.pcolormesh(
-                t,
-                *loads[name],
-                shading="gouraud",
-                cmap=COLOURS,
-                vmin=0.0,
-                vmax=float(np.quantile(pushing, 1.0 - CUT)),
-            )
-            panel.set_xlabel("time [ms]")
-            panel.xaxis.set_major_locator(MaxNLocator(5))
-            panel.grid(False)
-            panel.set_title(name, fontsize=8.0)
-            panel.set_ylabel("distance along the edge [m]")
-        used = axes[: len(largest)]
-        bar = drawn.colorbar(mappable, ax=used, location="right", aspect=30, pad=0.02, extend="max")
-        bar.set_label("line load [MN/m]")
-        letter(used)
+    limit = float(np.quantile(pushing, 1.0 - CUT))
+    line_load_maps(path, caption, seen, {name: (t, *loads[name]) for name in largest}, limit)
     return [path]
