@@ -202,11 +202,6 @@ def assembled(form: Any) -> Any:
     return matrix
 
 
-def version() -> str:
-    """Version of dolfinx, for the provenance of a run."""
-    return str(dolfinx.__version__)
-
-
 @contextmanager
 def _cache() -> Iterator[Path]:
     """The folder of compiled forms, locked for this process."""

@@ -149,10 +149,6 @@ def test_absolute_accelerations_of_a_static_load_are_the_anchors(pump):
     q = own_accelerations(device)
     assert q.static(device) == pytest.approx(device.r, abs=1e-9)
     assert q.names[0] == "acceleration base x" and q.units[3] == "rad/s2"
-    one = own_accelerations(device, ["base rx"])
-    assert one.own == pytest.approx(q.own[[3]])
-    with pytest.raises(ImpactfemError, match="no own motion 'base w'"):
-        own_accelerations(device, ["base w"])
 
 
 def test_quantities_are_joined(pump):

@@ -134,7 +134,7 @@ def test_rotations_have_products_of_their_own(made, tmp_path):
 def test_peaks(made):
     rows = rows_of(made / "products/floor_peaks.csv")
     assert len(rows) == len(FLOORS) * 2 * 2
-    spectra, _ = read_floor_spectra(made / "pounding.nc")
+    spectra, *_ = read_floor_spectra(made / "pounding.nc")
     first = rows[0]
     assert (first["building"], first["floor"], first["direction"]) == ("B1", "1", "x")
     assert float(first["raw peak [m/s2]"]) == pytest.approx(spectra.psa[0, 0, 0, 0].max(), rel=1e-5)

@@ -85,20 +85,6 @@ def test_clipping_below_ten_percent_damping_only(spectra):
     assert "narrow peaks reduced by 15 %" in clipped.broadening_text
 
 
-def test_points_of_a_floor(spectra):
-    floors = spectra.by_floor()
-    assert [(s.building, s.label) for s in floors.stations] == [
-        ("A", "floor 1"),
-        ("A", "floor 2"),
-        ("B", "floor 1"),
-    ]
-    assert floors.stations[0].points == ("west corner", "east corner")
-    assert floors.stations[0].elevation == 3.0
-    np.testing.assert_array_equal(floors.psa[:, :, 0], spectra.psa[:, :, :2].max(axis=2))
-    np.testing.assert_array_equal(floors.psa[:, :, 2], spectra.psa[:, :, 3])
-    np.testing.assert_array_equal(floors.zpa[:, 0], spectra.zpa[:, :2].max(axis=1))
-
-
 def test_words(spectra):
     assert spectra.design().motions_text == "3 motions, envelope"
     assert spectra.design(statistic=0.84).motions_text == "3 motions, 84 % fractile"

@@ -97,7 +97,6 @@ def test_damping_by_part_is_that_of_the_response():
     assert BUILDING.key(one) == BUILDING.key(other) == BUILDING.key(case)
     assert matrices_key(one, (), "") == matrices_key(other, (), "")
     assert matrices_key(one, (), "") != matrices_key(one, (), "else")
-    assert matrices_key(one, (), "", ("damping",)) != matrices_key(other, (), "", ("damping",))
 
 
 def test_buildings_are_those_of_another_3d_model(tmp_path):

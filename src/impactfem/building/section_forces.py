@@ -96,11 +96,7 @@ class SectionForceField:
 
 
 def section_forces(
-    parts: BuildingParts,
-    displacement: Array,
-    triangles: Index | None = None,
-    *,
-    storey_factor: float = 1.0,
+    parts: BuildingParts, displacement: Array, triangles: Index | None = None
 ) -> SectionForceField:
     """Section forces of displacements of the whole model. Not collective.
 
@@ -111,7 +107,6 @@ def section_forces(
             one rank: ``full[model.nodes] = x.reshape(-1, 6)`` in zeros. Where rotations are left
             zero, the membrane forces are right all the same.
         triangles: Which, for example ``mesh.triangles_of("floor", 3)``; all when None.
-        storey_factor: Factor on the stiffness of walls that the displacements belong to.
     """
     mesh = parts.mesh
     given = np.asarray(displacement, dtype=np.float64)
@@ -142,8 +137,6 @@ def section_forces(
             w.x.array[:] = vector[local.nodes].ravel()
             found = np.take_along_axis(evaluate(), order[:, :, None], axis=1)
             of_vector[some[local.cells]] = found
-    scaled = np.array([one.scaled for one in mesh.shell_parts], dtype=bool)[part]
-    values[:, scaled] *= storey_factor
     return SectionForceField(
         mesh, chosen, axes, values.reshape(*given.shape[:-2], *values.shape[1:])
     )

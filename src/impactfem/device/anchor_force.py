@@ -25,7 +25,6 @@ above zero, weight included, pulls at one of them: net tension. N above zero lif
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -121,29 +120,18 @@ def own_motions(device: Device, prefix: str = "base") -> Quantities:
     )
 
 
-def own_accelerations(device: Device, motions: Sequence[str] | None = None) -> Quantities:
-    """Absolute accelerations q̈ = ẍ + r ä of own coordinates, by name; of all when None.
+def own_accelerations(device: Device) -> Quantities:
+    """Absolute accelerations q̈ = ẍ + r ä of all own coordinates.
 
     As in `anchor_forces`, c = -φ φᵀ K and d = r - φ Γᵀ.
-
-    Raises:
-        ImpactfemError: There is no such motion.
     """
-    wanted = device.motions if motions is None else tuple(motions)
-    unknown = [name for name in wanted if name not in device.motions]
-    if unknown or not wanted:
-        raise device.error(
-            f"it has no own motion {unknown[0] if unknown else 'without a name'!r}; expected one of"
-            f" {', '.join(device.motions)}"
-        )
-    chosen = [device.motions.index(name) for name in wanted]
     modes = device_modes(device)
     return Quantities(
-        names=tuple(f"acceleration {name}" for name in wanted),
-        units=tuple(_unit(name, "m/s2", "rad/s2") for name in wanted),
-        own=-modes.shape[chosen] @ modes.shape.T @ device.K,
-        acceleration=device.r[chosen] - modes.shape[chosen] @ modes.participation.T,
-        displacement=np.zeros((len(chosen), device.J.shape[0])),
+        names=tuple(f"acceleration {name}" for name in device.motions),
+        units=tuple(_unit(name, "m/s2", "rad/s2") for name in device.motions),
+        own=-modes.shape @ modes.shape.T @ device.K,
+        acceleration=device.r - modes.shape @ modes.participation.T,
+        displacement=np.zeros((len(device.motions), device.J.shape[0])),
     )
 
 

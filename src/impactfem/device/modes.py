@@ -167,7 +167,6 @@ def fit_device(
     build: Callable[..., Device],
     start: Mapping[str, float],
     targets: tuple[Target, ...],
-    direction: str = "y",
     masses: bool = True,
 ) -> Fit:
     """Find parameters that give the requested modes.
@@ -176,14 +175,13 @@ def fit_device(
         build: Makes the device from the parameters, given by name.
         start: Positive start values by name; each is looked for between a hundredth of it and a
             hundred times it.
-        targets: The first modes with mass along the direction, in ascending frequency.
-        direction: Component of the anchor.
+        targets: The first modes with mass along y, in ascending frequency.
         masses: Whether the effective masses are part of (2); the deviations are given anyway.
 
     Raises:
         ImpactfemError: There are more parameters than values to meet, or a value is not positive.
-        SolutionError: The search does not converge, or the device has fewer modes along the
-            direction than requested.
+        SolutionError: The search does not converge, or the device has fewer modes along y
+            than requested.
     """
     names, s = tuple(start), np.array(list(start.values()))
     f = np.array([target.frequency for target in targets])
@@ -201,11 +199,11 @@ def fit_device(
     def modes_of(p: Array) -> tuple[Device, Array, Array]:
         device = build(**dict(zip(names, p.tolist(), strict=True)))
         modes = device_modes(device)
-        mass = modes.effective_mass[device.column(direction)]
+        mass = modes.effective_mass[device.column("y")]
         moving = mass > 1e-9 * mass.sum()
         if int(moving.sum()) < f.size:
             raise SolutionError(
-                f"device {device.name}: {int(moving.sum())} modes move it along {direction},"
+                f"device {device.name}: {int(moving.sum())} modes move it along y,"
                 f" {f.size} are requested"
             )
         return device, modes.frequency[moving][: f.size], mass[moving][: f.size]

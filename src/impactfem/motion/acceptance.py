@@ -65,12 +65,11 @@ def spectral_misfit(
     maximum: float,
     *,
     per_decade: int = 100,
-    points_per_cycle: float = 20.0,
 ) -> Misfit:
     """Compare a motion with a design spectrum at its damping, between two frequencies [Hz].
 
     The frequencies are so many in a factor of ten, 100 as nuclear practice requires; the motion is
-    interpolated for so many points in a cycle of the highest one.
+    interpolated for 20 points in a cycle of the highest one.
     """
     frequency = logarithmic_frequencies(minimum, maximum, per_decade)
     spectra = response_spectra(
@@ -78,7 +77,7 @@ def spectral_misfit(
         accelerogram.time_step,
         frequency,
         [target.damping],
-        points_per_cycle=points_per_cycle,
+        points_per_cycle=20.0,
     )
     return Misfit(frequency, spectra.psa[0, 0], target.pseudo_acceleration(frequency))
 

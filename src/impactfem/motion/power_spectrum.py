@@ -42,9 +42,7 @@ def strong_phase(accelerogram: Accelerogram) -> StrongPhase:
     return StrongPhase(float(begin), float(end))
 
 
-def power_spectrum(
-    accelerogram: Accelerogram, frequency: npt.ArrayLike, window: float = WINDOW
-) -> Array:
+def power_spectrum(accelerogram: Accelerogram, frequency: npt.ArrayLike) -> Array:
     """Estimate the one-sided power spectral density of the strong phase, smoothed.
 
     With F(ω) = ∫ a(t) exp(-iωt) dt over the strong phase of duration T_D,
@@ -52,7 +50,7 @@ def power_spectrum(
         S(ω) = 2 |F(ω)|² / (2π T_D)                                                        (1)
 
     in (m/s²)² per rad/s, so that ∫ S dω from 0 is the mean square acceleration of that phase. At
-    each frequency f the mean of (1) over f (1 ± window) is given; where that holds less than one
+    each frequency f the mean of (1) over f (1 ± 0.2) is given; where that holds less than one
     bin of width 1/T_D, over one bin. Form (1), the ±20 % and the strong phase are those of the
     check in US NRC SRP 3.7.1, Appendix A. Frequencies and densities have shape (n_f,) [Hz, m²/s³].
 
@@ -79,7 +77,7 @@ def power_spectrum(
     # Means over windows of bins as differences of running sums.
     sums = np.concatenate([[0.0], np.cumsum(density)])
     step = 1.0 / (padded * h)
-    half = np.maximum(window * f, 0.5 / duration)
+    half = np.maximum(WINDOW * f, 0.5 / duration)
     lower = np.clip(np.rint((f - half) / step), 0, density.size - 1).astype(np.int64)
     upper = np.clip(np.rint((f + half) / step) + 1, lower + 1, density.size).astype(np.int64)
     return np.asarray((sums[upper] - sums[lower]) / (upper - lower))

@@ -68,8 +68,6 @@ def synthesise(
     pga: float | None = None,
     iterations: int = 30,
     matched: tuple[float, float] | None = None,
-    points_per_cycle: float = 20.0,
-    name: str = "",
 ) -> SyntheticMotion:
     """Make a motion whose response spectrum meets a design spectrum.
 
@@ -89,8 +87,6 @@ def synthesise(
             half the lowest and above twice the highest the harmonics hold nothing. None means
             0.2 Hz to 50 Hz, or what the duration and 0.8 of the Nyquist frequency leave of it;
             the misfit of the result says which.
-        points_per_cycle: Of the oscillators at the highest matched frequency [-].
-        name: Of the accelerogram.
 
     Raises:
         ImpactfemError: An argument is out of range.
@@ -103,7 +99,7 @@ def synthesise(
     at_rest = BaselineCorrection(n, time_step)
     frequency = logarithmic_frequencies(*matched, _PER_DECADE)
     required = target.pseudo_acceleration(frequency)
-    factor = upsampling_factor(time_step, matched[1], points_per_cycle)
+    factor = upsampling_factor(time_step, matched[1], 20.0)
     oscillators = step_coefficients(time_step / factor, frequency, [target.damping])
 
     def spectrum(acceleration: Array) -> Array:
@@ -140,14 +136,12 @@ def synthesise(
         carrier *= np.interp(f_k, frequency, ratio, left=min(1.0, float(ratio[0])))
 
     origin = f"synthetic, seed {seed}, {best_iteration} iterations"
-    accelerogram = Accelerogram(time_step, best, name, origin)
-    misfit = spectral_misfit(accelerogram, target, *matched, points_per_cycle=points_per_cycle)
+    accelerogram = Accelerogram(time_step, best, "", origin)
+    misfit = spectral_misfit(accelerogram, target, *matched)
     return SyntheticMotion(accelerogram, target, misfit, best_iteration)
 
 
-def envelope(
-    time: npt.ArrayLike, duration: float, strong_phase: tuple[float, float], end_level: float = 0.05
-) -> Array:
+def envelope(time: npt.ArrayLike, duration: float, strong_phase: tuple[float, float]) -> Array:
     """Evaluate the envelope of a motion: quadratic rise, strong phase, exponential decay.
 
     The form is that of Jennings, Housner and Tsai (1968), "Simulated earthquake motions", Caltech
@@ -157,12 +151,11 @@ def envelope(
         e(t) = 1                             t_1 <= t <= t_2
         e(t) = exp(-c (t - t_2))             t_2 <= t <= T,   c = ln(1 / e_T) / (T - t_2)
 
-    so that e_T is left at the end. Over the last twentieth of the duration a straight line takes
-    that rest to zero. Times [s] have shape (n,), as has the envelope [-].
+    so that e_T = 0.05 is left at the end. Over the last twentieth of the duration a straight line
+    takes that rest to zero. Times [s] have shape (n,), as has the envelope [-].
 
     Raises:
-        ImpactfemError: The strong phase does not lie inside the duration, or the end level is out
-            of range.
+        ImpactfemError: The strong phase does not lie inside the duration.
     """
     t, T = np.asarray(time, dtype=np.float64), duration
     t_1, t_2 = strong_phase
@@ -171,12 +164,10 @@ def envelope(
             "the strong phase must lie inside the motion, 0 <= begin < end <= duration:"
             f" got {t_1!r} s to {t_2!r} s of {T!r} s"
         )
-    if not 0.0 < end_level < 1.0:
-        raise ImpactfemError(f"the envelope's end level must be between 0 and 1, got {end_level!r}")
     level = np.ones_like(t)
     rising, falling = t < t_1, t > t_2
     level[rising] = (t[rising] / t_1) ** 2
-    level[falling] = end_level ** ((t[falling] - t_2) / (T - t_2))
+    level[falling] = 0.05 ** ((t[falling] - t_2) / (T - t_2))
     return np.asarray(level * np.clip((T - t) / (0.05 * T), 0.0, 1.0))
 
 

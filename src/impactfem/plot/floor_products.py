@@ -71,7 +71,7 @@ def write_floor_products(
     Raises:
         ImpactfemError: The store is not usable, or a file cannot be written.
     """
-    *both, inputs = _read(store)
+    *both, inputs = read_floor_spectra(store)
     files: list[Path] = []
     for spectra, names in zip(both, (TRANSLATIONS, ROTATIONS), strict=True):
         if spectra is not None:
@@ -137,9 +137,7 @@ def floor_figures(folder: Path, design: DesignFloorSpectra, name: str) -> list[P
         # The slope of a slab at a struck edge is many times that of other floors.
         if turned:
             caption += " Each floor has a scale of its own."
-        page = floor_page(
-            f"{name}_{building}", caption, panels, PANEL, unit=source.unit, alike=not turned
-        )
+        page = floor_page(f"{name}_{building}", caption, panels, unit=source.unit, alike=not turned)
         files.append(page.write(folder))
     return files
 
@@ -148,11 +146,10 @@ def floor_page(
     name: str,
     caption: str,
     panels: Sequence[tuple[str, Sequence[Curve]]],
-    size: tuple[float, float],
     unit: str = "m/s2",
     **options: Any,
 ) -> CurveFigure:
-    """A page of spectra with a panel of so many inches for each floor, and one legend above all."""
+    """A page of spectra with a panel for each floor, and one legend above all."""
     count, columns = len(panels), min(COLUMNS, len(panels))
     look: dict[str, Any] = {"log": "x", "bottom": 0.0, "legend": ""}
     pages = [
@@ -165,26 +162,18 @@ def floor_page(
         )
         for k, (title, curves) in enumerate(panels)
     ]
-    whole = max(columns, 3) * size[0], math.ceil(count / columns) * size[1] + 0.5
+    whole = max(columns, 3) * PANEL[0], math.ceil(count / columns) * PANEL[1] + 0.5
     return CurveFigure(name, caption, pages, columns, whole, above=True, **options)
 
 
-def read_floor_spectra(store: Path) -> tuple[FloorSpectrumSet, str]:
+def read_floor_spectra(store: Path) -> tuple[FloorSpectrumSet, FloorSpectrumSet | None, str]:
     """Floor spectra of `pounding.nc`, or of a store of the same form with the dimension `motion`.
 
-    With the hash of the inputs that the store was made from.
+    Those of translations, and of rotations where there are some; the hash of the inputs that the
+    store was made from.
 
     Raises:
         ImpactfemError: The file cannot be read, or holds no floor spectra.
-    """
-    spectra, _, inputs = _read(store)
-    return spectra, inputs
-
-
-def _read(store: Path) -> tuple[FloorSpectrumSet, FloorSpectrumSet | None, str]:
-    """The spectra of translations, and of rotations where there are some; the hash of the inputs.
-
-    ImpactfemError: As of `read_floor_spectra`.
     """
     try:
         with xr.open_dataset(store, engine="h5netcdf") as data:

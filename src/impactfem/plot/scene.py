@@ -98,12 +98,12 @@ def plotter() -> Any:
     return made
 
 
-def add_ghost(made: Any, building: xr.Dataset, opacity: float = 0.25) -> None:
+def add_ghost(made: Any, building: xr.Dataset) -> None:
     """Draw a building that others are seen through: its shells, their outlines and its columns."""
     made.enable_depth_peeling(12)
     flat = surface(shell_grid(building))
     if flat.n_cells:
-        made.add_mesh(flat, color=GHOST, opacity=opacity)
+        made.add_mesh(flat, color=GHOST, opacity=0.25)
         made.add_mesh(corners(flat), color=OUTLINE, line_width=1.0)
     columns = beam_grid(building, "column")
     if columns.n_cells:
@@ -182,15 +182,15 @@ def show(panel: Axes, picture: Picture, *, triad: bool = True) -> None:
         panel.text(x, y, name, ha="center", va="center", fontsize=8.0)
 
 
-def note(panel: Axes, picture: Picture, point: Array, text: str, *, left: bool = True) -> None:
+def note(panel: Axes, picture: Picture, point: Array, text: str) -> None:
     """Write a text beside a point of a picture, on a white edge."""
     x, y = picture.place(np.asarray(point, dtype=np.float64)[None])[0]
     panel.annotate(
         text,
         (x, y),
-        xytext=(-7 if left else 7, 0),
+        xytext=(-7, 0),
         textcoords="offset points",
-        ha="right" if left else "left",
+        ha="right",
         va="center",
         fontsize=7.5,
         path_effects=[withStroke(linewidth=2.5, foreground="white")],

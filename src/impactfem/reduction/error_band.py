@@ -76,18 +76,17 @@ def nested_models(
     return [reduced_model(basis), *(reduced_model(basis, n) for n in dict.fromkeys(nested))]
 
 
-def larger_models(
-    basis: KrylovBasis, size: int, shares: Sequence[float] = LARGER_SHARES
-) -> list[ReducedModel]:
+def larger_models(basis: KrylovBasis, size: int) -> list[ReducedModel]:
     """The models that one of some size is nested in; the basis grows where it has to. Collective.
 
-    Of the given shares of that size, ascending, or up to a block step more, one of each size. Where
+    Of `LARGER_SHARES` of that size, or up to a block step more, one of each size. Where
     the space holds all that the loads can reach: the model that is used.
     """
-    while basis.size < shares[-1] * size and basis.grow(1) > 0:
+    while basis.size < LARGER_SHARES[-1] * size and basis.grow(1) > 0:
         pass
     wanted = [
-        min([n for n in basis.sizes if n >= share * size], default=basis.size) for share in shares
+        min([n for n in basis.sizes if n >= share * size], default=basis.size)
+        for share in LARGER_SHARES
     ]
     return [reduced_model(basis, n) for n in dict.fromkeys(wanted)]
 
@@ -117,7 +116,7 @@ def transfer_bound(
 ) -> Array:
     """Bound on the error of transfer functions, in the modulus of the complex difference.
 
-    By ‖l‖ of each probe (`KrylovBasis.dual_norm`), shape (n_probes,), and ‖r‖ (`Residual.norms`),
+    By ‖l‖ of each probe (`KrylovBasis.dual_norm`), shape (n_probes,), and ‖r‖ (`residual_norms`),
     shape (n_freq, n_patterns). Shape (n_freq, n_probes, n_patterns) [m per unit of the load];
     infinite without damping, and at zero.
     """

@@ -104,32 +104,17 @@ def shift_of(omega: Array, damping: Rayleigh) -> Complex:
     return np.asarray(s * (s + damping.alpha) / (1.0 + s * damping.beta), dtype=np.complex128)
 
 
-class Residual:
-    """Norms of the residual of the model of all of a basis as it stands, √(rᴴ (K + σ0 M)⁻¹ r).
-
-    They are |σ − σ0| |1 + iωβ| √(wᴴ Qᵀ (K + σ0 M) Q w) with w = S Y z: this norm costs no solve.
-    Making one is collective. `gram` is Qᵀ (K + σ0 M) Q, shape (n_tail, n_tail).
-    """
-
-    def __init__(self, basis: KrylovBasis) -> None:
-        self.gram = inner(basis.M, basis.Q, basis.shifted_tail())
-        self._size = basis.size
-
-    def norms(self, model: ReducedModel, omega: Array, damping: Rayleigh) -> Array:
-        """‖r‖ for the loads exp(iωt), one pattern at a time, as of `residual_norms`.
-
-        Raises:
-            SolutionError: The model is a nested one, or of the basis before it grew.
-        """
-        if (len(model.coordinates), len(model.tail)) != (self._size, len(self.gram)):
-            raise SolutionError("the residual of another model than that of the whole basis")
-        return residual_norms(self.gram, model, omega, damping)
+def residual_gram(basis: KrylovBasis) -> Array:
+    """Qᵀ (K + σ0 M) Q of a basis, shape (n_tail, n_tail). Collective."""
+    return inner(basis.M, basis.Q, basis.shifted_tail())
 
 
 def residual_norms(gram: Array, model: ReducedModel, omega: Array, damping: Rayleigh) -> Array:
-    """Norms of the residual, as of `Residual`, of the model of all of a basis, (n, n_patterns).
+    """‖r‖ = √(rᴴ (K + σ0 M)⁻¹ r) of the model of all of a basis, for the loads exp(iωt).
 
-    `gram` is Qᵀ (K + σ0 M) Q, shape (n_tail, n_tail); ω has the shape (n,) [rad/s].
+    One pattern at a time, shape (n, n_patterns); they are |σ − σ0| |1 + iωβ| √(wᴴ G w) with
+    w = S Y z and `gram` G = Qᵀ (K + σ0 M) Q, shape (n_tail, n_tail), of the basis as it stands
+    (`residual_gram`): this norm costs no solve. ω has the shape (n,) [rad/s].
     """
     w = model.outside(omega, damping)
     squares = np.sum(w.conj() * (gram @ w), axis=1).real

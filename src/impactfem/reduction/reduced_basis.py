@@ -26,7 +26,7 @@ from impactfem.reduction.error_band import (
 from impactfem.reduction.foundation import Foundation
 from impactfem.reduction.galerkin import GalerkinModes
 from impactfem.reduction.krylov import KrylovBasis
-from impactfem.reduction.reduced import ReducedModel, Residual, residual_norms
+from impactfem.reduction.reduced import ReducedModel, residual_gram, residual_norms
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 from impactfem.system.log import LOGGER
@@ -254,7 +254,7 @@ def grow_basis(
         return lambda part: progress((k + part) / len(accuracies))
 
     coarse, difference = _grow_until_accurate(basis, probes, None, first, largest, within(0))
-    n, gram = basis.size, Residual(basis).gram
+    n, gram = basis.size, residual_gram(basis)
     norm = basis.dual_norm(probes.columns).reshape(-1, DOFS // 2)
     fine, differences = coarse, [difference]
     for k, accuracy in enumerate(others, 1):

@@ -109,24 +109,6 @@ class FloorSpectrumSet:
             over=words,
         )
 
-    def by_floor(self) -> FloorSpectrumSet:
-        """Envelope over the points of each floor."""
-        floors: dict[tuple[str, str], list[int]] = {}
-        for index, station in enumerate(self.stations):
-            floors.setdefault((station.building, station.floor), []).append(index)
-        stations = []
-        for (building, floor), members in floors.items():
-            points = tuple(point for m in members for point in self.stations[m].points)
-            elevations = {self.stations[m].elevation for m in members}
-            elevation = elevations.pop() if len(elevations) == 1 else float("nan")
-            stations.append(Station(building, floor, points, elevation))
-        return replace(
-            self,
-            stations=tuple(stations),
-            psa=np.stack([self.psa[:, :, m].max(axis=2) for m in floors.values()], axis=2),
-            zpa=np.stack([self.zpa[:, m].max(axis=1) for m in floors.values()], axis=1),
-        )
-
     def design(
         self, broadening: Ratio = 0.15, *, clipping: bool = False, statistic: Statistic = "envelope"
     ) -> DesignFloorSpectra:

@@ -121,12 +121,10 @@ def inputs_key(
     return digest.hexdigest()
 
 
-def matrices_key(
-    case: Case, modules: tuple[str, ...], own: str, sections: tuple[str, ...] = ()
-) -> str:
-    """Hash of the inputs of the matrices of the 3D model, of further sections and of a text."""
+def matrices_key(case: Case, modules: tuple[str, ...], own: str) -> str:
+    """Hash of the inputs of the matrices of the 3D model and of a text."""
     files = structure_files(case.structure) if case.structure is not None else ()
-    rest = inputs_key(case, (*MATRICES, *sections), modules, files)
+    rest = inputs_key(case, MATRICES, modules, files)
     return hashlib.sha256(f"{own}{rest}".encode()).hexdigest()
 
 

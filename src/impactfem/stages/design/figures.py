@@ -14,8 +14,6 @@ from impactfem.stages.design.products import DesignProducts
 from impactfem.stages.design.store import largest_impact
 from impactfem.stages.stores import names_of
 
-PANEL = (2.5, 2.1)
-"""Width and height of a floor's panel [inch]."""
 GREY = "0.72"
 STATISTICS = (
     ("mean", "mean", BLUE, "-"),
@@ -119,7 +117,7 @@ def _page(
     )
     panels = [(station.label, one) for station, one in zip(source.stations, floors, strict=True)]
     stem = f"{name}_{direction}_{damping}pct"
-    return floor_page(stem, f"{head} {caption}", panels, PANEL, lettered=False)
+    return floor_page(stem, f"{head} {caption}", panels, lettered=False)
 
 
 def _points(products: DesignProducts) -> str:

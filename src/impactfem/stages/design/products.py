@@ -111,7 +111,7 @@ def design_products_of(
     Peaks are broadened by a ratio to either side, or by one down and one up, narrow ones reduced
     before where `clipping`. ImpactfemError where a store is not usable.
     """
-    of_sticks, _ = read_floor_spectra(sticks)
+    of_sticks, *_ = read_floor_spectra(sticks)
     design = partial(FloorSpectrumSet.design, broadening=broadening, clipping=clipping)
     members, statistics = None, {}
     if "motion" in store.dims:
