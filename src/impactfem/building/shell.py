@@ -166,9 +166,13 @@ class _Strains:
         self.membrane = ufl.sym(du)
         self.bending = ufl.sym(d_beta)
         self.drilling = 0.5 * (du[1, 0] - du[0, 1]) - ufl.dot(theta, e3)
-        self.tau = _flexibility(triangle, fields)
-        # div M = D_b ((1 − ν)/2 Δβ + (1 + ν)/2 ∇ div β).
+        # τ = (9/20)² a⁻¹ = (20 D_b ((1 − ν)/2 tr G I + (1 + ν)/2 G))⁻¹, G = Σ ∇λ ⊗ ∇λ: for the
+        # bubble b, ∫ ∇b ⊗ ∇b dA / A = 81/20 G, and its mean is 9/20.
         nu = fields.poisson_ratio
+        G = sum(ufl.outer(g, g) for g in triangle.gradients)
+        shape = 0.5 * (1.0 - nu) * ufl.tr(G) * ufl.Identity(2) + 0.5 * (1.0 + nu) * G
+        self.tau = ufl.inv(20.0 * fields.bending_stiffness * shape)
+        # div M = D_b ((1 − ν)/2 Δβ + (1 + ν)/2 ∇ div β).
         self.moment_divergence = fields.bending_stiffness * ufl.as_vector(
             [
                 0.5 * (1.0 - nu) * (dd_beta[a, 0, 0] + dd_beta[a, 1, 1])
@@ -213,15 +217,6 @@ class _Triangle:
         away = ufl.SpatialCoordinate(mesh) - (x[0] + x[1] + x[2]) / 3.0
         place = ufl.as_vector([ufl.dot(a, away) for a in plane])
         self.coordinates = [1.0 / 3.0 + ufl.dot(g, place) for g in self.gradients]
-
-
-def _flexibility(triangle: _Triangle, fields: ShellFields) -> Any:
-    """τ = (9/20)² a⁻¹ = (20 D_b ((1 − ν)/2 tr G I + (1 + ν)/2 G))⁻¹, G = Σ ∇λ ⊗ ∇λ."""
-    # ∫ ∇b ⊗ ∇b dA / A = 81/20 G for the bubble b, whose mean is 9/20.
-    nu = fields.poisson_ratio
-    G = sum(ufl.outer(g, g) for g in triangle.gradients)
-    shape = 0.5 * (1.0 - nu) * ufl.tr(G) * ufl.Identity(2) + 0.5 * (1.0 + nu) * G
-    return ufl.inv(20.0 * fields.bending_stiffness * shape)
 
 
 def _reduced(gamma: Any, dd_beta: Any, triangle: _Triangle) -> Any:

@@ -16,8 +16,8 @@ from impactfem.case.facade import (
     moved_into_plan,
     rectangle,
     side_of,
-    span_of,
     struck,
+    words_of,
 )
 from impactfem.case.model import Case
 from impactfem.case.place import Place
@@ -124,9 +124,13 @@ def strike_fault(
             f"centre; expected at most {HEIGHT:g} m"
         )
     if sides and not met:
+        spans = (
+            f"{side_of(one.outward)} from {words_of(one.start)} to {words_of(one.end)} m"
+            for one in sides
+        )
         return "offset", (
             "expected a point on the side of the floor of the 3D building that the normal leads "
-            f"through: {span_of(sides)}"
+            f"through: {', '.join(spans)}"
         )
     return None
 

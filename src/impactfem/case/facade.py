@@ -1,7 +1,7 @@
 """The straight sides of a floor in plan, and where a pair strikes them."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from impactfem.case.contacts import Vector
@@ -121,11 +121,3 @@ def side_of(vector: Vector) -> str:
 def words_of(vector: Iterable[float]) -> str:
     """A vector in words, without signs of zeros."""
     return "({})".format(", ".join(f"{float(x) + 0.0:g}" for x in vector))
-
-
-def span_of(facades: Sequence[Facade]) -> str:
-    """The sides in words, for messages."""
-    return ", ".join(
-        f"{side_of(one.outward)} from {words_of(one.start)} to {words_of(one.end)} m"
-        for one in facades
-    )

@@ -343,8 +343,9 @@ def _pounding(source: Source, case: Case, longest: float) -> Iterator[Fault]:
         law = case.contact_laws[contact.law]
         if isinstance(law, UnilateralLaw):
             continue
-        masses = [_mass(case, end.building, end.floor or end.storey) for end, _ in contact.ends]
-        M = 1.0 / sum(1.0 / mass for mass in masses)
+        hit = {(end.building, end.floor or end.storey) for end, _ in contact.ends}
+        floors = ((one.name, floor) for one in case.buildings for floor in one.floors)
+        M = 1.0 / sum(1.0 / floor.mass for name, floor in floors if (name, floor.floor) in hit)
         K = law.stiffness
         if not isinstance(K, float):
             continue
@@ -365,11 +366,6 @@ def _pounding(source: Source, case: Case, longest: float) -> Iterator[Fault]:
             f"{1e3 * shortest / asked:.3g} ms"
         )
         yield _written(source, ("pounding", "time_step"), text)
-
-
-def _mass(case: Case, building: str, number: int | None) -> float:
-    floors: tuple[Floor, ...] = case.building(building).floors
-    return next(floor.mass for floor in floors if floor.floor == number)
 
 
 def _wall(source: Source, case: Case) -> Iterator[Fault]:

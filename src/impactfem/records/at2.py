@@ -43,7 +43,11 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
         file.note(4, lines[3].strip(), "expected at least 2 samples and a positive time step")
         size = None
     n_header = len(file.faults)
-    samples = file.samples(range(4, len(lines)), _cells, "expected finite numbers only")
+    samples = file.samples(
+        range(4, len(lines)),
+        lambda line: _TOUCHING.sub(r"\1 \2", line).split(),
+        "expected finite numbers only",
+    )
     # A broken line hides samples: their number says nothing then.
     if size is not None and len(file.faults) == n_header and len(samples) != int(size[1]):
         expected = f"the header announces {size[1]} samples, the file has {len(samples)}"
@@ -54,10 +58,6 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     title = " ".join(f"{lines[0]} {lines[1]}".split())
     origin = f"record {file.path.name}: {title}" if title else f"record {file.path.name}"
     return Accelerogram(float(size[2]), np.array(samples) * factor, file.path.stem, origin)
-
-
-def _cells(line: str) -> list[str]:
-    return _TOUCHING.sub(r"\1 \2", line).split()
 
 
 FORMAT = Format(

@@ -16,13 +16,12 @@ A force inside a storey acts on its walls or columns over a patch (`patch_load`)
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from impactfem.building.facade import facades, patch_load
-from impactfem.building.floor import Line, NodalLoad, contact_edge, edge_load, linear
+from impactfem.building.floor import Line, NodalLoad, edge_load, linear
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
 from impactfem.case.contacts import Vector
@@ -215,15 +214,3 @@ def storey_share(
     moment = position - 0.5 * facade.length
     name = _named(name, facade, direction)
     return ((EdgeForce(name, storey, direction, facade.side, 1.0, moment, line, height), 1.0),)
-
-
-def wall_contacts(
-    mesh: BuildingMesh, floor: int, spacing: float | None, impulses: Mapping[int, Array] | None
-) -> tuple[Array, Array, Array]:
-    """Positions [m], lengths [m] and impulses of the contacts of an edge with the wall.
-
-    The impulses by floor are those that `calibrate` found; even ones before it has run.
-    """
-    edge = contact_edge(mesh, floor, spacing)
-    found = edge.weight if impulses is None else impulses[floor]
-    return edge.position, edge.weight, found

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from impactfem.building.facade import facades
+from impactfem.building.floor import contact_edge
 from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case, ContactPoint
 from impactfem.case.contact_checks import calibrated_only, moved_beside, strike_fault
@@ -25,7 +26,6 @@ from impactfem.reduction.edge_force import (
     inward,
     missing,
     storey_share,
-    wall_contacts,
 )
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault
@@ -190,8 +190,11 @@ class Sides:
                 what = f"{end.place} on {facade.side}" if facade.side else end.place
                 expected = calibrated_only(what, end.building)
                 return Fault(self.case.path, "transient.spread", "calibrated", expected)
-            contacts = wall_contacts(self.mesh, end.floor, wall.contact_spacing, self.impulses)
-            if not contacts[2].sum() > 0.0:
+            edge = contact_edge(self.mesh, end.floor, wall.contact_spacing)
+            # Even ones before `calibrate` has found the impulses.
+            impulse = edge.weight if self.impulses is None else self.impulses[end.floor]
+            contacts = edge.position, edge.weight, impulse
+            if not impulse.sum() > 0.0:
                 expected = (
                     f"expected 'uniform' or 'patch': floor {end.floor} took no impulse in the "
                     "first impact on the wall, of the top floor"

@@ -215,7 +215,13 @@ def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
         # A direction in which the ground hardly moves it would have a factor without meaning.
         least = SLIGHT * max((other.still for other in own), default=0.0)
         if compared := [other for other in own if other.factors[0] > 0.0 and other.still >= least]:
-            found.append(_factor(max(compared, key=lambda other: other.factors[0])))
+            one = max(compared, key=lambda other: other.factors[0])
+            peak, there = one.factors
+            text = f"{one.words}, along {one.direction}: peak {one.peak:.3g} against "
+            text += f"{one.still:.3g} m/s²; {there:.3g} times as much at {one.at:.3g} Hz"
+            found.append(
+                Answer("Over the case without impact", f"× {peak:.3g}", text, link="spectra")
+            )
     found += _gap(run) + _anchors(run) + _impacts(run)
     good = [check["good"] for check in run.checks]
     limits, missed = sum(one is not None for one in good), good.count(False)
@@ -223,13 +229,6 @@ def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
     text = "listed below: they decide whether the rest may be used" if missed else ""
     found.append(Answer("Checks", value, text, "warn" if missed else "good", "checks"))
     return found
-
-
-def _factor(one: Spectrum) -> Answer:
-    peak, there = one.factors
-    text = f"{one.words}, along {one.direction}: peak {one.peak:.3g} against {one.still:.3g} m/s²"
-    text += f"; {there:.3g} times as much at {one.at:.3g} Hz"
-    return Answer("Over the case without impact", f"× {peak:.3g}", text, link="spectra")
 
 
 def _gap(run: RunFiles) -> list[Answer]:

@@ -64,7 +64,10 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
             building, _, own = name.rpartition("/")
             lines = [ABSENT]
             if name in done:
-                lines = headlines(known[own], results if not building else _of(results, building))
+                # Those of a further building by the names that they have alone.
+                named = ({**one, "name": alone(one["name"], building)} for one in results)
+                mine = [one for one in named if one["name"]] if building else results
+                lines = headlines(known[own], mine)
             italic = name.replace("_", "\\_")
             head = f"{known[own].title}  ($\\it{{{italic}}}$)"
             (x, y), height, here = places[(name,)], FILL * step, name in done
@@ -117,12 +120,6 @@ def _rows(names: Sequence[str], links: Sequence[tuple[str, str]]) -> list[list[S
                 above.setdefault((b,) if level[b] == row else (a, b, str(row)), []).append(place)
         rows.append(sorted(above, key=lambda slot: float(np.mean(above[slot] or [0.5]))))
     return rows
-
-
-def _of(results: Sequence[Mapping[str, Any]], building: str) -> list[Mapping[str, Any]]:
-    """The results of a further building by the names that they have alone."""
-    named = [{**one, "name": alone(one["name"], building)} for one in results]
-    return [one for one in named if one["name"] is not None]
 
 
 def headlines(stage: Stage, results: Sequence[Mapping[str, Any]]) -> list[str]:

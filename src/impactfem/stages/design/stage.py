@@ -89,12 +89,6 @@ def _draw(case: Case, folder: Path) -> list[Path]:
         return write_design_products(folder, products) + design_figures(folder, products)
 
 
-def _needs(case: Case) -> tuple[Stage, ...]:
-    if not _carried(case):
-        return (REDUCE, TRANSIENT)
-    return (REDUCE, TRANSIENT, ENSEMBLE, *((DEVICE,) if case.devices else ()))
-
-
 DESIGN = Stage(
     name="design",
     title="Design spectra",
@@ -120,7 +114,12 @@ DESIGN = Stage(
     draw=_draw,
     checks=lambda case, folder: design_checks(folder),
     lacks=lambda case: "transient" if case.transient is None else None,
-    needs=_needs,
+    needs=lambda case: (
+        REDUCE,
+        TRANSIENT,
+        *((ENSEMBLE,) if _carried(case) else ()),
+        *((DEVICE,) if _carried(case) and case.devices else ()),
+    ),
     collective=True,
     each=True,
 )

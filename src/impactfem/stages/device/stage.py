@@ -70,12 +70,6 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     return on_root(write)
 
 
-def _lacks(case: Case) -> str | None:
-    if case.transient is None:
-        return "transient"
-    return None if case.devices else "devices"
-
-
 DEVICE = Stage(
     name="device",
     title="Devices",
@@ -111,7 +105,9 @@ DEVICE = Stage(
         *device_figures(folder, published_values(case)),
     ],
     checks=lambda case, folder: device_checks(folder),
-    lacks=_lacks,
+    lacks=lambda case: (
+        "transient" if case.transient is None else None if case.devices else "devices"
+    ),
     # The impact on the wall gives the restitution of each damping case.
     needs=lambda case: (
         REDUCE,

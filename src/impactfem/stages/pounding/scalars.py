@@ -56,8 +56,10 @@ def stick_scalars(study: StickStudy) -> list[Scalar]:
     Names without a building are those of the first building of the case file, the one that is
     studied; `floor_k` in `pounding.*` stands for the pairs on its floor k.
     """
-    parts = (_motion, _modes, _calibration, _pounding, _foundations, _checks, _spectra)
-    return [Scalar(*row) for part in parts for row in part(study)]
+    modes = mode_rows(study.case, study.system.sticks, study.modes)
+    parts = (_calibration, _pounding, _foundations, _checks, _spectra)
+    others = (row for part in parts for row in part(study))
+    return [Scalar(*row) for row in (*_motion(study), *modes, *others)]
 
 
 def _motion(study: StickStudy) -> list[Row]:
@@ -114,10 +116,6 @@ def _motion(study: StickStudy) -> list[Row]:
             ),
         ]
     return rows
-
-
-def _modes(study: StickStudy) -> list[Row]:
-    return mode_rows(study.case, study.system.sticks, study.modes)
 
 
 def mode_rows(case: Case, sticks: Iterable[Stick], modes: Iterable[Modes]) -> list[Row]:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from impactfem.case.contact_checks import pair_distance
-from impactfem.stages.pounding.compute import FloorSpectra, StickStudy, moving, station_dofs
+from impactfem.stages.pounding.compute import StickStudy, moving, station_dofs
 from impactfem.stages.pounding.foundation import DIRECTIONS
 from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.stages.stores import Output, damping_outputs, damping_values, dataset
@@ -194,12 +194,14 @@ def write_sticks(path: Path, study: StickStudy, key: str) -> None:
         "direction": with_contact.directions,
         **{name: getattr(with_contact, name) for name in ("psa", "sd", "pfa")},
         **{f"{name}_free": getattr(free, name) for name in ("psa", "sd", "pfa")},
-        **_rotations(study.turning),
         **_modes(study),
         **_impacts(study),
         **_pairs(study),
         **_foundations(study),
     }
+    if study.turning is not None:
+        values["rotation"] = study.turning.directions
+        values |= {f"rotational_{name}": getattr(study.turning, name) for name in ("psa", "pfa")}
     if study.facing:
         values |= {
             "facing": [one.facing.name for one in study.facing],
@@ -263,13 +265,6 @@ def _histories(study: StickStudy) -> dict[str, Any]:
         values[f"velocity{suffix}"] = run.v[:, columns]
         values[f"acceleration{suffix}"] = run.absolute_acceleration[:, columns]
     return values
-
-
-def _rotations(turning: FloorSpectra | None) -> dict[str, Any]:
-    if turning is None:
-        return {}
-    values = {"rotation": turning.directions}
-    return values | {f"rotational_{name}": getattr(turning, name) for name in ("psa", "pfa")}
 
 
 def _modes(study: StickStudy) -> dict[str, Any]:

@@ -73,13 +73,6 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     return on_root(write)
 
 
-def _announce(case: Case) -> list[Check]:
-    if case.transient is not None:
-        step, highest = case.transient.time_step, case.transient.maximum_frequency
-        return [samples_check(step, highest)]
-    return []
-
-
 def _checks(case: Case, folder: Path) -> list[Check]:
     found = transient_checks(folder)
     # Forces of another program are not the stick's.
@@ -138,7 +131,11 @@ TRANSIENT = Stage(
     compute=_compute,
     draw=_draw,
     checks=_checks,
-    announces=_announce,
+    announces=lambda case: (
+        [samples_check(case.transient.time_step, case.transient.maximum_frequency)]
+        if case.transient is not None
+        else []
+    ),
     lacks=lambda case: "transient" if case.transient is None else None,
     needs=lambda case: (
         REDUCE if _reduces(case) else BUILDING,
