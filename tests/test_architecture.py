@@ -86,6 +86,7 @@ PACKAGES = {
     },
     "study": {"fit", "run", "stages"},
     "cli": {"case", "fit", "run", "study", "verify"},
+    "__main__": {"cli"},
 }
 
 
