@@ -3,7 +3,6 @@ import pickle
 import numpy as np
 import pytest
 import scipy.linalg
-import scipy.sparse as sp
 from petsc4py import PETSc
 
 from impactfem.dynamics import factorisation
@@ -44,13 +43,6 @@ def test_solve(petsc, chain, shift):
     assert columns == pytest.approx(np.linalg.solve(A, B), rel=1e-10, abs=1e-10)
     assert columns.flags.f_contiguous
     assert x.getArray() == pytest.approx(columns[:, 3], rel=1e-12)
-
-
-def test_memory(petsc, chain):
-    line = sp.csr_matrix(chain(90))
-    grid = sp.kron(line, sp.identity(90)) + sp.kron(sp.identity(90), line)
-    with Factorisation(petsc(grid)) as factor:
-        assert 8.0 * factor.entries < factor.memory < 100.0 * factor.entries
 
 
 def test_blocks_that_are_not_full(petsc, chain):

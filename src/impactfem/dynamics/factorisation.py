@@ -183,11 +183,6 @@ class Factorisation(Held):
         return int(negative), int(zero), int(positive)
 
     @property
-    def memory(self) -> float:
-        """Memory that MUMPS used for it at most, all ranks together [B]."""
-        return 1e6 * float(self._F.getMumpsInfog(22))
-
-    @property
     def entries(self) -> float:
         """Entries of the factor, all ranks together."""
         # MUMPS counts in millions where the number does not fit, and says so by the sign.

@@ -116,11 +116,6 @@ class Newmark(Held):
         if self._factor is not None:
             self._factor.destroy()
 
-    @property
-    def memory(self) -> float:
-        """Memory of the factorisation, all ranks together; 0 before the first step [B]."""
-        return 0.0 if self._factor is None else self._factor.memory
-
     def factorise(self) -> Factorisation:
         """The factorisation of S, made at the first call."""
         if self._factor is None:

@@ -91,11 +91,6 @@ class FullMotion(Held):
             vector.destroy()
         self._factor.destroy()
 
-    @property
-    def memory(self) -> float:
-        """Memory of the factorisation, all ranks together [B]."""
-        return self._factor.memory
-
     def delassus(self) -> Array:
         """W = Gᵀ M̂⁻¹ G, shape (m, m)."""
         m = self.constraints

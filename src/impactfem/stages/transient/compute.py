@@ -41,7 +41,6 @@ class FullRun:
 
     response: NodeResponse  #: histories at the nodes
     energy: Energy  #: energies at each step
-    factor_memory: float  #: memory of the factorisation; 0 when all steps had been made before [B]
 
 
 def run_full(
@@ -99,7 +98,6 @@ def run_full(
             stage="transient",
             progress=progress,
         )
-        memory = system.memory
     count = len(loads.ground)
     motion = {
         name: (probes.motion[:, free] @ values.T).T.reshape(count, -1, 3)
@@ -112,7 +110,6 @@ def run_full(
             acceleration=motion["acceleration"] + loads.ground[:, None, :],
         ),
         energy=whole.energy,
-        factor_memory=memory,
     )
 
 
