@@ -239,6 +239,18 @@ def test_pairs_moved_off_their_sides_are_one_fault(tmp_path):
     refused(path, "transient.eccentricity", "a distance of -8 to 6 m")
 
 
+def test_a_building_without_a_3d_model_cannot_pound_in_3d(tmp_path):
+    """Nor is that a fault of its neighbour, which is a stick beside a stick then."""
+    for file in GEOMETRY.glob("row_of_three*"):
+        (tmp_path / file.name).symlink_to(file)
+    path = tmp_path / "models.toml"
+    case = 'extends = "row_of_three_3d.toml"\n[pounding]\nmodels = {{ {} = "structure" }}\n'
+    path.write_text(case.format("B"), encoding="utf-8")
+    load_case(path)
+    path.write_text(case.format("A"), encoding="utf-8")
+    assert list(own_faults(path)) == ["pounding.models.A"]
+
+
 def test_without_the_3d_building_in_time_any_pair_will_do(structured):
     load_case(structured((None, PLACE, PLACE.replace('"0 m", "7', '"-15 m", "7'))))
 

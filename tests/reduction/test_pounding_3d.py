@@ -579,6 +579,27 @@ def test_check_finds_lines_that_are_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ("[0, 1, 0]\n[[mot", "[1, 0, 0]\n[[mot", "loads[0].direction"),
+        ("[transient]\n", '[transient]\neccentricity = "1 m"\n', "transient.eccentricity"),
+        ("push.csv", "push.csv", ""),
+    ],
+)
+def test_check_says_a_fault_once(tmp_path, old, new, key):
+    """What the file has wrong is not found again in the mesh."""
+    load = '[[loads]]\nfile = "push.csv"\ndirection = [0, 1, 0]\n[[motions]]\n'
+    (tmp_path / "push.csv").write_text("time [s],A.floor_2 [MN]\n0,0\n0.1,1\n0.2,0\n")
+    path = in_3d(tmp_path, ("[[motions]]\n", load), (old, new))
+    if not key:
+        check(path, mesh=True)
+        return
+    with pytest.raises(InputError) as caught:
+        check(path, mesh=True)
+    assert [fault.key for fault in caught.value.faults] == [key]
+
+
+@pytest.mark.parametrize(
     ("changes", "expected"),
     [
         ([('["0 m", "-2 m", "0 m"]', '["9 m", "-2 m", "0 m"]')], "on the side of the floor"),

@@ -32,6 +32,7 @@ from impactfem.case.buildings import (
     Structure,
 )
 from impactfem.case.damping import PartDamping as DampingEntry
+from impactfem.case.facade import words_of
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import Fault, InputError
 
@@ -187,8 +188,10 @@ def read_parts(
             {k: strips for strips, floors in strips_of for k in floors},
         )
     except FloorMassError as error:
-        key = f"{structure.key}.{error.key}"
-        raise InputError([Fault(case.path, key, None, str(error))]) from error
+        moved = f"{words_of(structure.mass_eccentricity)} m"
+        written = moved if error.key == "mass_eccentricity" else None
+        fault = Fault(case.path, f"{structure.key}.{error.key}", written, str(error))
+        raise InputError([fault]) from error
     parts = BuildingParts(
         mesh=mesh,
         sections=sections,

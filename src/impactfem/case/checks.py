@@ -167,9 +167,9 @@ def _of_buildings_in_3d(case: Case, reading: Reading) -> Iterator[Finding]:
     if not in_3d:
         return
     for contact in case.contacts:
-        others = {*contact.buildings} - {*in_3d} if case.touches_in_3d(contact) else set()
-        alone = sorted(others & {*reading.three_d})
-        if alone and case.transient is not None:
+        modelled = {*contact.buildings} & {*reading.three_d}  # of others that is a fault already
+        alone = sorted(modelled - {*in_3d})
+        if alone and modelled & {*in_3d} and case.transient is not None:
             expected = (
                 f"expected 'structure' for {alone[0]}, too: its 3D model touches another one in "
                 f"{contact.name}"

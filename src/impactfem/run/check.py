@@ -58,10 +58,11 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
         if case is not None:
             stages = {one.name for one in asked_stages(case, stage)} if not faults else set()
             found, further = further_checks(case, left_out, stages, mesh=mesh)
-            if any(fault.key.startswith("contacts") for fault in faults):
-                # Of a pair that the file has wrong, the mesh says no more.
+            # Of what the file has wrong, as a pair or where it acts, the mesh says no more.
+            wrong = {fault.key for fault in faults}
+            if any(key.startswith(("contacts", "transient.eccentricity")) for key in wrong):
                 further = [fault for fault in further if not fault.key.startswith("pair ")]
-            faults += further
+            faults += [fault for fault in further if not fault.key or fault.key not in wrong]
         if mesh and case is not None and readable:
             warn_of_implausible(case, found.longest if found else 0.0)  # may be what is at fault
         if faults or case is None or found is None:
