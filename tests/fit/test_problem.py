@@ -114,7 +114,12 @@ type = "modal"
         (FREE.replace('["10 cm", "80 cm"]', '["50 cm", "80 cm"]'), "or a start"),
         (FREE.replace('["10 cm", "80 cm"]', '["10 cm", "4 m"]'), "rigid zones together"),
         (f'[coarse]\n"mesh.size" = 3\n{FREE}', "coarse"),
-        (f'{FREE}[[targets]]\nresult = "sticks.T.frequency"\nvalue = 3\n', ""),
+        (FREE + "[free.title]\nbounds = [1, 2]\n", 'free."title": the case has title'),
+        (f'{FREE}[[targets]]\nresult = "pounding.frequency"\nvalue = 3\n', ""),
+        (f'{FREE}[[targets]]\nresult = "sticks.T.mass"\nvalue = "520 t"\n', ""),
+        (f'{FREE}[[targets]]\nresult = "sticks.T.frequency"\nvalue = 3\n', "sticks.T.frequency.1"),
+        (f'{FREE}[[targets]]\nresult = "sticks.T.frequency.1"\nvalue = "3 m"\n', "value in Hz"),
+        (f'{FREE}[[targets]]\nresult = "sticks.S.mass"\nvalue = "3 t"\n', "building; known: T"),
         (
             f'{FREE}[posterior]\n[[targets]]\nresult = "building.mass"\nvalue = "3 t"\n',
             "posterior: expected targets of sticks or floors",

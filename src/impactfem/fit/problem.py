@@ -189,7 +189,9 @@ def read_problem(path: Path, fit_path: Path) -> tuple[Problem, Problem | None]:
         if written is None and field is not None and isinstance(field.default, int | float):
             value = float(field.default)
         wrong = ""
-        if unit != low.unit:
+        if not isinstance(value, int | float):
+            wrong = f"the case has {key} = {written!r}; expected the key of a number"
+        elif unit != low.unit:
             wrong = f"the case has {key} = {written!r}; expected bounds of its unit"
         elif entry.start is None and not low.value <= float(value) <= high.value:
             has = "no such key" if written is None else f"{key} = {written!r}"
@@ -244,7 +246,7 @@ def _wrong(target: Any, case: Case) -> list[tuple[str, Any, str]]:
         if word not in STAGE_OF:
             hint = nearest(word, list(STAGE_OF))
             return [(".result", target.result, f"expected the name of a result; {hint}")]
-        return _lacking(case, STAGE_OF[word], ".result", target.result)
+        return _lacking(case, STAGE_OF[word], ".result", target.result) or _of_stick(target, case)
     names = [building.name for building in case.buildings]
     if target.building not in names:
         return [
@@ -274,6 +276,23 @@ def _wrong(target: Any, case: Case) -> list[tuple[str, Any, str]]:
         if target.probe is not None and target.building not in models:
             found.append((".building", target.building, "expected a building with a 3D model"))
         return found
+    return []
+
+
+def _of_stick(target: ScalarTarget, case: Case) -> list[tuple[str, Any, str]]:
+    """What is wrong with a target that is a mode or the mass of a stick, whose names are known."""
+    word, name, quantity, *_ = [*target.result.split("."), "", ""]
+    if word != "sticks" or not quantity or name == "storey_height":
+        return []
+    names = [building.name for building in case.buildings]
+    if name not in names:
+        return [(".result", target.result, f"unknown building; {nearest(name, names)}")]
+    if not STICK_MODES.fullmatch(target.result):
+        known = ", ".join(f"sticks.{name}.{k}" for k in ("frequency.1", "effective_mass.1", "mass"))
+        return [(".result", target.result, f"expected the name of a result, as {known}")]
+    unit = "Hz" if quantity == "frequency" else "kg"
+    if target.value.unit != unit:
+        return [(".value", None, f"expected a value in {unit}, the unit of the result")]
     return []
 
 
