@@ -16,7 +16,7 @@ SHIFT = (2.0 * np.pi * 5.0) ** 2
 def completed(membrane, petsc, monkeypatch):
     """Vectors for the membrane whose far side may be held, so many responses at once."""
 
-    def make(at_once=16, contacts=True):
+    def make(at_once=16, contacts=True, responses=1):
         model = membrane()
         monkeypatch.setattr(galerkin, "AT_ONCE", at_once)
         basis = KrylovBasis(petsc(model.K), petsc(model.M), SHIFT)
@@ -24,7 +24,7 @@ def completed(membrane, petsc, monkeypatch):
         basis.grow(6)
         G = np.eye(len(model.K))[:, -(model.ny + 1) :]
         if contacts:
-            append_contacts(basis, sp.csr_matrix(G))
+            append_contacts(basis, sp.csr_matrix(G), responses=responses)
         return model, G, basis
 
     return make
@@ -66,6 +66,18 @@ def test_each_contact_force_at_the_shift(completed):
     V = basis.vectors.columns(0, basis.vectors.count)
     left = H - V @ (V.T @ model.M @ H)
     assert np.abs(left).max() < 1e-10 * np.abs(H).max()
+
+
+@pytest.mark.parametrize("responses", [1, 3])
+def test_further_responses_to_each_contact_force(completed, responses):
+    """A H and A² H are in the space where they are asked for; with H alone they are not."""
+    model, G, basis = completed(responses=responses)
+    H = np.linalg.solve(model.K + SHIFT * model.M, G)
+    V = basis.vectors.columns(0, basis.vectors.count)
+    for _ in range(2):
+        H = np.linalg.solve(model.K + SHIFT * model.M, model.M @ H)
+        left = np.abs(H - V @ (V.T @ model.M @ H)).max() / np.abs(H).max()
+        assert left < 1e-9 if responses == 3 else left > 1e-6
 
 
 @pytest.mark.parametrize("at_once", [1, 5, 100])

@@ -5,7 +5,7 @@ All come from the one factor of K + σ0 M, A = (K + σ0 M)⁻¹ M:
 
 - those of the free structure under its loads, the Krylov basis;
 - H = (K + σ0 M)⁻¹ G, the response to each contact force at the shift: with them the points of
-  contact can take any place;
+  contact can take any place; where asked also A H, A² H, ..., how they get there;
 - those of the structure that is held, Gᵀ x = 0: the chain x, P A x, (P A)² x, ... from the low
   modes of the free one, which is what moves when the points stop. P x = x − H (Gᵀ H)⁻¹ Gᵀ x.
 
@@ -39,20 +39,24 @@ smaller has its direction by rounding: of two small frames that pound, turned by
 differed by 2e-6 with 1e-9, and by 1e-9 with 1e-4, which changes the forces themselves by 7e-5."""
 
 
-def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 8) -> None:
+def append_contacts(
+    free: KrylovBasis, G: Any, *, responses: int = 1, starts: int = 6, steps: int = 8
+) -> None:
     """Complete the basis of a free structure for its contacts. Collective.
 
     G are the constraints at this rank's rows, shape (n_local, m), an array or of `scipy.sparse`.
-    The chain of the held structure has so many steps and starts from as many low modes of the free
-    one. The basis must not grow afterwards.
+    Of each it gets so many responses. The chain of the held structure has so many steps and starts
+    from as many low modes of the free one. The basis must not grow afterwards.
     """
     M, vectors = free.M, free.vectors
     low = reduced_model(free).coordinates[:, :starts]
     X = free.solve(product(M, vectors.combination(low)))
     # H is kept as its coordinates in the basis, where it is now: as vectors it may be too much.
-    coordinates, flexibility = [], [np.empty((G.shape[1], 0))]
+    coordinates, flexibility, images = [], [np.empty((G.shape[1], 0))], []
     for _, H in free.solutions(G):
         flexibility.append(np.asarray(G.T @ H))
+        if responses > 1:
+            images.append(product(M, H))
         coordinates.append(vectors.append(H)[0])
     known = np.hstack(
         [np.zeros((vectors.count, 0))]
@@ -71,6 +75,8 @@ def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 
     for first in range(0, held.count, AT_ONCE):
         last = min(first + AT_ONCE, held.count)
         vectors.append(np.array(held.columns(first, last), order="F"), dependent=NEAR)
+    if images:
+        append_responses(free, np.hstack(images), steps=responses - 1)
 
 
 def independent(contacts: Sequence[Any], comm: Any) -> Any:

@@ -59,8 +59,9 @@ from impactfem.system.memory import give_back
 
 PUSH = "push"
 """Name of the load pattern that holds the displaced floor of the wall experiment."""
-RESPONSES = 1
-"""Vectors of the basis for each point that touches another building: the response at the shift."""
+RESPONSES = 3
+"""Vectors of the basis for each point that touches another building. With the first alone, the
+response at rest, spectra were off by 8 to 10 % at 100 Hz (`pounding_reduced_against_full`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -317,7 +318,11 @@ def reduce_building(
         contacts = [] if wall is None else [wall.contact]
         contacts += [touching] if plan.contacts else []
         if contacts:
-            append_contacts(basis, independent(contacts, model.mass.getComm().tompi4py()))
+            append_contacts(
+                basis,
+                independent(contacts, model.mass.getComm().tompi4py()),
+                responses=RESPONSES if plan.contacts else 1,
+            )
         anchors = _components(model, [(p.master, p.carried) for p in plan.base_plates])
         append_responses(basis, anchors)
         if state is not None:
