@@ -24,3 +24,29 @@ from impactfem.spectra.response_spectrum import (
     sampling_loss,
 )
 from impactfem.spectra.statistics import Statistic, combine, fractile
+
+__all__ = [
+    "ClippedPeak",
+    "DesignFloorSpectra",
+    "FloorSpectrumSet",
+    "Method",
+    "OscillatorResponse",
+    "ResponseSpectra",
+    "Station",
+    "Statistic",
+    "at_common_frequencies",
+    "broaden",
+    "clip_peaks",
+    "combine",
+    "corner_frequencies",
+    "fractile",
+    "interpolate_damping",
+    "interpolate_frequency",
+    "logarithmic_frequencies",
+    "merged_frequencies",
+    "oscillator_response",
+    "response_spectra",
+    "rg_1_122_frequencies",
+    "rigid_frequency",
+    "sampling_loss",
+]
