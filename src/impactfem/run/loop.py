@@ -169,8 +169,8 @@ def run(
 def _run_stage(stage: Stage, case: Case, result: Run, asked: bool, fresh: bool, bar: bool) -> bool:
     """Run a stage for the case, or for a view of it in the folder of its building. Collective.
 
-    One that is not asked for is reused where it and all that it needs are finished: what the folder
-    says of the run stays whole. Gives whether the run has it.
+    One that is not asked for is kept, without a word, where it and all that it needs are finished:
+    what the folder says of the run stays whole. Gives whether the run has it.
     """
     folder, label = result.folder, stage.label(case)
     own = case.folder(folder)
@@ -185,9 +185,9 @@ def _run_stage(stage: Stage, case: Case, result: Run, asked: bool, fresh: bool, 
     reused = on_root(reusable)
     if not (reused or asked):
         return False
-    if reused:
+    if reused and asked:
         result.reused.append(label)
-    else:
+    elif not reused:
         LOGGER.info("stage %s: starts", label)
         give_back()  # what the stage before had
         forget_peak()
@@ -204,7 +204,7 @@ def _run_stage(stage: Stage, case: Case, result: Run, asked: bool, fresh: bool, 
     def finish() -> tuple[list[Scalar], dict[str, float]]:
         manifest = read_manifest(folder, label)
         whole = reused and changed_file(folder, manifest.drawings) is None
-        if not whole or manifest.drawn_from != drawing:
+        if asked and (not whole or manifest.drawn_from != drawing):
             if reused:
                 LOGGER.info("stage %s: tables and figures are drawn again", label)
             with Steps({DRAWING: 1.0}, f"stage {label}", bar=bar) as steps, steps.step(DRAWING):
@@ -217,7 +217,8 @@ def _run_stage(stage: Stage, case: Case, result: Run, asked: bool, fresh: bool, 
         # Checks begin with the name of the stage, and results with a word of theirs.
         checks, start = stage.checks(case, own), f"{case.part}/" if case.part else ""
         new = [check for check in checks if check not in result.announced]
-        log_checks((good, start + text) for good, text in new)
+        if asked:
+            log_checks((good, start + text) for good, text in new)
         result.checks[label] = [(good, start + text) for good, text in checks]
         result.memory[label] = manifest.peak_memory
         with open_store(own / stage.store) as store:
@@ -238,7 +239,7 @@ def _run_stage(stage: Stage, case: Case, result: Run, asked: bool, fresh: bool, 
     scalars, seconds = on_root(finish)
     result.scalars += scalars
     result.times |= seconds
-    if rank() == 0:
+    if asked and rank() == 0:
         _log_result(stage, case, result, sum(seconds.values()))
     if not reused and stage is BUILDING:
         on_root(refuse_mesh)
