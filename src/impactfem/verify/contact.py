@@ -392,12 +392,7 @@ def missing_pair(rows: Rows) -> None:
         found = facing_floors(case).pairs
         response = simulate(system_of(case, None), ground, float(time[1]))
         nearest = min(approaches(response, found), key=lambda one: one.distance)
-        motions = []
-        for one in listed.buildings[1:]:
-            ω = (one.floors[0].mass * _flexibility(one, one.floors[0].storey_height)) ** -0.5
-            u = -a / (ω**2 - Ω**2) * (np.sin(Ω * time) - Ω / ω * np.sin(ω * time))
-            motions.append(u)
-        b, c = motions
+        b, c = (_on_column(one, time, a, Ω) for one in listed.buildings[1:])
         if height == z:
             column = listed.buildings[1]
             b *= _flexibility(column, z) / _flexibility(column, 3.0)
@@ -450,6 +445,14 @@ def _flexibility(building: Building, z: float) -> float:
     if z <= low:
         return (h * z**2 / 2.0 - z**3 / 6.0) / EI + z / GA
     return (h**3 - (h - low) ** 3) / (3.0 * EI) + low / GA
+
+
+def _on_column(building: Building, time: Array, a: float, Ω: float) -> Array:
+    """Displacement of the mass under the ground acceleration a sin Ωt."""
+    (floor,) = building.floors
+    ω = (floor.mass * _flexibility(building, floor.storey_height)) ** -0.5
+    u = -a / (ω**2 - Ω**2) * (np.sin(Ω * time) - Ω / ω * np.sin(ω * time))
+    return np.asarray(u, dtype=np.float64)
 
 
 def _tower(name: str, heights: tuple[float, ...], points: tuple[tuple[int, float], ...]) -> Stick:
