@@ -95,7 +95,7 @@ def page(entries: Sequence[Entry]) -> str:
 
 
 def validation_page(entries: Sequence[Entry]) -> str:
-    """The page of the cases beside other programs, in Markdown; their rows as of `page`."""
+    """The page of the cases compared with other programs, in Markdown; their rows as of `page`."""
     sections = [
         section(name, [entry for entry in entries if entry["benchmark"] == name])
         for name in dict.fromkeys(entry["benchmark"] for entry in entries)

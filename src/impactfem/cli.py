@@ -280,7 +280,7 @@ def verify(
         bool,
         typer.Option(
             "--validation",
-            help="Only the cases of geometry/validation, beside other programs and experiments.",
+            help="Only the cases of geometry/validation, against other programs and experiments.",
         ),
     ] = False,
 ) -> None:

@@ -1,4 +1,4 @@
-"""Cases beside other programs and experiments."""
+"""Cases against other programs and experiments."""
 
 import shutil
 
@@ -69,9 +69,9 @@ def test_nothing_to_compare(variant, tmp_path):
 
 
 def test_they_alone_are_run(tmp_path):
-    rows = manual.verify("sdnl104", tmp_path / "rows.json", beside=True)
+    rows = manual.verify("sdnl104", tmp_path / "rows.json", validation_cases=True)
     assert {row.name for row in rows} == {"sdnl104"}
     shown = [column.header for column in manual.as_table(rows, sources=True).columns]
     assert shown[-1] == "source"
     with pytest.raises(InputError, match=r"opensees_jankowski.*sdnl105$"):
-        manual.verify("shock_on_wall", beside=True)
+        manual.verify("shock_on_wall", validation_cases=True)

@@ -415,7 +415,7 @@ class FitFile(Section):
 
 
 def read_fit(path: Path) -> FitFile:
-    """Read the file of a fit and the tables that it names; nothing of the case is looked at.
+    """Read the file of a fit and the tables that it names; nothing of the case is read.
 
     Raises:
         InputError: With every fault of the file and of its tables.

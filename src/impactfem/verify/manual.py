@@ -48,7 +48,7 @@ def verify(
     only: str | None = None,
     json_file: Path | None = None,
     full: bool = False,
-    beside: bool = False,
+    validation_cases: bool = False,
 ) -> list[Row]:
     """Run the benchmarks.
 
@@ -56,17 +56,19 @@ def verify(
         only: Only those with this in their name; all when None.
         json_file: Where to write the rows as JSON.
         full: Whether the heavy ones run, too.
-        beside: Whether the cases beside other programs and experiments run, and they alone.
+        validation_cases: Whether only the cases against other programs and experiments run.
 
     Raises:
         InputError: No benchmark has `only` in its name; a case of these is not usable.
         ImpactfemError: The file cannot be written; these cases are not there.
     """
-    known = validation.cases() if beside else {**BENCHMARKS, **FULL} if full else BENCHMARKS
+    known = {**BENCHMARKS, **FULL} if full else BENCHMARKS
+    if validation_cases:
+        known = validation.cases()
     chosen = {name: run for name, run in known.items() if only is None or only in name}
     if not chosen:
         expected = f"expected a part of one of the names {', '.join(known)}"
-        if not full and not beside:
+        if not full and not validation_cases:
             expected += f"; or with --full of {', '.join(FULL)}"
         raise InputError([Fault("command line", "--only", only, expected)])
     found: list[tuple[str, Row]] = []

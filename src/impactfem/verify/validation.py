@@ -1,4 +1,4 @@
-"""Cases of `geometry/validation`, beside what other programs or experiments print.
+"""Cases of `geometry/validation`, compared with what other programs or experiments print.
 
 A case is a file NAME.toml, whose first comment says what it is and where from. Compared are the
 values of its `[report] reference`, which are results, and displacements of floors at times in
@@ -71,7 +71,7 @@ def _benchmark(path: Path) -> Callable[[], Rows]:
 
 
 def compared(path: Path) -> Rows:
-    """Run the sticks of a case and put their results beside what its source prints.
+    """Run the sticks of a case and compare their results with what its source prints.
 
     Raises:
         InputError: The case or its tables are not usable, or there is nothing to compare.

@@ -64,7 +64,7 @@ def _draw(case: Case, folder: Path) -> list[Path]:
 
 
 def building_checks(folder: Path, floors: Sequence[Floor] = ()) -> list[Check]:
-    """The checks of the stage in words: mesh, masses, modes, and inertias beside a floor table."""
+    """The checks of the stage in words: mesh, masses, modes, and inertias against a floor table."""
     with open_store(folder / "building.nc") as store:
         checks: list[Check] = [(False, f"mesh: {text}") for text in store["mesh_warning"].values]
         total = store["total_mass"]

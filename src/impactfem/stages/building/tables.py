@@ -22,7 +22,7 @@ def building_tables(
 ) -> list[Path]:
     """Write the tables of `building.nc`, and of the bays, into `tables/` and into the log.
 
-    Inertias and sections stand beside those of the rows of the floor table.
+    Inertias and sections stand next to those of the rows of the floor table.
 
     Published values are in SI by the name of the result.
     """
@@ -45,13 +45,13 @@ def building_tables(
 INERTIAS = (
     "building_floor_inertias",
     "Inertias of the floors of the 3D building about their mass centres, walls and columns by the "
-    "lever rule, beside those of the floor table, which the sticks have",
+    "lever rule, next to those of the floor table, which the sticks have",
     "floor",
     ("Jx", "Jy", "Jz"),
 )
 SECTIONS = (
     "building_storey_sections",
-    "Sections of the storeys of the 3D building where openings leave the least area, beside those "
+    "Sections of the storeys of the 3D building where openings leave the least area, next to those "
     "of the floor table, which the sticks have",
     "storey",
     ("A", "Avy", "Avz", "Ix", "Iy"),

@@ -129,7 +129,7 @@ def shortfall(store: xr.Dataset, device: str, case: str = OWN) -> list[str]:
 
 
 def _following(load: Load) -> list[str]:
-    """Pseudo-accelerations of the modes beside the ZPA, and the sum of their forces with signs."""
+    """Pseudo-accelerations of the modes, the ZPA, and the sum of their forces with signs."""
     # Modes follow the floor that are all above the peak of its spectrum, and at its ZPA. With their
     # signs the forces by the spectrum along the shown direction are M_i S_i, the missing mass left
     # out.
