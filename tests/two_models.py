@@ -116,6 +116,8 @@ name = "corner"
 building = "B"
 point = ["0 m", "0 m", "6 m"]
 """
+MODELS = '[pounding]\nmodels = {{ A = "structure", B = "{}" }}\n'
+LAW = 'type = "kelvin-voigt"\nstiffness = "5e8 N/m"\nrestitution = 0.5\n'
 
 
 def write_case(folder, *more):
@@ -131,4 +133,15 @@ def write_case(folder, *more):
         (folder / name).write_text(text, encoding="utf-8")
     path = folder / "pair.toml"
     path.write_text("".join([CASE, *more]), encoding="utf-8")
+    return path
+
+
+def in_3d(folder, *changes, b="structure", law='type = "unilateral"\n'):
+    """The case of both buildings, touching in 3D."""
+    path = write_case(folder)
+    text = path.read_text(encoding="utf-8").replace(LAW, law)
+    for old, new in (("[pounding]\n", MODELS.format(b)), *changes):
+        assert old in text
+        text = text.replace(old, new)
+    path.write_text(text, encoding="utf-8")
     return path

@@ -1,0 +1,177 @@
+"""Lines along which 3D models touch: what both sides take, gaps, storeys, and what is refused."""
+
+import numpy as np
+import pytest
+
+from impactfem.building.facade import facades
+from impactfem.building.from_case import geometry_of
+from impactfem.building.generate import generate
+from impactfem.building.read_mesh import read_mesh
+from impactfem.case import load_case
+from impactfem.reduction.contact_line import contact_lines
+from impactfem.run.check import check
+from impactfem.system.errors import InputError
+from two_models import in_3d
+
+
+def with_meshes(path):
+    """A case with the meshes of its buildings by name."""
+    case, meshes = load_case(path), {}
+    for view in case.views:
+        file = path.with_name(f"{view.structure.building}.msh")
+        generate(geometry_of(view), file, source=str(path))
+        meshes[file.stem] = read_mesh(file)
+    return case, meshes
+
+
+def test_both_sides_of_a_line_take_the_same_force_and_moment(tmp_path):
+    """On meshes that do not match, of another length and shifted along each other."""
+    plan = 'length = "{} m"\nwidth = "4 m"\nslab_thickness = "20 cm"\nwalls = "walls.csv"\n'
+    plan += 'columns = "columns.csv"\nimpact_edge = "y+"'
+    changes = [
+        (plan.format(6), plan.format(7)),
+        ('impact_edge = "y-"\nsize = "2 m"', 'impact_edge = "y-"\nsize = "1.3 m"'),
+        ('offset = ["0 m", "2 m", "0 m"]', 'offset = ["1.4 m", "2 m", "0 m"]'),
+        ('axis = ["3 m", "6.001 m"]', 'axis = ["5 m", "6.001 m"]'),
+        ('offset = ["0 m", "-2 m", "0 m"]', 'offset = ["-0.6 m", "-2 m", "0 m"]'),
+    ]
+    case, meshes = with_meshes(in_3d(tmp_path, *changes))
+    lines = contact_lines(case, meshes)
+    assert [line.name for line in lines] == [contact.name for contact in case.contacts]
+    for line in lines:
+        # A reaches from -2.6 m to 4.4 m of the pair, B from -3.6 m to 2.4 m.
+        assert line.length == pytest.approx(5.0)
+        assert line.weight.sum() == pytest.approx(line.length)
+        share, w = line.joined(2)
+        assert w.sum() == pytest.approx(line.length) and np.allclose(share.sum(axis=0), 1.0)
+        arms = []
+        for end in (line.a, line.b):
+            mesh = meshes[end.point.building]
+            facade, _ = facades(mesh, end.floor, "")[""]
+            middle = end.hats.mean(axis=1)
+            for force, s in zip(end.forces, middle, strict=True):
+                load = force.load(mesh)
+                along = (mesh.nodes[load.nodes] - [*facade.start, 0.0]) @ facade.along
+                assert load.forces.sum() == pytest.approx(1.0, abs=1e-12)
+                assert load.forces @ along == pytest.approx(s, abs=1e-12 * facade.length)
+            # From the point of the pair.
+            arms.append(middle - (4.4 if end is line.a else 2.4))
+        assert np.allclose(*arms, rtol=0.0, atol=1e-12)
+        assert not np.allclose(arms[0] + 0.01, arms[1], rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ([('B = "structure"', 'C = "structure"')], "pounding.models.C"),
+        ([('B = "structure"', 'B = "shell"')], "'stick' or 'structure'"),
+        ([('A = "structure", B = "structure"', 'A = "stick"')], "a law with a restitution"),
+        ([('models =', 'update = "lagged"\nmodels =')], "expected 'implicit'"),
+        ([('[transient]\n', '[transient]\neccentricity = "1 m"\n')], "where edges touch"),
+        ([('floor = [1, 2], off', 'storey = [1, 2], relative_height = 0.5, off')],
+         "a floor on one side"),
+    ],
+)  # fmt: skip
+def test_models_that_are_refused(tmp_path, changes, expected):
+    with pytest.raises(InputError, match=expected):
+        load_case(in_3d(tmp_path, *changes))
+
+
+PAIR = """[[contacts]]
+a = {{ building = "A", floor = [1, 2], offset = ["{0} m", "2 m", "0 m"] }}
+b = {{ building = "B", floor = [1, 2], offset = ["{0} m", "-2 m", "0 m"] }}
+normal = [0, 1, 0]
+gap = "{1} mm"
+law = "{2}"
+"""
+TURNED = """[[contacts]]
+a = { building = "B", floor = [1, 2], offset = ["1 m", "-2 m", "0 m"] }
+b = { building = "A", floor = [1, 2], offset = ["1 m", "2 m", "0 m"] }
+normal = [0, -1, 0]
+gap = "1 mm"
+law = "floor"
+"""
+OTHER = '[contact_laws.other]\ntype = "unilateral"\n'
+
+
+def before(more):
+    """The change that puts further sections ahead of that on the pounding."""
+    return "[pounding]\n", f"{more}[pounding]\n"
+
+
+def test_the_gap_is_straight_between_the_pairs_of_an_edge(tmp_path):
+    """1 mm in the middle and 1.2 mm at 2 m are 0.7 mm at -3 m."""
+    case, meshes = with_meshes(in_3d(tmp_path, before(PAIR.format(2, 1.2, "floor"))))
+    lines = contact_lines(case, meshes)
+    assert len(lines) == 2 and all(len(line.pair_names) == 2 for line in lines)
+    for line in lines:
+        assert line.gap == pytest.approx(1e-3 + 1e-4 * line.a.offset[:, 0], abs=1e-12)
+        assert line.gap.min() < 0.8e-3 and line.gap.max() > 1.2e-3
+
+
+STOREY = 'storey = [1, 2], relative_height = 0.5, offset = ["0 m", "{} m"'
+ON_STOREY = 'floor = [1, 2], offset = ["0 m", "-2 m"'
+
+
+def test_a_floor_meets_what_stands_in_a_storey(tmp_path):
+    """A wall 1.5 m behind the edge, by a pair at its face; there is nothing at the ends."""
+    changes = (ON_STOREY, STOREY.format(-0.5)), ('gap = "1 mm"', 'gap = "1.501 m"')
+    case, meshes = with_meshes(in_3d(tmp_path, *changes))
+    for line in contact_lines(case, meshes):
+        assert line.position == pytest.approx([-1.0, 1.0])
+        assert line.gap == pytest.approx([1.501, 1.501])
+        mesh = meshes["B"]
+        for force, place in zip(line.b.forces, line.b.hats[:, 1], strict=True):
+            load = force.load(mesh)
+            assert load.forces.sum() == pytest.approx(1.0, abs=1e-12)
+            assert load.forces @ mesh.nodes[load.nodes, 0] == pytest.approx(place, abs=1e-9)
+            assert mesh.nodes[load.nodes, 1] == pytest.approx(1.5)
+        # In the middle of the flexible part: 0.1 m above the floor below, 0.2 m below this one.
+        low = 3.0 * (line.b.floor - 1) + 0.1 * (line.b.floor > 1)
+        assert line.b.forces[0].height == pytest.approx(0.5 * (low + 3.0 * line.b.floor - 0.2))
+
+
+def test_check_finds_lines_that_are_refused(tmp_path):
+    """Without [transient] too, whose own checks look at each building alone."""
+    path = in_3d(tmp_path, ('["0 m", "-2 m", "0 m"]', '["1 m", "-2 m", "0 m"]'))
+    with pytest.raises(InputError, match="1 m apart along the edges"):
+        check(path, mesh=True)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ("[0, 1, 0]\n[[mot", "[1, 0, 0]\n[[mot", "loads[0].direction"),
+        ("[transient]\n", '[transient]\neccentricity = "1 m"\n', "transient.eccentricity"),
+        ("push.csv", "push.csv", ""),
+    ],
+)
+def test_check_says_a_fault_once(tmp_path, old, new, key):
+    """What the file has wrong is not found again in the mesh."""
+    load = '[[loads]]\nfile = "push.csv"\ndirection = [0, 1, 0]\n[[motions]]\n'
+    (tmp_path / "push.csv").write_text("time [s],A.floor_2 [MN]\n0,0\n0.1,1\n0.2,0\n")
+    path = in_3d(tmp_path, ("[[motions]]\n", load), (old, new))
+    if not key:
+        check(path, mesh=True)
+        return
+    with pytest.raises(InputError) as caught:
+        check(path, mesh=True)
+    assert [fault.key for fault in caught.value.faults] == [key]
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ([('["0 m", "-2 m", "0 m"]', '["9 m", "-2 m", "0 m"]')], "on the side of the floor"),
+        ([('["0 m", "2 m", "0 m"] }', '["0 m", "1 m", "1 m"] }')], "above the floor's mass centre"),
+        ([before(TURNED)], "the same building as a"),
+        ([before(PAIR.format(1, 1, "other") + OTHER)], "expected 'floor', the law of"),
+        ([before(PAIR.format(1, 5, "floor"))], "sides that do not overlap"),
+        ([before(PAIR.format(1e-7, 2, "floor"))], "one gap at one place"),
+        ([(ON_STOREY, STOREY.format(-2))], "stand 1.5 m behind the point of the pair"),
+        ([(ON_STOREY, STOREY.format(0.5))], "stand 1 m in front of the point of the pair"),
+    ],
+)
+def test_lines_that_are_refused(tmp_path, changes, expected):
+    with pytest.raises(InputError, match=expected):
+        contact_lines(*with_meshes(in_3d(tmp_path, *changes)))
