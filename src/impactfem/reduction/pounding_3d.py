@@ -132,7 +132,7 @@ class Pounding3D:
         lines, points, number, links = list[Pair](), list[Pair](), list[int](), list[Link]()
         ports: dict[str, dict[str, Port]] = {one.name: {} for one in system.sticks}
         for line in given.lines:
-            share, w = line.joined(every) if every > 1 else (np.eye(len(line)), line.weight)
+            share, w = line.joined(every)
             one = first[line.name]
             # Several pairs of a line press together.
             law = one.law if one.law.code == UNILATERAL else one.law.part(len(line.pair_names))
