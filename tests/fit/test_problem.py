@@ -106,6 +106,20 @@ type = "modal"
         assert words in found
 
 
+PRIOR = 'scale = "log"\nprior = { mean = "0 Pa", deviation = "1 GPa" }'
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("targets = 3\n" + FREE, "targets = 3: expected"),
+        (FREE.replace('scale = "log"', PRIOR) + TARGETS, "mean above zero for a logarithmic"),
+    ],
+)
+def test_faults_of_the_file_alone(case, written, text, words):
+    assert words in "\n".join(faults(case, written(text)))
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

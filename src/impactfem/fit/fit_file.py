@@ -136,11 +136,15 @@ class FreeKey(Section):
         elif start is not None and not low.value <= start.value <= high.value:
             yield f"expected a start within the bounds, {low.value:g} to {high.value:g} {low.unit}"
 
-    @rule("prior", "bounds")
+    @rule("prior", "bounds", "scale")
     @staticmethod
-    def _same_unit(prior: Prior | None, bounds: tuple[Given, Given]) -> Iterator[str]:
+    def _on_the_scale(
+        prior: Prior | None, bounds: tuple[Given, Given], scale: str
+    ) -> Iterator[str]:
         if prior is None:
             return
+        if scale == "log" and prior.mean.value <= 0.0:
+            yield "expected a mean above zero for a logarithmic scale"
         for one in (prior.mean, prior.deviation):
             if one.unit not in (bounds[0].unit, "%"):
                 yield f"expected the unit of the bounds, {bounds[0].unit}"
@@ -424,7 +428,8 @@ def read_fit(path: Path) -> FitFile:
     if isinstance(text, Fault):
         raise InputError([text])
     source = Source(path, parse(path, text), {"": text})
-    for target in source.raw.get("targets", ()):
+    targets = source.raw.get("targets")
+    for target in targets if isinstance(targets, list) else ():
         if isinstance(target, dict):
             target.setdefault("type", "scalar")
     reading = Reading(source)
