@@ -1,7 +1,6 @@
 """The table [buildings.soil] of a case file."""
 
 import re
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +13,8 @@ from impactfem.stages.inputs import inputs_key
 from .faults import faults_of
 from .texts import replaced
 
-Write = Callable[..., Path]
+GEOMETRY = Path(__file__).parents[2] / "geometry"
+FULL = '[transient]\nsolver = "full"\n[ensemble]\nstructure_motions = 0\n'
 
 RAFT = """
 [buildings.soil.raft]
@@ -121,6 +121,18 @@ def test_refused(broken, text, old, new, key, words):
     faults = faults_of(broken((None, *plan), more=replaced(text, (old, new))))
     assert list(faults) == [f"buildings[1].soil.{key}"]
     assert words in faults[f"buildings[1].soil.{key}"]
+
+
+def test_full_order_has_a_clamped_base(tmp_path):
+    """One fault, of however many buildings on soil; none of a stick on soil."""
+    path = tmp_path / "soft.toml"
+    soil = HALF_SPACE.replace("[buildings.", "[buildings.{0}.")
+    for names in (("B1",), ("B1", "B2")):
+        soils = "".join(soil.format(name) for name in names)
+        path.write_text(f'extends = "{GEOMETRY / "npp_pair_both.toml"}"\n{soils}' + FULL)
+        assert list(faults_of(path)) == ["transient.solver"]
+    path.write_text(f'extends = "{GEOMETRY / "npp_pair.toml"}"\n{soil.format("B2")}' + FULL)
+    assert load_case(path).buildings[1].soil is not None
 
 
 @pytest.mark.parametrize(

@@ -254,17 +254,17 @@ def _of_buildings(case: Case, reading: Reading) -> Iterator[Finding]:
 
 
 def _of_soil(case: Case, reading: Reading) -> Iterator[Finding]:
-    """Rafts smaller than what stands on them, and tables without all frequencies in use."""
+    """Full order on soil, rafts smaller than their buildings, tables without all frequencies."""
+    if any(one.soil is not None and one.structure is not None for one in case.buildings):
+        for section in ("transient", "device_analysis"):
+            analysis = getattr(case, section)
+            if analysis is not None and analysis.solver in ("full", "both"):
+                expected = "expected 'reduced' with [buildings.soil]: in full order the base is"
+                yield (section, "solver"), f"{expected} clamped"
     for index, building in enumerate(case.buildings):
         soil, place = building.soil, ("buildings", index, "soil")
         if soil is None:
             continue
-        for section in ("transient", "device_analysis"):
-            analysis = getattr(case, section)
-            full = analysis is not None and analysis.solver in ("full", "both")
-            if building.structure is not None and full:
-                expected = "expected 'reduced' with [buildings.soil]: in full order the base is"
-                yield (section, "solver"), f"{expected} clamped"
         mesh = None if building.structure is None else building.structure.mesh
         plan = mesh if isinstance(mesh, GeneratedMesh) else building
         for size, side, what in zip(
