@@ -150,6 +150,8 @@ def test_edges_that_touch_in_3d(checked, change, good, words):
     found = checked(scalars=scalars, **of)
     assert one(found, words)[0] is good
     assert one(found, "complementarity")[0]
+    del of["pounding.complementarity"]
+    assert not any("compl" in text for _, text in checked(scalars=scalars, **of))
     assert not one(checked(scalars=scalars, **of | {"pounding.complementarity": 1e-6}), "compl")[0]
     few = of | {"pounding.steps_per_impact_min": 9.0, "pounding.steps_per_impact_observed": 2.0}
     steps = one(checked(scalars=scalars, **few), "steps:")

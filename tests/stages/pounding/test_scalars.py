@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impactfem.coupling.contact import kelvin_voigt
+from impactfem.coupling.contact import UNILATERAL, kelvin_voigt
 from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.sticks.calibration import Calibration, Parameters, Target
 from impactfem.sticks.element import COMPONENTS
@@ -166,3 +166,27 @@ def test_calibration(study, scalars):
     assert (found["sticks.rigid_below"], found["sticks.rigid_above"]) == (0.3, 0.2)
     assert found["sticks.frequency_error_max"] == pytest.approx(0.125)
     assert found["sticks.mass_error_max"] == pytest.approx(0.2)
+
+
+def test_lines_that_touch_in_3d(study):
+    """Points and forces are those of lines, not of the pair of sticks that hits harder."""
+    first, *others = study.system.pairs
+    system = replace(study.system, pairs=(replace(first, line=first.name), *others))
+    force = study.response.force.copy()
+    force[:, 0] = 0.5 * force.max(axis=1)
+    largest = float(force[:, 0].max())
+    assert 0.0 < largest < force.max()
+
+    def of(pairs):
+        one = replace(system, pairs=pairs)
+        response = replace(study.response, system=one, force=force, in_3d=("west",))
+        made = replace(study, system=one, response=response, halved=1.03 * largest)
+        return {scalar.name: scalar.value for scalar in stick_scalars(made)}
+
+    found = of(system.pairs)
+    assert found["pounding.contact_points"] == 1.0
+    assert found["pounding.halved_force_change"] == pytest.approx(0.03)
+    # A contact law has nothing that could fail to be complementary.
+    assert "pounding.complementarity" not in found
+    rigid = tuple(replace(p, law=replace(p.law, code=UNILATERAL)) for p in system.pairs)
+    assert of(rigid)["pounding.complementarity"] == study.response.residual

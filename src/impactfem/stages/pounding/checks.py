@@ -252,6 +252,7 @@ def _accuracy(store: xr.Dataset, values: Mapping[str, float], required: int) -> 
         else:
             text += "; half of them change the largest force by"
             lines.append(limited(text, change, HALVED, "%"))
+    if "pounding.complementarity" in values:
         error = values["pounding.complementarity"]
         lines.append(limited("contact: complementarity", error, COMPLEMENTARITY))
     if "pounding.contact_energy_defect" in values:

@@ -163,7 +163,8 @@ def run_sticks(
             response, free = in_3d.respond(ground, dt, loads), in_3d.free(ground, dt, loads)
             if ready is None and all(len(line) > FEW for line in models.lines):
                 fewer = Pounding3D(case, system, models, every=2)
-                halved = float(fewer.respond(ground, dt, loads).force.max())
+                struck = fewer.respond(ground, dt, loads).force[:, : len(models.lines)]
+                halved = float(struck.max())
             system = response.system
         found = tuple(impacts(response))
         strength = {b.name: b.material.compressive_strength for b in case.buildings}

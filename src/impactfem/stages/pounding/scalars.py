@@ -244,18 +244,21 @@ def _checks(study: StickStudy) -> list[Row]:
         ("required_separation", separation, "m", apart),
     ]
     if study.response.in_3d:
-        points = len(study.response.exerted[0])
-        change = None
-        if study.halved is not None and study.response.force.any():
-            change = abs(study.halved / float(study.response.force.max()) - 1.0)
-        of_lines = f"{len(study.system.pairs)} lines along which 3D models touch"
+        # Pairs of two sticks come after the lines.
+        points = [point.line for point in study.response.exerted[0] if point.line]
+        lines, change = len(set(points)), None
+        largest = float(study.response.force[:, :lines].max())
+        if study.halved is not None and largest > 0.0:
+            change = abs(study.halved / largest - 1.0)
+        of_lines = f"{lines} lines along which 3D models touch"
         note = "largest force of a line with about half of its points, over that with all, less 1"
-        residual = study.response.residual
         rows += [
-            ("contact_points", float(points), "-", of_lines),
+            ("contact_points", float(len(points)), "-", of_lines),
             ("halved_force_change", change, "-", note),
-            ("complementarity", residual, "-", "of forces and speeds, over the largest speed"),
         ]
+    if study.unilateral:
+        note = "of forces and speeds, over the largest speed"
+        rows.append(("complementarity", study.response.residual, "-", note))
     if study.facing:
         nearest = min(study.facing, key=lambda approach: approach.distance)
         note = f"{nearest.facing.name}, in no contact pair; negative: one inside the other"
