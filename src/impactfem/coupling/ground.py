@@ -46,8 +46,12 @@ class Ground:
         moved = {delay: np.zeros((3, n_t, 3)) for delay in {first, *τ.values()}}
         for delay, motion in moved.items():
             motion[2] = interpolate_ground(histories, time_step, n_t, delay)
-            for component, dt, samples in histories if len(moved) > 1 else ():
-                motion[:2, :, component] += _integrals(Accelerogram(dt, samples), time - delay)
+        for component, dt, samples in histories if len(moved) > 1 else ():
+            record = Accelerogram(dt, samples)
+            # Properties that are sums over all samples, once for all buildings.
+            v, u = record.velocity, record.displacement
+            for delay, motion in moved.items():
+                motion[:2, :, component] += _integrals(dt, (u, v, samples), time - delay)
         apart = {name: moved[τ[name]] - moved[first] for name in τ if τ[name] != first}
         return cls(moved[first][2], apart)
 
@@ -93,16 +97,18 @@ def interpolate_ground(
     return ground
 
 
-def _integrals(motion: Accelerogram, time: Array) -> Array:
+def _integrals(h: float, record: tuple[Array, Array, Array], time: Array) -> Array:
     """Displacement and velocity at any times, shape (2, n_t) [m, m/s].
 
-    At rest before the first sample; after the last one the velocity stays.
+    Of displacement, velocity and acceleration at samples h apart; at rest before the first one,
+    after the last one the velocity stays.
     """
-    h, a = motion.time_step, np.append(motion.acceleration, 0.0)
+    known_u, known_v, samples = record
+    a = np.append(samples, 0.0)
     at = np.maximum(time, 0.0)
     k = np.minimum((at / h).astype(np.int64), len(a) - 2)
     x, a_0 = at - h * k, np.where(k < len(a) - 2, a[k], 0.0)
     slope = np.where(k < len(a) - 2, (a[k + 1] - a[k]) / h, 0.0)
-    v_0 = motion.velocity[k]
-    u = motion.displacement[k] + x * (v_0 + x * (a_0 / 2.0 + x * slope / 6.0))
+    v_0 = known_v[k]
+    u = known_u[k] + x * (v_0 + x * (a_0 / 2.0 + x * slope / 6.0))
     return np.array([u, v_0 + x * (a_0 + x * slope / 2.0)])
