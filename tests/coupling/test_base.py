@@ -165,7 +165,7 @@ def test_unilateral_links_of_a_stick_on_soil(floors):
 
 
 def test_two_sticks_on_soil_pound(row, shaken):
-    """With a contact law: less than on a clamped base, balanced, and required separation more."""
+    """With a contact law: larger motions than on clamped bases, and the energies balance."""
     clamped = row(0.004, law=kelvin_voigt(1e9, 0.1, 1.2e5))
     soil = half_space(150.0)
     soft = replace(clamped, sticks=tuple(replace(stick, soil=soil) for stick in clamped.sticks))

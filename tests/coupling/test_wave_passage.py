@@ -128,5 +128,6 @@ def test_masses_that_nothing_holds_stay_where_they_are(waves):
     first = Ground.under([(1, DT, ground.acceleration[:, 1])], DT, STEPS, {"a": 0.0, "b": 1e9})
     place = first.relative["b"][0][:, 1]  # of ground that never moves, from the first
     for column in (1, 7):
-        assert response.u[:, column] == pytest.approx(place, abs=2e-3 * np.abs(place).max())
-    assert np.abs(response.u[:, 7] - response.u[:, 1]).max() > 0.0
+        assert response.u[:, column] == pytest.approx(place, abs=1e-4 * np.abs(place).max())
+    # Relative to the ground under itself b goes elsewhere.
+    assert np.abs(ground.relative["b"][0][:, 1]).max() > 0.1 * np.abs(place).max()
