@@ -14,6 +14,7 @@
 - `hat_a`, `hat_b` (pair, place) [m], of points along which 3D models touch: where on the struck
   side the line load of the force begins, is highest and ends; inside a storey where it acts. nan
   for other pairs
+- `line` (pair): the pair of the case along whose line such a point is; empty for other pairs
 - `gap` (pair) [m], `law` (pair): the contact law in words and numbers
 - attributes `title`, `case_hash`, and `inputs`, the hash of what the stage depends on
 
@@ -166,7 +167,7 @@ class ForceHistory:
 
     @classmethod
     def of_response(cls, response: Response) -> ForceHistory:
-        """The forces of a response of the sticks."""
+        """The forces of a response, of pairs of points or of the points of lines."""
         pairs, force = response.exerted
         names = tuple(pair.name for pair in pairs)
         return cls(response.time, names, force, ends=PairEnds.of_pairs(pairs))

@@ -70,12 +70,10 @@ def impacts(response: Response) -> list[Impact]:
         first, after = np.flatnonzero(np.diff(touching.astype(np.int8))).reshape(-1, 2).T
         # Pulses with a shorter pause are one impact.
         begins = np.append(True, (first[1:] - after[:-1]) * response.time_step >= response.pause)
-        starts, lasts = (
-            first[begins[: len(first)]],
-            after[np.append(begins[1:], True)[: len(after)]],
-        )
-        for start, last in zip(starts.tolist(), (lasts - 1).tolist(), strict=True):
-            found.append(_impact(response, pair, index, start, last))
+        starts = first[begins[: len(first)]].tolist()
+        ends = after[np.append(begins[1:], True)[: len(after)]].tolist()
+        for start, end in zip(starts, ends, strict=True):
+            found.append(_impact(response, pair, index, start, end - 1))
     return sorted(found, key=lambda impact: impact.start)
 
 

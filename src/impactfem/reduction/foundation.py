@@ -110,7 +110,7 @@ def _base_motion(
     loads: Loads,
     damping: DampingLaw,
 ) -> BaseHistory:
-    # Kept: histories of displacements, of rotations and of their bands ask for the same.
+    # Kept: histories of displacements, of rotations and of their bands need the same.
     column = {name: k for k, name in enumerate(names)}
     body = below.body(
         model.eigenvalue, model.load[:, [column[name] for name in GROUND]], damping, {}

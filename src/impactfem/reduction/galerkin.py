@@ -5,7 +5,7 @@ All come from the one factor of K + σ0 M, A = (K + σ0 M)⁻¹ M:
 
 - those of the free structure under its loads, the Krylov basis;
 - H = (K + σ0 M)⁻¹ G, the response to each contact force at the shift: with them the points of
-  contact can take any place; where asked also A H, A² H, ..., how they get there;
+  contact can take any place; on request also A H, A² H, ..., how they get there;
 - those of the structure that is held, Gᵀ x = 0: the chain x, P A x, (P A)² x, ... from the low
   modes of the free one, which is what moves when the points stop. P x = x − H (Gᵀ H)⁻¹ Gᵀ x.
 

@@ -33,10 +33,10 @@ from impactfem.system.log import LOGGER
 from impactfem.system.parallel import all_blas_threads
 
 AT_ONCE = 4
-"""Block steps between two looks at the accuracy."""
+"""Block steps between two estimates of the error."""
 LOWEST = 0.5
 PER_OCTAVE = 12
-"""Frequencies at which accuracy is looked at: from LOWEST [Hz] up, so many an octave."""
+"""Frequencies at which the error is estimated: from LOWEST [Hz] up, so many an octave."""
 DEPENDENT = 1e-8
 """Part of the responses to local loads, over the largest, that still is a vector of the space."""
 
@@ -64,9 +64,8 @@ class ReducedBasis:
     #: R, displacements of the nodes by a motion of the base about the origin, shape (n, 3, 6).
     rigid: Array | None = None
     foundation: Foundation | None = None  #: what the building stands on; None where it is clamped
-    points: int = (
-        0  #: number of the last loads that are of single points of contact, see `completed`
-    )
+    #: Number of the last loads that are of single points of contact, see `completed`.
+    points: int = 0
 
     @property
     def model(self) -> ReducedModel:
@@ -85,11 +84,9 @@ class ReducedBasis:
         rows = self.rows(nodes, rotations=rotations)
         flat = rows.reshape(-1, rows.shape[2])
         shapes = model.shapes(flat).reshape(len(rows), 3, len(model.eigenvalue))
-        return (
-            shapes
-            if self.foundation is None
-            else np.dstack([shapes, self.carried(nodes, rotations=rotations)])
-        )
+        if self.foundation is None:
+            return shapes
+        return np.dstack([shapes, self.carried(nodes, rotations=rotations)])
 
     def carried(self, nodes: Index, *, rotations: bool = False) -> Array:
         """R at some of the nodes, or that of their rotations, shape (m, 3, 6)."""
@@ -441,7 +438,7 @@ def _grow_until_accurate(
 
 
 def _omega(maximum_frequency: float) -> Array:
-    """Angular frequencies at which accuracy is looked at [rad/s]."""
+    """Angular frequencies at which the error is estimated [rad/s]."""
     octaves = math.log2(maximum_frequency / LOWEST)
     count = max(2, int(PER_OCTAVE * octaves) + 1)
     return np.asarray(2.0 * math.pi * np.geomspace(LOWEST, maximum_frequency, count))

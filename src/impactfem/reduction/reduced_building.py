@@ -355,7 +355,7 @@ def reduce_building(
         # Local forces are many: the Krylov space does not hold them, what it was completed by does.
         names += [one.name for one in plan.contacts]
         loads = np.hstack([loads, modes.rows(touching)])
-        b = dict(zip(GROUND, ground.T, strict=False)) | dict(zip(names, loads.T, strict=True))
+        b = dict(zip((*GROUND, *names), (*ground.T, *loads.T), strict=True))
         if wall is not None:
             b[PUSH] = modes.rows(patterns[PUSH][:, None])[:, 0]
         acting = tuple(dict.fromkeys([*plan.loads, *(one.name for one in plan.contacts)]))

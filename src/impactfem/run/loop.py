@@ -169,8 +169,8 @@ def run(
 def _run_stage(stage: Stage, case: Case, result: Run, asked: bool, fresh: bool, bar: bool) -> bool:
     """Run a stage for the case, or for a view of it in the folder of its building. Collective.
 
-    One that is not asked for is kept, without a word, where it and all that it needs are finished:
-    what the folder says of the run stays whole. Gives whether the run has it.
+    One that was not requested (`asked`) is kept, without a message, where it and all that it needs
+    are finished: the record of the run in the folder stays whole. Gives whether the run has it.
     """
     folder, label = result.folder, stage.label(case)
     own = case.folder(folder)

@@ -6,7 +6,7 @@ results are stored as soon as they are there, so that an interrupted run goes on
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case, Spectra
-from impactfem.coupling.force_history import ForceHistory, PairEnds
+from impactfem.coupling.force_history import ForceHistory
 from impactfem.coupling.from_case import ground_of, loads_of
 from impactfem.coupling.pounding import System
 from impactfem.dynamics.damping import DampingLaw
@@ -51,11 +51,11 @@ def motion_loads(
     mesh: BuildingMesh,
     models: Models3D | None = None,
 ) -> tuple[Loads, Array]:
-    """Run the sticks under the motions of a case as the stage `pounding` does.
+    """Compute the pounding under the motions of a case as the stage `pounding` does.
 
     Gives the loads at the step of the 3D model, by the patterns of each of the contact pairs that
-    touch the building (`names`), and the largest force on each floor that a pair
-    touches, ascending [N]; 0 on one that is not hit.
+    touch the building (`names`), and the largest force on each floor that a pair touches, ascending
+    [N]; 0 on one that is not hit.
 
     Raises:
         InputError: A record is not usable.
@@ -70,11 +70,10 @@ def motion_loads(
     duration = transient.duration or float(response.time[-1])
     if response.time[-1] < duration - dt:
         raise SolutionError(
-            f"the sticks end at {response.time[-1]:g} s, the 3D model runs up to {duration:g} s"
+            f"the pounding ends at {response.time[-1]:g} s, the 3D model runs up to {duration:g} s"
         )
     exerted = ForceHistory.of_response(response)
-    mine = exerted.of([exerted.pairs.index(name) for name in names])
-    history = replace(mine, ends=PairEnds())
+    history = exerted.of([exerted.pairs.index(name) for name in names])
     n_steps = math.floor(duration / transient.time_step * (1.0 + 1e-9))
     on_building, acting = with_floor_forces(case, mesh, history, list(edges))
     loads = make_loads(
@@ -83,7 +82,7 @@ def motion_loads(
     )
     floor = np.array([shares[0][0].floor for shares in edges])
     # Points of contact of one line press together.
-    lines = np.array(mine.ends.line or names)
+    lines = np.array(history.ends.line or names)
     lines = np.where(lines == "", names, lines)
     of_line = {k: history.force[:, lines == k].sum(axis=1).max() for k in np.unique(lines)}
     peaks = [max(of_line[k] for k in lines[floor == one]) for one in np.unique(floor)]

@@ -78,7 +78,7 @@ def write_film(path: Path, floors: Sequence[Filmed]) -> None:
     look["output_params"] = ["-crf", "20", "-movflags", "+faststart"]
     look["fps"] = floors[0].maps.sizes["frame"] / LASTS
     with atomic(path) as temporary, TemporaryDirectory() as work:
-        # imageio tells the format from the end of the name.
+        # imageio finds the format by the end of the name.
         whole = Path(work) / path.name
         try:
             film: Any = imageio.get_writer(

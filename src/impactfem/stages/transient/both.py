@@ -32,9 +32,9 @@ MAPS = "transient_maps.nc"
 def both_figures(folder: Path) -> list[Path]:
     """Draw the floors of both buildings of the main impact into `figures/` of the second one.
 
-    `folder` is that of a building. None where its neighbour was not computed before it, where a
-    stick pounds, where the main impact of one is not that of the other, or where the pair's normal
-    is along neither x nor y.
+    `folder` is that of a building. Nothing is drawn where its neighbour was not computed before it,
+    where a stick pounds, where the main impact of one is not that of the other, or where the pair's
+    normal is along neither x nor y.
     """
     with _pair(folder) as found:
         if found is None:

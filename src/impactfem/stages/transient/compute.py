@@ -33,6 +33,11 @@ from impactfem.system.log import LOGGER, Steps
 from impactfem.system.parallel import communicator
 
 RECORDED = ("displacement", "acceleration")
+CHECKPOINTS = "transient_checkpoints"
+TURNING = ("centre", "point")
+"""Kinds of probes whose rotations are recorded, too."""
+QUIET = 0.01
+"""Part of the largest force below which an impact has not begun, or has ended."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,13 +116,6 @@ def run_full(
         ),
         energy=whole.energy,
     )
-
-
-CHECKPOINTS = "transient_checkpoints"
-TURNING = ("centre", "point")
-"""Kinds of probes whose rotations are recorded, too."""
-QUIET = 0.01
-"""Part of the largest force below which an impact has not begun, or has ended."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ stay, and each field is an array of 32-bit floats, shape (n_times n_points, 3): 
 time, then all at the next.
 
 HDF5 ends the process when its own writing meets a full disk. So it makes the file in memory, all
-but the fields, of which it tells where they begin; what goes to the disk are plain bytes.
+but the fields, and gives where they begin; what goes to the disk are plain bytes.
 """
 
 import errno
@@ -36,6 +36,13 @@ from impactfem.system.log import LOGGER
 Values = NDArray[np.float32]
 Write = Callable[[str, int, Values], None]
 
+BEFORE = 0.01
+"""From the first time that is written to the main impact [s]."""
+AT_ONCE = 8_000_000
+"""Values of a field that are computed at once."""
+NODES = 1024
+"""Nodes whose vectors are copied at once."""
+UNITS = {"displacement": "m", "acceleration": "m/s2"}
 POINT = 12
 """Size of one point of a field at one time: three 32-bit floats [B]."""
 OTHERS = 1_000_000
@@ -193,15 +200,6 @@ def write_motion_index(
         every.append(TIME.format(time=time, cells=grid.cells, **place))
     with atomic(path) as temporary:
         temporary.write_text(INDEX.format(times="\n".join(every)), encoding="utf-8")
-
-
-BEFORE = 0.01
-"""From the first time that is written to the main impact [s]."""
-AT_ONCE = 8_000_000
-"""Values of a field that are computed at once."""
-NODES = 1024
-"""Nodes whose vectors are copied at once."""
-UNITS = {"displacement": "m", "acceleration": "m/s2"}
 
 
 def exported_steps(
