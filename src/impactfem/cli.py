@@ -174,7 +174,7 @@ def fit(
     ] = None,
     processes: Annotated[int, typer.Option(min=1, help="Evaluations at a time.")] = 1,
 ) -> None:
-    """Fit keys of a case to what is known, and say what that tells; also over ranks."""
+    """Fit keys of a case to data, and say how well these determine them; also over ranks."""
     from impactfem import study
 
     advise("run again to go on")
@@ -218,7 +218,7 @@ def compare(
 def check(
     case: CaseFile,
     fit: Annotated[
-        Path | None, typer.Option(metavar="FIT.toml", help="The file of a fit of the case, too.")
+        Path | None, typer.Option(metavar="FIT.toml", help="Check this fit of the case, too.")
     ] = None,
 ) -> None:
     """Check a case file and all files it names, and estimate what a run takes."""

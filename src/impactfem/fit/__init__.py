@@ -1,1 +1,1 @@
-"""Fitting keys of a case to what is known of its buildings, and what that tells about the keys."""
+"""Fitting keys of a case to what is known of its buildings, and how well it determines them."""

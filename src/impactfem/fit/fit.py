@@ -170,6 +170,7 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
         here, there = np.array(fine.at(u).values), cheap.values(u)
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = here / there
+        # Of values near zero, or of either sign, the difference alone corrects.
         ratio = np.where((ratio > 0.5) & (ratio < 2.0), ratio, 1.0)
         shift = here - ratio * there
         spread = identified(problem, ratio[:, None] * cheap.slopes(u)).deviation
@@ -274,7 +275,7 @@ def _warnings(result: Fit) -> list[str]:
             f"{value:.2g} standard deviations across the bounds"
         )
     for i, j, r in found.alike:
-        texts.append(f"the data hardly tell {keys[i]} from {keys[j]}: correlation {r:.3f}")
+        texts.append(f"the data hardly distinguish {keys[i]} from {keys[j]}: correlation {r:.3f}")
     for k, side in enumerate(result.at_bound):
         if k not in found.unseen and side != "no":
             texts.append(f"{keys[k]} is at its {side} bound")
@@ -283,7 +284,7 @@ def _warnings(result: Fit) -> list[str]:
     if free and χ2 > scipy.stats.chi2.ppf(0.95, free):
         texts.append(
             f"the data are not met within their deviations: χ² = {χ2:.3g} with {free} degrees of "
-            "freedom; the ± of the keys do not hold what the model cannot do"
+            "freedom; the ± of the keys do not include the error of the model"
         )
     if not result.minima[0].met:
         texts.append("the best search ended by its number of steps, not by its tolerances")

@@ -51,8 +51,8 @@ def sample(problem: Problem, u: Array, found: Identification, folder: Path) -> S
     except ImportError as error:
         expected = "expected the package emcee: pip install 'impactfem[posterior]'"
         raise InputError([Fault(problem.path, "posterior", None, expected)]) from error
-    asked = problem.fit.posterior
-    if asked is None:
+    setup = problem.fit.posterior
+    if setup is None:
         raise ValueError("the fit has no posterior")
     value, deviation, priors = problem.value, problem.deviation, problem.priors
 
@@ -65,17 +65,17 @@ def sample(problem: Problem, u: Array, found: Identification, folder: Path) -> S
 
     rng = np.random.default_rng(problem.fit.seed)
     width = np.minimum(found.deviation, 0.3)
-    start = u + width * rng.standard_normal((asked.walkers, len(u)))
+    start = u + width * rng.standard_normal((setup.walkers, len(u)))
     # Mirrored at the bounds.
     start = np.clip(np.abs(1.0 - np.abs(1.0 - start)), 1e-6, 1.0 - 1e-6)
     clock = perf_counter()
     logarithm(start[0])
-    seconds = (perf_counter() - clock) * asked.walkers * asked.steps
-    LOGGER.info("posterior: %d evaluations, about %.0f s", asked.walkers * asked.steps, seconds)
+    seconds = (perf_counter() - clock) * setup.walkers * setup.steps
+    LOGGER.info("posterior: %d evaluations, about %.0f s", setup.walkers * setup.steps, seconds)
     state = np.random.RandomState(problem.fit.seed).get_state()
-    sampler = emcee.EnsembleSampler(asked.walkers, len(u), logarithm)
+    sampler = emcee.EnsembleSampler(setup.walkers, len(u), logarithm)
     sampler.random_state = state
-    sampler.run_mcmc(start, asked.steps, progress=False)
-    kept = sampler.get_chain(discard=asked.steps // 5, flat=True)
-    time = sampler.get_autocorr_time(discard=asked.steps // 5, quiet=True, tol=0)
+    sampler.run_mcmc(start, setup.steps, progress=False)
+    kept = sampler.get_chain(discard=setup.steps // 5, flat=True)
+    time = sampler.get_autocorr_time(discard=setup.steps // 5, quiet=True, tol=0)
     return Sample(np.asarray(kept), float(sampler.acceptance_fraction.mean()), np.asarray(time))
