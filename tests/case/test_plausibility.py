@@ -92,7 +92,7 @@ def test_a_generated_mesh_gives_none(structured):
         (None, "0.3358 ms", "5 ms", "pounding.time_step = '5 ms'",
          "1.76 steps in an impact of B1.floor_7-B2.floor_7, which lasts 8.81 ms; 16 are requested"),
         ("pair_published.csv", "frs.", "floors.", "pair_published.csv: name = 'floors.",
-         "no result; their names begin with motion"),
+         "no result; their names begin with motion, sticks, pounding, frs, soil, building, reduce"),
     ],
 )  # fmt: skip
 def test_one_value(broken, file, old, new, key, usual):

@@ -19,6 +19,7 @@ from impactfem.case.facing import LEVEL, facing_floors, levels_of
 from impactfem.case.floors import Floor
 from impactfem.case.model import Case, CaseFile
 from impactfem.case.place import Place, step, value_at
+from impactfem.case.report import STAGE_OF
 from impactfem.case.soil import HalfSpaceSoil
 from impactfem.case.source import Source, read_source
 from impactfem.dynamics.damping import UNDAMPED
@@ -127,11 +128,6 @@ SPEED = 0.5
 """Speed of approach that tells how long an impact of a law after Hertz lasts [m/s]."""
 RAYLEIGH = 0.87
 """Least speed of Rayleigh waves over that of shear waves, at a Poisson's ratio of 0."""
-RESULTS = (
-    *("motion", "sticks", "pounding", "frs", "building", "calibration", "transient", "device"),
-    *("design", "ensemble", "ensemble3d", "soil"),
-)
-"""First words of the names of results."""
 SAME = 1e-9  # relative difference of numbers that are the same
 RATES = np.geomspace(1e-2, 1e9, 60)  # ω² at which laws of damping are compared [1/s2]
 
@@ -392,8 +388,8 @@ def _published(source: Source, case: Case) -> Iterator[Fault]:
     """Names that no result can have, by their first word; a run knows the others."""
     file = source.path.parent / str(value_at(("published",), source.raw))
     for name in case.published:
-        if name.split(".")[0] not in RESULTS:
-            text = f"no result; their names begin with {', '.join(RESULTS)} (docs/run-folder.md)"
+        if name.split(".")[0] not in STAGE_OF:
+            text = f"no result; their names begin with {', '.join(STAGE_OF)} (docs/run-folder.md)"
             yield Fault(file, "name", name, text)
 
 

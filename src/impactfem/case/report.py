@@ -21,6 +21,22 @@ from impactfem.system.files import LARGEST_TOML, read_text
 
 Relation = Literal["=", ">", "<"]
 Kind = Literal["result", "input", "fitted", "scaled", "selected", "derived"]
+STAGE_OF = {
+    "motion": "pounding",
+    "sticks": "pounding",
+    "pounding": "pounding",
+    "frs": "pounding",
+    "soil": "pounding",
+    "building": "building",
+    "reduce": "reduce",
+    "calibration": "calibrate",
+    "transient": "transient",
+    "device": "device",
+    "design": "design",
+    "ensemble": "ensemble",
+    "ensemble3d": "design",
+}
+"""The stage that makes a result, by the first word of its name."""
 
 
 class PublishedRow(Section):

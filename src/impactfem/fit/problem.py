@@ -20,6 +20,7 @@ from impactfem.case.base import nearest
 from impactfem.case.load import read_case
 from impactfem.case.model import CaseFile
 from impactfem.case.place import Place, field_at, key_fault, read_key, value_at
+from impactfem.case.report import STAGE_OF
 from impactfem.case.source import EXTENDS, Source, read_source
 from impactfem.fit.fit_file import (
     FitFile,
@@ -41,22 +42,6 @@ from impactfem.system.errors import Fault, InputError
 
 PROGRAM = ("fit.evaluate",)
 """Modules that an evaluation depends on, with all that they import."""
-STAGE_OF = {
-    "building": "building",
-    "reduce": "reduce",
-    "calibration": "calibrate",
-    "motion": "pounding",
-    "sticks": "pounding",
-    "pounding": "pounding",
-    "frs": "pounding",
-    "soil": "pounding",
-    "ensemble": "ensemble",
-    "transient": "transient",
-    "device": "device",
-    "design": "design",
-    "ensemble3d": "design",
-}
-"""The stage that makes a result, by the first word of its name."""
 STICK_MODES = re.compile(r"sticks\.[^.]+\.(frequency\.\d+|effective_mass\.\d+|mass)")
 
 
