@@ -46,7 +46,7 @@ def broken(written):
     """The case, with something at its end, texts replaced, and further files."""
 
     def write(*edits, more="", **base):
-        return written(Base(more, structure=False, **base), *edits)  # type: ignore[arg-type]
+        return written(Base(more, structure=False, **base), *edits)
 
     return write
 
@@ -56,6 +56,6 @@ def structured(written):
     """The same of the case with a 3D model."""
 
     def write(*edits, more="", **base):
-        return written(Base(more, **base), *edits)  # type: ignore[arg-type]
+        return written(Base(more, **base), *edits)
 
     return write

@@ -48,12 +48,12 @@ def refused(path, key, words):
     assert words in f"{fault.value} {fault.expected}"
 
 
-"""The text that is replaced ("" adds at the end), what stands in its place, the key of the fault,
-words of it, and the keys of further faults that follow from it."""
-
-
 def each_row(tables):
-    """One test for each row of tables: a base, the file that is changed, what keys begin with."""
+    """One test for each row of tables: a base, the file that is changed, what keys begin with.
+
+    A row is the text that is replaced ("" adds at the end), what stands in its place, the key of
+    the fault, words of it, and the keys of further faults that follow from it.
+    """
     params = [
         pytest.param(base, file, key, row, id=f"{key}{row[2]}-{row[3]}")
         for base, file, key, rows in tables

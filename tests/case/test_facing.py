@@ -1,4 +1,4 @@
-"""Floors that face each other and are in no pair."""
+"""Floors that face each other and are in no pair; sides that are struck, distances of pairs."""
 
 import math
 from pathlib import Path
@@ -83,7 +83,7 @@ def test_columns_behind_the_edge():
 
 @pytest.mark.parametrize("make", [lambda case: case, turned])
 def test_a_missing_pair_is_found(row, make):
-    case = make(without(row, ROOFS))  # type: ignore[operator]
+    case = make(without(row, ROOFS))
     (found,) = facing_floors(case).pairs
     assert found.name == ROOFS
     assert (found.gap, found.level, found.half) == pytest.approx((0.03, 12.0, 6.0))
@@ -93,7 +93,7 @@ def test_a_missing_pair_is_found(row, make):
         "contacts: floors that face each other and are in no pair: B.floor_4 and C.floor_3 (30 mm "
         "apart at 12 m); list them in [[contacts]]"
     )
-    assert names(make(row)) == []  # type: ignore[operator]
+    assert names(make(row)) == []
 
 
 def test_floors_against_storeys(row):

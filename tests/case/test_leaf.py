@@ -255,7 +255,7 @@ def turned(case, *normals):
     return case.model_copy(update={"contacts": contacts})
 
 
-def test_results_are_told_along_the_pounding(frames):
+def test_results_are_given_along_the_pounding(frames):
     """The first motion is along x, the buildings pound along y."""
     assert [motion.direction for motion in frames.motions] == ["x", "y"]
     assert frames.shown_direction == "y"
@@ -263,14 +263,14 @@ def test_results_are_told_along_the_pounding(frames):
     assert turned(frames, (0.6, 0.8, 0.0)).shown_direction == "y"
 
 
-def test_without_a_motion_along_the_pounding_the_first_one_is_told(frames):
+def test_without_a_motion_along_the_pounding_the_first_one_is_given(frames):
     assert turned(frames).shown_direction == "x"
     assert turned(frames, (0.0, 0.0, 1.0)).shown_direction == "x"
     alone = frames.model_copy(update={"motions": frames.motions[:1]})
     assert alone.shown_direction == "x"
 
 
-def test_waves_are_looked_at_where_the_building_may_be_struck(frames):
+def test_waves_are_evaluated_where_the_building_may_be_struck(frames):
     assert frames.wave_floor == 5
     assert frames.model_copy(update={"contacts": frames.contacts[1:]}).wave_floor == 4
     assert turned(frames).wave_floor == 6

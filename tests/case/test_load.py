@@ -230,7 +230,7 @@ def test_hash_does_not_depend_on_the_folder(broken, pair):
 def test_case_is_frozen_and_travels_between_processes(pair):
     case = load_case(str(pair))
     with pytest.raises(ValueError, match="frozen"):
-        case.title = "another"  # type: ignore[misc]
+        case.title = "another"
     copy = pickle.loads(pickle.dumps(case))
     assert isinstance(copy, Case)
     assert copy == case

@@ -309,7 +309,7 @@ def test_nothing_half_written(tmp_path, monkeypatch):
     def full(self, *args, **options):
         if self.suffix == ".csv" and args == ("x",):
             raise OSError(28, "No space left on device")
-        return opened(self, *args, **options)  # type: ignore[call-overload]
+        return opened(self, *args, **options)
 
     monkeypatch.setattr(Path, "open", full)
     with pytest.raises(InputError, match=r"cannot be written \(No space left on device\)"):

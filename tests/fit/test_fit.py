@@ -93,21 +93,21 @@ def test_the_bounds_hold_95_of_100(repeated, tmp_path):
         return search(evaluator, [truth], one, none)[0].x
 
     ends = np.array([[found(value + σ), found(value - σ)] for σ in np.diag(deviation)])
-    told = identified(evaluator.problem, evaluator.slopes(truth))
+    linear = identified(evaluator.problem, evaluator.slopes(truth))
     moved = 0.5 * (ends[:, 0] - ends[:, 1])
     covariance = moved.T @ moved
     spread = np.sqrt(np.diag(covariance))
     r = covariance[0, 1] / spread.prod()
-    assert told.deviation == pytest.approx(spread, rel=2e-3)
-    assert told.correlation[0, 1] == pytest.approx(r, abs=2e-3)
+    assert linear.deviation == pytest.approx(spread, rel=2e-3)
+    assert linear.correlation[0, 1] == pytest.approx(r, abs=2e-3)
     # With one datum left out it would be seen.
     without = np.sqrt([np.square(np.delete(moved, k, axis=0)).sum(axis=0) for k in range(5)])
-    assert np.all(np.abs(told.deviation / without - 1.0).max(axis=1) > 0.01)
+    assert np.all(np.abs(linear.deviation / without - 1.0).max(axis=1) > 0.01)
     # What bends the way of a key is small beside its deviation.
     assert np.all(np.abs(0.5 * ends.sum(axis=1) - truth) < 0.02 * spread)
     # Šidák: at least 95 in 100, more where keys are correlated; the ± of each alone holds less.
-    assert 0.95 <= both_within(told.bound, spread, r) < 0.97
-    assert both_within(1.959964 * told.deviation, spread, r) < 0.94
+    assert 0.95 <= both_within(linear.bound, spread, r) < 0.97
+    assert both_within(1.959964 * linear.deviation, spread, r) < 0.94
 
 
 def test_a_key_that_the_data_do_not_see(case, written, tmp_path):

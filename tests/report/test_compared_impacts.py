@@ -9,29 +9,27 @@ import xarray as xr
 from impactfem.plot.words import read_words
 from impactfem.report.compared_impacts import (
     FIGURE,
+    FLOORS,
     IMPACTS,
     floors_table,
     impacts_figure,
     impacts_table,
     what_pounds,
 )
-from impactfem.report.compared_impacts import (
-    FLOORS as WHOLE,
-)
 from impactfem.report.sections import ROWS, _section
 
-FLOORS = ("A.floor_2-B.floor_2", "A.floor_1-B.floor_1")
+PAIRS = ("A.floor_2-B.floor_2", "A.floor_1-B.floor_1")
 
 
 def run(forces, models=None, impulse=5e5, device=1e4, maps=True, size=1.0):
     """A run with an impact of each force [N] on the floors in turn, as the tables read it."""
     count = len(forces)
     every = {
-        name: ("impact", np.full(count, 1.0))
-        for name in (*("impact_dissipated", "impact_restitution", "impact_building_restitution"),)
+        f"impact_{name}": ("impact", np.full(count, 1.0))
+        for name in ("dissipated", "restitution", "building_restitution")
     }
     every |= {
-        "impact_pair": ("impact", [FLOORS[k % 2] for k in range(count)]),
+        "impact_pair": ("impact", [PAIRS[k % 2] for k in range(count)]),
         "impact_peak_force": ("impact", np.array(forces, dtype=float)),
         "impact_impulse": ("impact", np.full(count, impulse)),
         "impact_duration": ("impact", np.full(count, 0.02)),
@@ -39,18 +37,12 @@ def run(forces, models=None, impulse=5e5, device=1e4, maps=True, size=1.0):
         "impact_end": ("impact", 1.02 + np.arange(count)),
         "pair_required_separation": ("pair", [0.03, 0.01]),
     }
-    pounding = xr.Dataset(every, {"pair": list(FLOORS)}, {"shown_direction": "y"})
+    pounding = xr.Dataset(every, {"pair": list(PAIRS)}, {"shown_direction": "y"})
     time = np.arange(0.0, 1.5, 0.005)
     pulse = np.where((time > 1.0) & (time < 1.02), 1.0, 0.0)
     shares = np.array([forces[0] if forces else 0.0, 1.0])
     points = xr.Dataset(
-        {
-            "force": (
-                ("time", "pair"),
-                pulse[:, None] * shares,
-            )
-        },
-        {"time": time, "pair": list(FLOORS)},
+        {"force": (("time", "pair"), pulse[:, None] * shares)}, {"time": time, "pair": list(PAIRS)}
     )
     frequency = np.array([1.0, 10.0, 200.0])
     psa = size * np.arange(1.0, 7.0)[:, None, None] * np.array([0.0, 1.0, 0.5])[:, None]
@@ -86,10 +78,10 @@ def rows(one, other):
 def test_numbers_and_ratios():
     found = rows(run((4e6, 1e6)), run((8e6,), impulse=1e6, device=2e4))
     assert found["impacts"] == (2, 1, None)
-    assert found["main impact"] == (FLOORS[0], FLOORS[0], None)
+    assert found["main impact"] == (PAIRS[0], PAIRS[0], None)
     assert found["main impact: largest force [MN]"] == pytest.approx((4.0, 8.0, 0.5))
     assert found["all impacts: impulses [kN s]"] == pytest.approx((1000.0, 1000.0, 1.0))
-    assert found[f"largest force [MN], {FLOORS[1]}"] == (1.0, 0.0, None)
+    assert found[f"largest force [MN], {PAIRS[1]}"] == (1.0, 0.0, None)
     assert found["gap that would prevent contact [mm]"] == pytest.approx((30.0, 30.0, 1.0))
     assert found["device with impacts: force along y [kN]"] == pytest.approx((10.0, 20.0, 0.5))
     assert found["device without impact, light: force along y [kN]"] == pytest.approx((7, 7, 1))
@@ -134,10 +126,10 @@ def test_the_figure_names_what_pounded(tmp_path):
 @pytest.mark.parametrize("count", [ROWS, ROWS + 1])
 def test_the_section(tmp_path, attributes, title, count):
     """Both tables are open where they are short, and listed like others where they are long."""
-    tables = [tmp_path / "tables" / f"{name}.csv" for name in (IMPACTS, WHOLE, "other")]
+    tables = [tmp_path / "tables" / f"{name}.csv" for name in (IMPACTS, FLOORS, "other")]
     tables[0].parent.mkdir()
     for path in tables:
-        path.write_text("floor\n" + "1\n" * (count if path.stem == WHOLE else 2))
+        path.write_text("floor\n" + "1\n" * (count if path.stem == FLOORS else 2))
     found = _section(
         SimpleNamespace(
             folder=tmp_path,
@@ -156,4 +148,4 @@ def test_the_section(tmp_path, attributes, title, count):
     listed = {one.path.stem: one.count for one in found.tables}
     long = count > ROWS
     assert opened == ([2] if long else [2, count])
-    assert listed == {"other": 2} | ({WHOLE: count} if long else {})
+    assert listed == {"other": 2} | ({FLOORS: count} if long else {})

@@ -1,4 +1,4 @@
-"""The first screen: the spectra that govern, the gap, the anchors, for what a case has."""
+"""The first screen: spectra that govern, gap, anchors; tables of ensembles and devices."""
 
 from contextlib import nullcontext
 from types import SimpleNamespace

@@ -1,4 +1,4 @@
-"""The building in 3D that one can turn: a page that needs nothing else."""
+"""The building in 3D that one can turn, and the flowchart of the stages."""
 
 import base64
 import io

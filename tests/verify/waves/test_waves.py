@@ -1,4 +1,4 @@
-"""A floor as a bar: the rows, which test_manual has pass, fail for another bar or measure."""
+"""Waves: rows that test_manual has pass fail for another bar, damping, load or energy."""
 
 from dataclasses import replace
 
