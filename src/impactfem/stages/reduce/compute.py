@@ -92,10 +92,17 @@ def prepare(
     if touches := in_3d(case):
         probes += list(mesh.centres.values())
     certified = np.unique(np.array(probes, dtype=np.int64))
+    directions: tuple[int, ...] = ()
+    if transient is not None or touches:
+        directions = tuple(sorted({"xyz".index(motion.direction) for motion in case.motions}))
+        if soil_under(case) is not None:
+            # Whatever the soil, its base moves in all components.
+            directions = tuple(range(6))
     plan = ReductionPlan(
         probes=certified,
         nodes=certified,
         accuracies=accuracies(case),
+        directions=directions,
         base_plates=plates,
         points=covered.nodes,
         wall=wall,
@@ -104,14 +111,9 @@ def prepare(
         nodes = recorded_nodes(mesh, certified, case.wave_floor)
         if transient.export:
             nodes = np.union1d(nodes, motion_grid(mesh, transient.export_nodes).nodes)
-        directions = tuple(sorted({"xyz".index(motion.direction) for motion in case.motions}))
-        if soil_under(case) is not None:
-            # Whatever the soil, its base moves in all components.
-            directions = tuple(range(6))
         plan = replace(
             plan,
             nodes=nodes,
-            directions=directions,
             edges=check_contacts(case, mesh),
             shift=transient.shift,
             largest=transient.largest_basis,
@@ -144,7 +146,6 @@ def _with_contacts(
             patterns += [one for one, _ in floor_shares(*place, Transient(time_step=1.0))]
     return replace(
         plan,
-        directions=tuple(sorted({"xyz".index(motion.direction) for motion in case.motions})),
         edges=tuple(dict.fromkeys(patterns)),
         contacts=tuple(contacts),
         points=(*plan.points, *(mesh.centres[floor] for floor in mesh.floors)),
