@@ -63,13 +63,14 @@ def checked(tmp_path):
         taken=(500.0, 500.0),
         restitution=(0.6, 0.5),
         end=1.05,
+        gap=0.01,
         **more,
     ):
         scalars = [Scalar(name, x, "-") for name, x in (scalars | more).items()]
         scalars += [Scalar(name, 1.0, "-", note) for name, note in (notes or {}).items()]
         values = {
             "pair": ["one.floor_1-two.floor_1"],
-            "pair_rest_gap": [0.01],
+            "pair_rest_gap": [gap],
             "pair_distance": [distance],
             "impact_restitution": restitution,
             "impact_peak_force": [4e6, 1e6],
@@ -120,10 +121,12 @@ def test_a_limit(checked, words, name, limits):
 def test_what_waves_that_pass_leave(checked, left, good):
     """At most 1 % of the gap of 1 cm, by the velocity at the end of the motions."""
     of = {"delay": -0.0312, "apart": 3.1e-3, "left": left}
-    found = checked(**{f"motion.passage.two.{name}": value for name, value in of.items()})
+    passing = {f"motion.passage.two.{name}": value for name, value in of.items()}
+    found = checked(**passing)
     met, text = one(found, "waves reach two")
     assert met is good and ("baseline = 'rest'" in text) is not good
     assert "31.2 ms sooner than the first building" in text and "up to 3.1 mm" in text
+    assert one(checked(gap=0.0, **passing), "waves reach two")[0] is None
     assert not any("waves" in text for _, text in checked())
 
 
