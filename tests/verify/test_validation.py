@@ -21,6 +21,12 @@ def test_a_case(name):
 
 WRONG = {
     "opensees_kelvin_voigt": '[contact_laws.slab]\ntype = "kelvin-voigt"\nrestitution = 0.6501',
+    "opensees_hertz_damp": '[contact_laws.slab]\ntype = "hertz-damp"\nrestitution = 0.66',
+    "opensees_jankowski": '[contact_laws.slab]\ntype = "jankowski"\nrestitution = 0.6501',
+    # A point of contact 1 cm off.
+    "opensees_eccentric": "".join(
+        (FOLDER / "opensees_eccentric.toml").read_text().partition("[[contacts]]")[1:]
+    ).replace('["2 m",', '["2.01 m",'),
     "sdnd102": '[contact_laws.stop]\nstiffness = "2.4e7 N/m"',
     "sdnl104": '[contact_laws.spring]\nstiffness = "1.2e8 N/m"',
     "sdnl105": '[contact_laws.stop]\nstiffness = "4.8e7 N/m"',
