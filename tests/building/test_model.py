@@ -9,7 +9,7 @@ from scipy.sparse.linalg import eigsh
 from impactfem._fenicsx import node_coordinates
 from impactfem.building.assembly import bisect, local_cells, shared_out
 from impactfem.building.mesh import Part
-from impactfem.building.model import assemble_building, damping_matrix
+from impactfem.building.model import action_of_cells, assemble_building, damping_matrix
 from impactfem.building.parts import PartDamping
 from impactfem.building.section import BeamSection, Material, Materials
 from impactfem.dynamics.damping import Rayleigh
@@ -166,6 +166,30 @@ def test_materials_of_parts(house, model, assembled, csr):
         < 1e-13 * abs(csr(model.stiffness(0.065))).max()
     )
     assert abs(csr(mixed.stiffness()) - csr(model.stiffness())).max() > 1e6
+
+
+def test_what_a_change_of_some_cells_does(house, model, assembled, csr):
+    """Of the changed cells alone: the difference of two whole buildings."""
+    other = replace(soft_storeys(house), added_mass=house.added_mass + 100.0)
+    cells = house.changed(other)
+    scaled = [part.scaled for part in house.mesh.beam_parts]
+    assert cells[1].tolist() == np.array(scaled)[house.mesh.line_part].tolist()
+    assert cells[0].all()
+    assert house.changed(replace(house, added_mass=house.added_mass.copy()))[0].any() == 0
+    rows = (6 * model.nodes[:, None] + np.arange(6)).ravel()
+    X = np.random.default_rng(1).standard_normal((6 * len(house.mesh.nodes), 3))
+    X[np.setdiff1d(np.arange(len(X)), rows)] = 0.0  # clamped
+    both = [action_of_cells(parts, cells, 0.7, X) for parts in (house, other)]
+    changed = assembled(other)
+    for k, of in enumerate((lambda m: m.stiffness(0.7), lambda m: m.mass)):
+        expected = (csr(of(changed)) - csr(of(model))) @ X[rows]
+        found = both[1][k][rows] - both[0][k][rows]
+        assert abs(found - expected).max() < 1e-11 * abs(expected).max()
+    # A factor on all walls and columns changes their cells, and no others.
+    cells = house.changed(house, storeys=True)
+    low, high = (action_of_cells(house, cells, factor, X)[0] for factor in (0.5, 0.6))
+    expected = 0.1 * csr(model.storeys) @ X[rows]
+    assert abs((high - low)[rows] - expected).max() < 1e-11 * abs(expected).max()
 
 
 def test_cells_of_a_material_are_apart_and_none_is_lost(house):

@@ -19,7 +19,7 @@ from impactfem.building.assembly import (
 )
 from impactfem.building.beam import BeamFields
 from impactfem.building.mesh import DOFS, rigid_body
-from impactfem.building.parts import BuildingParts, Kind, PartDamping
+from impactfem.building.parts import BuildingParts, Flags, Kind, PartDamping
 from impactfem.building.section import Material
 from impactfem.building.shell import ShellFields
 from impactfem.dynamics.columns import product
@@ -144,6 +144,30 @@ def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
         total=share.comm.allreduce(r.T @ Mr),
         n_nodes=len(parts.mesh.nodes),
     )
+
+
+def action_of_cells(
+    parts: BuildingParts, cells: tuple[Flags, Flags], storey_factor: float, X: Array
+) -> tuple[Array, Array]:
+    """K X and M X of some of the cells alone, clamped nodes included. Not collective.
+
+    Args:
+        parts: The building.
+        cells: Whether each triangle, and each line, is among them.
+        storey_factor: Factor on walls and columns.
+        X: Columns at the six components of each node of the mesh, shape (6 n_nodes, k).
+    """
+    KX, MX = np.zeros_like(X), np.zeros_like(X)
+    for kind in parts.kinds():
+        among = (cells[0] if kind.shells else cells[1])[kind.number]
+        K, M, nodes = _local_matrices(parts, kind, np.flatnonzero(among))
+        if K is not None:
+            rows = (DOFS * nodes[:, None] + np.arange(DOFS)).ravel()
+            KX[rows] += (storey_factor if kind.storey else 1.0) * product(K, X[rows])
+            MX[rows] += product(M, X[rows])
+            K.destroy()
+            M.destroy()
+    return KX, MX
 
 
 def _local_matrices(parts: BuildingParts, kind: Kind, cells: Index) -> tuple[Any, Any, Index]:

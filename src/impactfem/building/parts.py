@@ -1,8 +1,11 @@
 """What is assembled: the mesh with sections, materials, dampings, and the masses of its floors."""
 
+from __future__ import annotations
+
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +15,8 @@ from impactfem.building.section import Material, Materials, Sections
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
+
+Flags = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -67,6 +72,24 @@ class BuildingParts:
             if (part.family, part.level) == ("floor", floor):
                 return material
         raise KeyError(f"floor {floor} has no slab")
+
+    def changed(self, other: BuildingParts, storeys: bool = False) -> tuple[Flags, Flags]:
+        """Whether each triangle, and each line, differs in its properties from parts of one mesh.
+
+        With `storeys` all walls and columns do.
+        """
+
+        def unlike(parts: Sequence[Part], *pairs: tuple[Sequence[Any], Sequence[Any]]) -> Flags:
+            by_part = [[a != b for a, b in zip(*pair, strict=True)] for pair in pairs]
+            by_part.append([storeys and part.scaled for part in parts])
+            return np.asarray(np.any(by_part, axis=0), dtype=bool)
+
+        mesh, own, its = self.mesh, self.materials, other.materials
+        shells = unlike(mesh.shell_parts, (own.shells, its.shells))[mesh.triangle_part]
+        shells |= self.thickness() != other.thickness()
+        shells |= (self.added_mass != other.added_mass) | (self.drilling != other.drilling)
+        sections = self.sections.beams, other.sections.beams
+        return shells, unlike(mesh.beam_parts, (own.beams, its.beams), sections)[mesh.line_part]
 
     def kinds(self) -> list[Kind]:
         """The cells that are there: slabs, walls, beams and columns, of each material apart."""

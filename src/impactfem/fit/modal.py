@@ -14,12 +14,11 @@ from scipy.spatial import cKDTree
 from impactfem.building.floor_properties import floor_properties
 from impactfem.building.from_case import geometry_of, read_parts
 from impactfem.building.generate import generate
-from impactfem.building.mesh import BuildingMesh, side_lengths
-from impactfem.building.model import assemble_building
+from impactfem.building.mesh import DOFS, BuildingMesh, rigid_body, side_lengths
+from impactfem.building.model import action_of_cells
 from impactfem.building.parts import BuildingParts, FloorMasses
 from impactfem.case import Case
 from impactfem.case.buildings import GeneratedMesh
-from impactfem.dynamics.columns import product
 from impactfem.dynamics.mode_derivatives import mode_derivatives
 from impactfem.fit.fit_file import ModesTarget
 from impactfem.fit.pieces import Pieces, paired
@@ -124,25 +123,38 @@ class View:
 
     def change(self, cases: tuple[Case, Case], ends: tuple[float, float]) -> Change | None:
         """What changes between two cases; None where the mesh does, or the factor is fitted."""
-        own = (v for case in cases for v in case.views if v.modelled.building == self.name)
-        views = list(own)
+        views = [v for case in cases for v in case.views if v.modelled.building == self.name]
         if self.case.modelled.calibration is not None or not all(map(self._same_mesh, views)):
             return None
-        φ, parts, masses, total, products = self.result.shapes[:, self.numbers], [], [], [], []
-        for view in views:
-            part, floors, _ = read_parts(view, self.file, self.mesh)
-            model = assemble_building(MPI.COMM_SELF, part)
-            ground, whole = model.about(self.mesh.base_middle)
-            K = model.take_stiffness(view.modelled.storey_stiffness_factor)
-            products.append((product(K, φ), product(model.mass, φ), ground))
-            parts.append(part)
-            masses.append(floors)
-            total.append(np.diag(whole).copy())
-            K.destroy()
-            model.mass.destroy()
-        width = ends[1] - ends[0]
-        slopes = [(high - low) / width for low, high in zip(*products, strict=True)]
-        return Change(ends, tuple(parts), tuple(masses), tuple(total), *slopes)
+        read = [read_parts(view, self.file, self.mesh) for view in views]
+        factors = [view.modelled.storey_stiffness_factor for view in views]
+        own = self.study.parts, self.study.factor
+        # Of the cells that are the same in all three models nothing changes.
+        storeys = any(factor != own[1] for factor in factors)
+        of_each = [own[0].changed(parts, storeys) for parts, _, _ in read]
+        shells, beams = (np.any(of_shape, axis=0) for of_shape in zip(*of_each, strict=True))
+        free = (DOFS * self.model.nodes[:, None] + np.arange(DOFS)).ravel()
+        r = rigid_body(self.mesh.nodes, self.mesh.base_middle)
+        φ = np.zeros((len(r), len(self.numbers)))
+        φ[free] = self.result.shapes[:, self.numbers]
+        (_, M_own), *(low, high) = (
+            action_of_cells(parts, (shells, beams), factor, np.hstack([φ, r]))
+            for parts, factor in (own, *zip((one[0] for one in read), factors, strict=True))
+        )
+        K, M = ((b - a)[free] / (ends[1] - ends[0]) for a, b in zip(low, high, strict=True))
+        k = len(self.numbers)
+        return Change(
+            ends,
+            parts=tuple(parts for parts, _, _ in read),
+            masses=tuple(masses for _, masses, _ in read),
+            total=tuple(
+                self.study.total + np.einsum("ij,ij->j", r, (M_end - M_own)[:, k:])
+                for _, M_end in (low, high)
+            ),
+            K=K[:, :k],
+            M=M[:, :k],
+            ground=M[:, k:],
+        )
 
     def _same_mesh(self, other: Case) -> bool:
         if type(other.modelled.mesh) is not type(self.case.modelled.mesh):
