@@ -136,6 +136,7 @@ GROUPS: dict[str, Callable[[], list[Figure]]] = {
     "basis": _later("transient", "basis_figures"),
     "wall": _later("building", "wall_figures"),
     "pounding": _later("pounding", "pounding_figures"),
+    "fit": _later("fit", "fit_figures"),
 }
 QUICK = ("sticks", "spectra")
 """Groups that run when none is named: those that take seconds."""
