@@ -24,8 +24,8 @@ from impactfem.reduction.orthonormal import Orthonormal
 from impactfem.system.arrays import Array, Index
 from impactfem.system.parallel import meanwhile
 
-AT_ONCE = 16
-"""Columns that are solved for and used at once."""
+AT_ONCE = 32
+"""Columns that are solved for and used at once: all vectors are read once for so many of them."""
 
 ROUNDING = 1e-10
 """Part of a unit vector in those before it up to which it is what rounding left there."""
