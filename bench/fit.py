@@ -19,7 +19,7 @@ scale = "log"
 bounds = [0.5, 1.0]
 scale = "log"
 """
-"""Two keys beside the one of the shipped fit. Both change all walls and columns, one all slabs."""
+"""Two keys more than the shipped fit has: one changes all elements, one all walls and columns."""
 
 
 def fit_figures() -> list[Figure]:

@@ -30,8 +30,8 @@ EVALUATIONS = "evaluations.jsonl"
 SAME = 0.05
 """Change of the keys, in their standard deviations, below which a correction is the last one."""
 MOST_ROUNDS = 8
-BESIDE = 1e-9
-"""Distance from a bound, of that between both, up to which a place is on it."""
+ON_BOUND = 1e-9
+"""Distance from a bound, as a part of the range, up to which a place is taken as on it."""
 
 
 class Evaluator:
@@ -60,8 +60,8 @@ class Evaluator:
 
     def at(self, u: Array, slopes: bool = False) -> Evaluation:
         """The evaluation at places on the scale of the fit, with slopes as far as there are."""
-        # A search starts beside a bound and not on it: one evaluation serves both.
-        u = np.where(u < BESIDE, 0.0, np.where(u > 1.0 - BESIDE, 1.0, u))
+        # A search never starts on a bound, but 1e-10 inside: one evaluation serves both places.
+        u = np.where(u < ON_BOUND, 0.0, np.where(u > 1.0 - ON_BOUND, 1.0, u))
         key = self.problem.key(u)
         found = self.known.get(key)
         if found is not None and (not slopes or found.slopes is not None):

@@ -64,12 +64,15 @@ def sensor_nodes(problem: Problem, target: ModesTarget, mesh: BuildingMesh) -> I
 
 @dataclass(eq=False)
 class Change:
-    """What a key changes, from the differences of two models on the mesh of a third one."""
+    """What a key changes, from the differences of two models on the mesh of a third one.
+
+    dK and dM are slopes by the key on the scale of the fit.
+    """
 
     ends: tuple[float, float]  #: places of the two on the scale of the fit, less that of the third
     parts: tuple[BuildingParts, ...]
     masses: tuple[FloorMasses, ...]
-    total: tuple[Array, ...]  #: rᵀ M r, shape (6,) each
+    total: Array  #: diagonal of rᵀ dM r, shape (6,)
     K: Array  #: dK φ of the modes that count, shape (n, k)
     M: Array  #: dM φ
     ground: Array  #: dM r, shape (n, 6)
@@ -127,33 +130,27 @@ class View:
         if self.case.modelled.calibration is not None or not all(map(self._same_mesh, views)):
             return None
         read = [read_parts(view, self.file, self.mesh) for view in views]
+        parts = tuple(one for one, _, _ in read)
         factors = [view.modelled.storey_stiffness_factor for view in views]
-        own = self.study.parts, self.study.factor
-        # Of the cells that are the same in all three models nothing changes.
-        storeys = any(factor != own[1] for factor in factors)
-        of_each = [own[0].changed(parts, storeys) for parts, _, _ in read]
-        shells, beams = (np.any(of_shape, axis=0) for of_shape in zip(*of_each, strict=True))
+        cells = parts[0].changed(parts[1], storeys=factors[0] != factors[1])
         free = (DOFS * self.model.nodes[:, None] + np.arange(DOFS)).ravel()
         r = rigid_body(self.mesh.nodes, self.mesh.base_middle)
         φ = np.zeros((len(r), len(self.numbers)))
         φ[free] = self.result.shapes[:, self.numbers]
-        (_, M_own), *(low, high) = (
-            action_of_cells(parts, (shells, beams), factor, np.hstack([φ, r]))
-            for parts, factor in (own, *zip((one[0] for one in read), factors, strict=True))
+        low, high = (
+            action_of_cells(one, cells, factor, np.hstack([φ, r]))
+            for one, factor in zip(parts, factors, strict=True)
         )
-        K, M = ((b - a)[free] / (ends[1] - ends[0]) for a, b in zip(low, high, strict=True))
+        K, M = ((b - a) / (ends[1] - ends[0]) for a, b in zip(low, high, strict=True))
         k = len(self.numbers)
         return Change(
             ends,
-            parts=tuple(parts for parts, _, _ in read),
+            parts,
             masses=tuple(masses for _, masses, _ in read),
-            total=tuple(
-                self.study.total + np.einsum("ij,ij->j", r, (M_end - M_own)[:, k:])
-                for _, M_end in (low, high)
-            ),
-            K=K[:, :k],
-            M=M[:, :k],
-            ground=M[:, k:],
+            total=np.einsum("ij,ij->j", r, M[:, k:]),
+            K=K[free, :k],
+            M=M[free, :k],
+            ground=M[free, k:],
         )
 
     def _same_mesh(self, other: Case) -> bool:
@@ -196,7 +193,7 @@ class View:
                     study,
                     frequency=frequency,
                     participation=Γ,
-                    total=change.total[end],
+                    total=study.total + w * change.total,
                     parts=change.parts[end],
                     masses=change.masses[end],
                 )
