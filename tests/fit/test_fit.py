@@ -110,6 +110,16 @@ def test_the_bounds_hold_95_of_100(repeated, tmp_path):
     assert both_within(1.959964 * linear.deviation, spread, r) < 0.94
 
 
+def test_a_place_next_to_a_bound_is_on_it(repeated, tmp_path):
+    """As a search starts 1e-10 inside: one evaluation for both, and another one farther inside."""
+    evaluator = Evaluator(repeated, tmp_path, None)
+    counts = []
+    for x in (0.0, 1e-10, 1e-7, 1.0, 1.0 - 1e-10, 1.0 - 1e-7):
+        evaluator.at(np.array([x, 0.5]))
+        counts.append(evaluator.count)
+    assert counts == [1, 1, 2, 3, 3, 4]
+
+
 def test_a_key_that_the_data_do_not_see(case, written, tmp_path):
     """The damping changes no frequency: named, without a ±; of the other keys there is one."""
     free = "starts = 1\n" + FREE + '[free."damping.ratio"]\nbounds = ["1 %", "9 %"]\n'
@@ -270,6 +280,9 @@ value = "50 t"
 [[targets]]
 result = "building.effective_mass.2"
 value = "10 t"
+[[targets]]
+result = "building.mass"
+value = "60 t"
 """
 
 
