@@ -151,6 +151,22 @@ def test_many_nearly_dependent_loads(membrane, basis):
     assert np.linalg.eigvalsh(made.T).min() > -1e-12 * np.linalg.eigvalsh(made.T).max()
 
 
+@pytest.mark.parametrize("apart", [1.0, 1e-2, 1e-6])
+def test_blocks_of_columns_near_each_other(membrane, petsc, apart):
+    """All at once where a Gram matrix has digits enough for it, else one by one: X = V c."""
+    model = membrane()
+    rng = np.random.default_rng(3)
+    V = orthonormal.Orthonormal(petsc(model.M))
+    V.append(np.asfortranarray(rng.standard_normal((len(model.M), 4))))
+    X = rng.standard_normal((len(model.M), 1)) + apart * rng.standard_normal((len(model.M), 5))
+    coordinates, MV = V.append(np.array(X, order="F"))
+    both = V.columns(0, V.count)
+    assert both.shape[1] == 9
+    assert np.abs(both.T @ model.M @ both - np.eye(9)).max() < 1e-13
+    assert np.abs(both @ coordinates - X).max() < 1e-13 * np.abs(X).max()
+    assert np.abs(MV - model.M @ both[:, 4:]).max() < 1e-12 * np.abs(MV).max()
+
+
 def test_an_exhausted_space(membrane, basis):
     model = membrane()
     # Even along the free side: only the nx shapes that do not vary along it answer.

@@ -159,7 +159,7 @@ class KrylovBasis(Held):
                 break
             # A is self-adjoint: A Q has no part in the vectors before the last block step.
             near = self._sizes[-2] if len(self._sizes) > 1 else 0
-            coordinates, self._MQ = self.vectors.append(self._AQ, near)
+            coordinates, self._MQ = self.vectors.append(self._AQ, near, attempts=1)
             self._size = tail.stop
             self._sizes.append(self._size)
             self._know(tail, coordinates)

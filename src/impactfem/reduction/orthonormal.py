@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 from petsc4py import PETSc
-from scipy.linalg.blas import dgemm
+from scipy.linalg.blas import dgemm, dtrsm
 
 from impactfem.dynamics.columns import inner, product, summed
 from impactfem.system.arrays import Array, Index
@@ -22,11 +23,11 @@ DEPENDENT = 1e-9
 """Part of a vector outside the basis, over its length, up to which it counts as dependent: the
 rounding of a solve."""
 
-SMALL = 0.1
-"""Part of a vector inside the others, over its length, that is too much for rounding."""
+INDEPENDENT = 1e-6
+"""Least eigenvalue of the Gram matrix of vectors of length one from which its rounding is small."""
 
 GONE = 0.5
-"""Length that is left of a vector of length one which counts as none."""
+"""Length that is left of a vector of length one up to which it was not there but by rounding."""
 
 CHUNK = 64
 """Vectors that memory is set aside for at once. The system gives it when they are written."""
@@ -97,15 +98,15 @@ class Orthonormal:
 
     @all_blas_threads()
     def append(
-        self, X: Array, near: int | None = None, dependent: float = DEPENDENT
+        self, X: Array, near: int = 0, dependent: float = DEPENDENT, attempts: int = 3
     ) -> tuple[Array, Array]:
         """Take in what X, shape (n_local, k), Fortran order, has outside the columns; it is lost.
 
         Of a vector that has at most the part `dependent` of its length outside, nothing comes in.
-        `near` is the first of the columns in which X has parts, but for rounding, which is left
-        there. Without it X has parts in all, and they are taken off to rounding. Gives the
-        coordinates of X in all columns, shape (count, k); and M times the new ones, shape (n_local,
-        number of new columns). SolutionError where x has values that are not numbers.
+        `near` is the first of the columns in which X has large parts: with one attempt those before
+        keep theirs. Gives the coordinates of X in all columns, shape (count, k); and M times the
+        new ones, shape (n_local, number of new columns). SolutionError where x has values that are
+        not numbers.
         """
         MX = product(self.M, X)
         length = np.sqrt(np.diag(inner(self.M, X, MX)))
@@ -116,16 +117,15 @@ class Orthonormal:
         # Twice is enough, and needed: what is left of a nearly dependent vector is mostly rounding.
         # Once more, where the second time takes away more than rounding; a vector that is then not
         # there any more was rounding itself.
-        first, least = near or 0, dependent * length
-        for attempt in range(3 if near is None else 1):
+        first, least = near, dependent * length
+        for attempt in range(attempts):
             known = self._subtract(first, X, MX)
             coordinates[first:] += known @ B
-            X, MX, inside = _orthonormal(self.M, X, product(self.M, X), least)
+            X, MX, inside, left = _orthonormal(self.M, X, product(self.M, X), least)
             B = inside @ B
-            first = 0
-            least = np.full(X.shape[1], 0.0 if attempt == 0 else GONE)
-            if attempt == 1 and np.abs(known).max(initial=0.0) <= SMALL:
+            if attempt > 0 and np.all(left > GONE):
                 break
+            first, least = 0, np.full(X.shape[1], 0.0 if attempt == 0 else GONE)
         self._store(X)
         return np.vstack([coordinates, B]), MX
 
@@ -208,15 +208,42 @@ class Orthonormal:
         return np.hstack([np.empty((self.M.getLocalSize()[0], 0), order="F"), *pieces])
 
 
-def _orthonormal(M: PETSc.Mat, X: Array, MX: Array, least: Array) -> tuple[Array, Array, Array]:
+def _orthonormal(
+    M: PETSc.Mat, X: Array, MX: Array, least: Array
+) -> tuple[Array, Array, Array, Array]:
     """M-orthonormal columns Q, M Q and B, with X = Q B but for what is left out; X is overwritten.
 
-    Column by column: a Gram matrix of the block would lose half of the digits. `least` is the
-    length up to which what is left of each column is left out, shape (k,).
+    Last, the length of what is left of each column when those before it are taken off, shape (k,):
+    0 where it is at most `least`, shape (k,), and left out.
     """
-    B = np.zeros((X.shape[1], X.shape[1]))
+    gram = inner(M, X, MX)
+    size = np.sqrt(np.maximum(np.diag(gram), np.finfo(np.float64).tiny))
+    if np.linalg.eigvalsh(gram / size / size[:, None]).min(initial=0.0) <= INDEPENDENT:
+        return _one_by_one(M, X, MX, least)
+    # All at once by Cholesky's factor; a second time, as the first leaves some rounding.
+    B: Array = np.eye(len(size))
+    for _ in range(2):
+        R = scipy.linalg.cholesky(gram)  # upper
+        if np.any(np.diag(R) <= least):
+            return _one_by_one(M, X, MX, least)
+        X, MX = (_divided(one, R) for one in (X, MX))
+        B, gram, least = R @ B, inner(M, X, MX), np.zeros(len(least))
+    return X, MX, B, np.diag(B).copy()
+
+
+def _divided(X: Array, R: Array) -> Array:
+    """X R⁻¹ in place of X, by an upper triangle R."""
+    return X if X.size == 0 else dtrsm(1.0, R, X, side=1, overwrite_b=True)
+
+
+def _one_by_one(
+    M: PETSc.Mat, X: Array, MX: Array, least: Array
+) -> tuple[Array, Array, Array, Array]:
+    """The same for columns that may depend on each other: their Gram matrix has half the digits."""
+    k = X.shape[1]
+    B, left = np.zeros((k, k)), np.zeros(k)
     n = 0
-    for j in range(X.shape[1]):
+    for j in range(k):
         x, Mx = X[:, j], MX[:, j]
         # Twice, too: one pass over many nearly dependent columns leaves none of them orthogonal.
         for _ in range(2):
@@ -224,9 +251,9 @@ def _orthonormal(M: PETSc.Mat, X: Array, MX: Array, least: Array) -> tuple[Array
             x -= X[:, :n] @ known
             Mx -= MX[:, :n] @ known
             B[:n, j] += known
-        left = float(np.sqrt(max(inner(M, x[:, None], Mx[:, None])[0, 0], 0.0)))
-        if left > least[j]:
-            X[:, n], MX[:, n] = x / left, Mx / left
-            B[n, j] = left
+        length = float(np.sqrt(max(inner(M, x[:, None], Mx[:, None])[0, 0], 0.0)))
+        if length > least[j]:
+            X[:, n], MX[:, n] = x / length, Mx / length
+            B[n, j] = left[j] = length
             n += 1
-    return X[:, :n], MX[:, :n], B[:n]
+    return X[:, :n], product(M, X[:, :n]), B[:n], left
