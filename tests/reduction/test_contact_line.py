@@ -9,9 +9,23 @@ from impactfem.building.generate import generate
 from impactfem.building.read_mesh import read_mesh
 from impactfem.case import load_case
 from impactfem.reduction.contact_line import contact_lines
+from impactfem.reduction.edge_force import EdgeForce, smooth
 from impactfem.run.check import check
 from impactfem.system.errors import InputError
 from two_models import in_3d
+
+
+def test_what_varies_smoothly_along_lines_of_points():
+    """Up to a degree on each line, and no more than it has points; nothing for no points."""
+    forces = [EdgeForce("", 8, (0.0, 1.0), "", 1.0, s) for s in (-6.0, -2.0, 1.0, 6.0)]
+    forces += [EdgeForce("", 7, (0.0, 1.0), "", 1.0, s) for s in (-6.0, 0.0)]
+    found = smooth(forces, 2)
+    assert found.shape == (6, 3 + 2) and np.linalg.matrix_rank(found) == 5
+    assert not found[:4, 3:].any() and not found[4:, :3].any()
+    assert np.allclose(found[:4, :2].T, [np.ones(4), [-1.0, -1.0 / 3.0, 1.0 / 6.0, 1.0]])
+    quadratic = np.linalg.lstsq(found[:4, :3], [36.0, 4.0, 1.0, 36.0], rcond=None)
+    assert np.allclose(found[:4, :3] @ quadratic[0], [36.0, 4.0, 1.0, 36.0])
+    assert smooth(forces[:1], 2).shape == (1, 1) and smooth([], 2).shape == (0, 0)
 
 
 def with_meshes(path):

@@ -6,7 +6,12 @@ import scipy.linalg
 import scipy.sparse as sp
 
 from impactfem.reduction import galerkin
-from impactfem.reduction.galerkin import GalerkinModes, append_contacts, append_responses
+from impactfem.reduction.galerkin import (
+    GalerkinModes,
+    append_chain,
+    append_contacts,
+    append_responses,
+)
 from impactfem.reduction.krylov import KrylovBasis
 
 SHIFT = (2.0 * np.pi * 5.0) ** 2
@@ -100,3 +105,31 @@ def test_local_loads(completed):
         assert np.abs(left).max() < 1e-10 * np.abs(X).max()
     third = A @ model.M @ A @ model.M @ A @ F
     assert np.abs(third - V @ (V.T @ model.M @ third)).max() > 1e-6 * np.abs(third).max()
+
+
+@pytest.mark.parametrize("steps", [2, 12])
+def test_chain_of_loads_that_come_later(completed, steps):
+    """What each image A W has outside comes in, and no vector is lost to rounding on the way."""
+    model, _, basis = completed(contacts=False)
+    before, F = basis.vectors.count, np.eye(len(model.K))[:, [30, 77]]
+    append_chain(basis, F, steps=steps)
+    V = basis.vectors.columns(0, basis.vectors.count)
+    assert V.shape[1] == before + 2 * steps
+    assert np.abs(V.T @ model.M @ V - np.eye(V.shape[1])).max() < 1e-13
+    A = np.linalg.inv(model.K + SHIFT * model.M)
+
+    def outside(X):
+        left = X - V @ (V.T @ model.M @ X)
+        return np.abs(left).max() / np.abs(X).max()
+
+    assert outside(A @ F) < 1e-10
+    assert outside(A @ model.M @ V[:, before:-2]) < 1e-10
+    assert outside(A @ model.M @ V[:, -2:]) > 1e-3
+
+
+def test_chain_of_the_responses_themselves_runs_out(completed):
+    """What the negative of the test before would do: A ... A H has ever less outside."""
+    model, _, basis = completed(contacts=False)
+    before, F = basis.vectors.count, np.eye(len(model.K))[:, [30, 77]]
+    append_responses(basis, F, steps=12)
+    assert basis.vectors.count < before + 24

@@ -323,9 +323,8 @@ def test_every_model_holds_the_response_to_a_point_of_contact(pair, monkeypatch)
         return found
 
     assert len(every := errors()) > 3 and max(every) < 1e-9
-    # Not so with vectors as they were appended, orthogonal to more of the Krylov space.
-    own = len(plan.contacts)
-    monkeypatch.setattr("scipy.linalg.orth", lambda A, _: np.eye(len(A))[:, -own:])
+    # Not so by the Krylov space alone.
+    monkeypatch.setattr("impactfem.reduction.reduced_basis.DEPENDENT", 1.0)
     assert errors()[0] > 1e-4
 
 

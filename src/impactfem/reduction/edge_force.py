@@ -16,9 +16,11 @@ A force inside a storey acts on its walls or columns over a patch (`patch_load`)
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import eval_legendre
 
 from impactfem.building.facade import facades, patch_load
 from impactfem.building.floor import Line, NodalLoad, edge_load, linear
@@ -181,6 +183,25 @@ def hat_force(
     )
     name = f"{one.name} contact {at:.9g} m from {before:.9g} to {behind:.9g} m"
     return _with(one, name, 1.0, (before + at + behind) / 3.0 - 0.5 * facade.length, line)
+
+
+def smooth(forces: Sequence[EdgeForce], degree: int) -> Array:
+    """Amplitudes of forces along edges that vary smoothly from point to point, shape (n, k).
+
+    Of the points that touch along a side, in one direction and at one height: Legendre polynomials
+    of their places up to a degree, or as many as there are points.
+    """
+    lines: dict[tuple[object, ...], list[int]] = {}
+    for k, one in enumerate(forces):
+        lines.setdefault((one.place, one.direction, one.height), []).append(k)
+    found = []
+    for points in lines.values():
+        s = np.array([forces[k].moment for k in points])
+        x = (2.0 * s - s.min() - s.max()) / max(float(np.ptp(s)), CENTRAL)
+        degrees = np.arange(1 + min(degree, len(points) - 1))
+        found.append(np.zeros((len(forces), len(degrees))))
+        found[-1][points] = eval_legendre(degrees, x[:, None])
+    return np.hstack([np.zeros((len(forces), 0)), *found])
 
 
 def _with(one: EdgeForce, name: str, resultant: float, moment: float, line: Line) -> EdgeForce:

@@ -1,11 +1,12 @@
 """Galerkin's model on a Krylov basis that is completed for contacts and for local loads.
 
-A structure whose points come to rest on rigid walls, and leave them, needs three kinds of vectors.
+A structure whose points come to rest on rigid walls, and leave them, needs these kinds of vectors.
 All come from the one factor of K + σ0 M, A = (K + σ0 M)⁻¹ M:
 
 - those of the free structure under its loads, the Krylov basis;
 - H = (K + σ0 M)⁻¹ G, the response to each contact force at the shift: with them the points of
   contact can take any place; on request also A H, A² H, ..., how they get there;
+- on request a chain of its own for loads that many points share (`append_chain`);
 - those of the structure that is held, Gᵀ x = 0: the chain x, P A x, (P A)² x, ... from the low
   modes of the free one, which is what moves when the points stop. P x = x − H (Gᵀ H)⁻¹ Gᵀ x.
 
@@ -107,6 +108,23 @@ def append_responses(free: KrylovBasis, F: Any, *, steps: int = 2) -> None:
             if step < steps:
                 images.append(product(free.M, X))
             free.vectors.append(X)
+        F = np.hstack(images) if images else F
+
+
+def append_chain(free: KrylovBasis, F: Any, *, steps: int) -> None:
+    """Append vectors of loads that reach far, but that the space is not grown for. Collective.
+
+    W, what (K + σ0 M)⁻¹ F has outside the space, and then, again and again, what A W has outside
+    it: so many for each of the loads F at this rank's rows, shape (n_local, k), an array or of
+    `scipy.sparse`. After as many steps A ... A (K + σ0 M)⁻¹ F would have nothing outside but
+    rounding. The basis must not grow afterwards.
+    """
+    starts = [0]
+    for _ in range(steps):
+        # A is self-adjoint: A W has large parts in W, in the W before, and in nothing before that.
+        near = starts[-2:][0]
+        starts.append(free.vectors.count)
+        images = [free.vectors.append(X, near)[1] for _, X in free.solutions(F)]
         F = np.hstack(images) if images else F
 
 

@@ -9,7 +9,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 
 from impactfem.building.links import Displacements
 from impactfem.building.mesh import DOFS
@@ -347,7 +346,7 @@ def reduced_basis(
 def completed(
     known: ReducedBasis,
     modes: GalerkinModes,
-    responses: int,
+    local: Sequence[tuple[Array, int, bool]],
     loads: tuple[str, ...],
     b: Array,
     displacements: Displacements,
@@ -361,27 +360,33 @@ def completed(
     Args:
         known: The reduced basis of the Krylov space.
         modes: Galerkin's modes on all vectors.
-        responses: Number of vectors that completed the basis for each local load.
+        local: Local loads in the modes, shape (r, k), each with the number of vectors that
+            completed the basis for each of them, and whether they are a chain (`append_chain`).
         loads: Names of the load patterns, the local ones last.
         b: Of each of them in the modes, shape (r, n_patterns).
         displacements: Those of its nodes.
         rotations: Those of the certified ones.
     """
     points, V_F = len(loads) - len(known.loads), modes.coordinates @ b
-    count = len(modes.coordinates)
+    Φ, count = modes.coordinates, len(modes.coordinates)
+    shifted = modes.eigenvalue[:, None] + known.model.shift
     kept = partial(modes.vectors.rows, first=0, last=count)
-    # (K + σ0 M)⁻¹ f, A (K + σ0 M)⁻¹ f, ... are spread over all vectors: what was appended is
-    # orthogonal to the whole Krylov space, and a model has a part of this. So they come in whole.
-    held, x = [np.empty((count, 0))], b[:, b.shape[1] - points :]
-    for _ in range(responses):
-        x = x / (modes.eigenvalue + known.model.shift)[:, None]
-        held.append(modes.coordinates @ (x / np.linalg.norm(x, axis=0)))
-    local = np.hstack(held)
 
     def model(size: int) -> ReducedModel:
-        columns, beyond = np.eye(count, size), local[size:]
-        if beyond.size:
-            columns = scipy.linalg.block_diag(np.eye(size), scipy.linalg.orth(beyond, DEPENDENT))
+        # What was appended is orthogonal to the whole Krylov space, and a model has a part of this:
+        # it gets vectors of its own, as those of `append_chain` and of `append_responses`.
+        columns = np.eye(count, size)
+        for F, steps, chain in local:
+            x = F
+            for _ in range(steps):
+                x = x / shifted
+                W = Φ @ (x / np.linalg.norm(x, axis=0))
+                for _ in range(2):
+                    W -= columns @ (columns.T @ W)
+                U, singular, _ = np.linalg.svd(W, full_matrices=False)
+                W = U[:, singular > DEPENDENT]
+                columns = np.hstack([columns, W])
+                x = Φ.T @ W if chain else x
         λ, Y = modes.within(columns)
         return ReducedModel(λ, Y.T @ V_F, Y, known.model.shift, np.zeros((0, len(λ))))
 

@@ -274,7 +274,8 @@ def _vectors(case: Case) -> dict[str, int]:
         loads += 1 + len(wall.floors)
     if lines:
         loads += len(case.motions) + 2 * lines
-        at_wall += 50.0 + 3.3 * _points(structure, case.pounding.contact_spacing) * lines
+        # What the points of a line share, and each of them.
+        at_wall += 50.0 + (40.0 + 3.5 * _points(structure, case.pounding.contact_spacing)) * lines
     if transient is None:
         own = loads * _block_steps(damping, MAXIMUM_FREQUENCY, TOLERANCE)
         return {"reduce": math.ceil(own + at_wall)}

@@ -40,8 +40,7 @@ LOW, HIGH, DAMPING = 5.0, 100.0, 0.05
 MATTERS = 0.1
 """Part of the largest ordinate of any floor or edge from which on one is compared."""
 WITHIN = 0.005
-"""Largest relative error of a spectrum. Above 20 Hz reduced models of the paper's pair are up to
-1.8 % off: their basis has three vectors of the Krylov space of a force at each point."""
+"""Largest relative error of a spectrum."""
 FULL = "Moreau's stepping of both meshes, in full order"
 
 
