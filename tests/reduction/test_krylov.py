@@ -152,9 +152,16 @@ def test_many_nearly_dependent_loads(membrane, basis):
 
 
 @pytest.mark.parametrize("apart", [1.0, 1e-2, 1e-6])
-def test_blocks_of_columns_near_each_other(membrane, petsc, apart):
+def test_blocks_of_columns_near_each_other(membrane, petsc, monkeypatch, apart):
     """All at once where a Gram matrix has digits enough for it, else one by one: X = V c."""
-    model = membrane()
+    model, one_by_one = membrane(), []
+    slow = orthonormal._one_by_one
+
+    def counted(*given):
+        one_by_one.append(apart)
+        return slow(*given)
+
+    monkeypatch.setattr(orthonormal, "_one_by_one", counted)
     rng = np.random.default_rng(3)
     V = orthonormal.Orthonormal(petsc(model.M))
     V.append(np.asfortranarray(rng.standard_normal((len(model.M), 4))))
@@ -165,6 +172,7 @@ def test_blocks_of_columns_near_each_other(membrane, petsc, apart):
     assert np.abs(both.T @ model.M @ both - np.eye(9)).max() < 1e-13
     assert np.abs(both @ coordinates - X).max() < 1e-13 * np.abs(X).max()
     assert np.abs(MV - model.M @ both[:, 4:]).max() < 1e-12 * np.abs(MV).max()
+    assert bool(one_by_one) == (apart < 1e-3)
 
 
 def test_an_exhausted_space(membrane, basis):

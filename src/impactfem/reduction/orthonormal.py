@@ -218,7 +218,7 @@ def _orthonormal(
     """
     gram = inner(M, X, MX)
     size = np.sqrt(np.maximum(np.diag(gram), np.finfo(np.float64).tiny))
-    if np.linalg.eigvalsh(gram / size / size[:, None]).min(initial=0.0) <= INDEPENDENT:
+    if not size.size or np.linalg.eigvalsh(gram / size / size[:, None]).min() <= INDEPENDENT:
         return _one_by_one(M, X, MX, least)
     # All at once by Cholesky's factor; a second time, as the first leaves some rounding.
     B: Array = np.eye(len(size))
