@@ -103,10 +103,10 @@ class Orthonormal:
         """Take in what X, shape (n_local, k), Fortran order, has outside the columns; it is lost.
 
         Of a vector that has at most the part `dependent` of its length outside, nothing comes in.
-        `near` is the first of the columns in which X has large parts: with one attempt those before
-        keep theirs. Gives the coordinates of X in all columns, shape (count, k); and M times the
-        new ones, shape (n_local, number of new columns). SolutionError where x has values that are
-        not numbers.
+        `near` is the first of the columns in which X has large parts. The first of so many attempts
+        at most takes off these alone, the others those in all columns. Gives the coordinates of X
+        in all columns, shape (count, k); and M times the new ones, shape (n_local, number of new
+        columns). SolutionError where x has values that are not numbers.
         """
         MX = product(self.M, X)
         length = np.sqrt(np.diag(inner(self.M, X, MX)))
@@ -121,9 +121,9 @@ class Orthonormal:
         for attempt in range(attempts):
             known = self._subtract(first, X, MX)
             coordinates[first:] += known @ B
-            X, MX, inside, left = _orthonormal(self.M, X, product(self.M, X), least)
+            X, MX, inside = _orthonormal(self.M, X, product(self.M, X), least)
             B = inside @ B
-            if attempt > 0 and np.all(left > GONE):
+            if attempt > 0 and np.all(np.diag(inside) > GONE):
                 break
             first, least = 0, np.full(X.shape[1], 0.0 if attempt == 0 else GONE)
         self._store(X)
@@ -208,13 +208,10 @@ class Orthonormal:
         return np.hstack([np.empty((self.M.getLocalSize()[0], 0), order="F"), *pieces])
 
 
-def _orthonormal(
-    M: PETSc.Mat, X: Array, MX: Array, least: Array
-) -> tuple[Array, Array, Array, Array]:
+def _orthonormal(M: PETSc.Mat, X: Array, MX: Array, least: Array) -> tuple[Array, Array, Array]:
     """M-orthonormal columns Q, M Q and B, with X = Q B but for what is left out; X is overwritten.
 
-    Last, the length of what is left of each column when those before it are taken off, shape (k,):
-    0 where it is at most `least`, shape (k,), and left out.
+    `least` is the length up to which what is left of each column is left out, shape (k,).
     """
     gram = inner(M, X, MX)
     size = np.sqrt(np.maximum(np.diag(gram), np.finfo(np.float64).tiny))
@@ -226,24 +223,17 @@ def _orthonormal(
         R = scipy.linalg.cholesky(gram)  # upper
         if np.any(np.diag(R) <= least):
             return _one_by_one(M, X, MX, least)
-        X, MX = (_divided(one, R) for one in (X, MX))
+        if X.size:
+            X, MX = (dtrsm(1.0, R, one, side=1, overwrite_b=True) for one in (X, MX))  # X R⁻¹
         B, gram, least = R @ B, inner(M, X, MX), np.zeros(len(least))
-    return X, MX, B, np.diag(B).copy()
+    return X, MX, B
 
 
-def _divided(X: Array, R: Array) -> Array:
-    """X R⁻¹ in place of X, by an upper triangle R."""
-    return X if X.size == 0 else dtrsm(1.0, R, X, side=1, overwrite_b=True)
-
-
-def _one_by_one(
-    M: PETSc.Mat, X: Array, MX: Array, least: Array
-) -> tuple[Array, Array, Array, Array]:
+def _one_by_one(M: PETSc.Mat, X: Array, MX: Array, least: Array) -> tuple[Array, Array, Array]:
     """The same for columns that may depend on each other: their Gram matrix has half the digits."""
-    k = X.shape[1]
-    B, left = np.zeros((k, k)), np.zeros(k)
+    B = np.zeros((X.shape[1], X.shape[1]))
     n = 0
-    for j in range(k):
+    for j in range(X.shape[1]):
         x, Mx = X[:, j], MX[:, j]
         # Twice, too: one pass over many nearly dependent columns leaves none of them orthogonal.
         for _ in range(2):
@@ -251,9 +241,10 @@ def _one_by_one(
             x -= X[:, :n] @ known
             Mx -= MX[:, :n] @ known
             B[:n, j] += known
-        length = float(np.sqrt(max(inner(M, x[:, None], Mx[:, None])[0, 0], 0.0)))
-        if length > least[j]:
-            X[:, n], MX[:, n] = x / length, Mx / length
-            B[n, j] = left[j] = length
+        left = float(np.sqrt(max(inner(M, x[:, None], Mx[:, None])[0, 0], 0.0)))
+        if left > least[j]:
+            X[:, n], MX[:, n] = x / left, Mx / left
+            B[n, j] = left
             n += 1
-    return X[:, :n], product(M, X[:, :n]), B[:n], left
+    # M times them anew: what was taken along has lost digits where little of a column is left.
+    return X[:, :n], product(M, X[:, :n]), B[:n]
