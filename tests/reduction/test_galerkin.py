@@ -128,7 +128,7 @@ def test_chain_of_loads_that_come_later(completed, steps):
 
 
 def test_chain_of_the_responses_themselves_runs_out(completed):
-    """What the negative of the test before would do: A ... A H has ever less outside."""
+    """The negative of the test before: of A ... A H ever less is outside, at last rounding."""
     model, _, basis = completed(contacts=False)
     before, F = basis.vectors.count, np.eye(len(model.K))[:, [30, 77]]
     append_responses(basis, F, steps=12)

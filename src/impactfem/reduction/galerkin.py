@@ -119,13 +119,13 @@ def append_chain(free: KrylovBasis, F: Any, *, steps: int) -> None:
     `scipy.sparse`. After as many steps A ... A (K + σ0 M)⁻¹ F would have nothing outside but
     rounding. The basis must not grow afterwards.
     """
-    starts = [0]
+    near = start = 0
     for _ in range(steps):
-        # A is self-adjoint: A W has large parts in W, in the W before, and in nothing before that.
-        near = starts[-2:][0]
-        starts.append(free.vectors.count)
+        # A is self-adjoint: A W has large parts in W and in the W before. They are taken off first.
+        last = free.vectors.count
         images = [free.vectors.append(X, near)[1] for _, X in free.solutions(F)]
         F = np.hstack(images) if images else F
+        near, start = start, last
 
 
 @dataclass(frozen=True, eq=False)

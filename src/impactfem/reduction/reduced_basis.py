@@ -9,6 +9,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.linalg import svd
 
 from impactfem.building.links import Displacements
 from impactfem.building.mesh import DOFS
@@ -383,7 +384,7 @@ def completed(
                 W = Φ @ (x / np.linalg.norm(x, axis=0))
                 for _ in range(2):
                     W -= columns @ (columns.T @ W)
-                U, singular, _ = np.linalg.svd(W, full_matrices=False)
+                U, singular, _ = svd(W, full_matrices=False)
                 W = U[:, singular > DEPENDENT]
                 columns = np.hstack([columns, W])
                 x = Φ.T @ W if chain else x

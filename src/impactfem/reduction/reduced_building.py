@@ -366,10 +366,10 @@ def reduce_building(
         if wall is not None:
             b[PUSH] = modes.rows(patterns[PUSH][:, None])[:, 0]
         acting = tuple(dict.fromkeys([*plan.loads, *(one.name for one in plan.contacts)]))
-        local = loads[:, len(edges) :]
-        shared = (local @ varying.toarray(), SMOOTH_RESPONSES, True), (local, RESPONSES, False)
+        single = loads[:, len(edges) :]
+        local = (single @ varying, SMOOTH_RESPONSES, True), (single, RESPONSES, False)
         known = completed(
-            known, modes, shared, acting, np.column_stack([b[name] for name in acting]), *kept
+            known, modes, local, acting, np.column_stack([b[name] for name in acting]), *kept
         )
     return ReducedBuilding(
         basis=known,
