@@ -1,6 +1,7 @@
 """Two buildings with a 3D model each: what a case may say, what is computed again, a whole run."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -10,9 +11,12 @@ from impactfem.case import load_case
 from impactfem.run.estimate import estimate
 from impactfem.run.stages import STAGES
 from impactfem.stages.calibrate.stage import CALIBRATE
+from impactfem.stages.manifest import is_finished
 from impactfem.stages.pounding.stage import POUNDING
-from impactfem.system.errors import InputError
-from two_models import BUILDINGS, CASE, DEVICE, PROBE, WALL, write_case
+from impactfem.stages.reduce.stage import REDUCE
+from impactfem.system.errors import InputError, SolutionError
+from no_pictures import no_pictures
+from two_models import BUILDINGS, CASE, DEVICE, PROBE, WALL, in_3d, write_case
 
 CALIBRATION = """
 [calibration]
@@ -215,6 +219,39 @@ def test_run(tmp_path, edited):
     page = (folder / "report.html").read_text()
     assert all(title in page for title in ("The 3D model: A", "The 3D model: B", "Devices: B"))
     assert study.run(path, out=folder).reused == labels
+
+
+@pytest.mark.slow
+def test_buildings_side_by_side(tmp_path, monkeypatch):
+    """Each in a process of its own: the same results and messages; one failure is no other's."""
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    path, one, two = in_3d(tmp_path), tmp_path / "one", tmp_path / "two"
+    with pytest.MonkeyPatch.context() as patch:
+        no_pictures(patch)
+        study.run(path, out=one, stage="building")
+        shutil.copytree(one, two)
+        one_by_one = study.run(path, out=one, stage="reduce")
+        patch.setattr("impactfem.run.loop.APART", 0.0)
+        at_once = study.run(path, out=two, stage="reduce")
+        for one_value, other in zip(one_by_one.scalars, at_once.scalars, strict=True):
+            assert one_value.name == other.name
+            if other.value is not None:
+                assert one_value.value == pytest.approx(other.value, rel=1e-6, abs=1e-9)
+        assert one_by_one.times.keys() == at_once.times.keys()
+        log = [(folder / "run.log").read_text() for folder in (one, two)]
+        for text in ("stage B/reduce: starts", "reduced basis: ", "matrices: "):
+            assert log[0].count(text) == log[1].count(text) > 0
+        assert "B/reduce: reduced basis: " in log[1] and "B/reduce: reduced" not in log[0]
+        assert log[0].index("stage reduce: done") < log[0].index("stage B/reduce: starts")
+        assert log[1].index("stage B/reduce: starts") < log[1].index("stage reduce: done")
+        # So few vectors serve the stiffer building alone, whose model is there.
+        (two / "B" / "reduce.npz").unlink()
+        path.write_text(path.read_text().replace("= 0.05", "= 0.01\nlargest_basis = 45"))
+        with pytest.raises(SolutionError, match="45 vectors"):
+            study.run(path, out=two, stage="reduce")
+    views = load_case(path).views
+    finished = [is_finished(two, REDUCE.label(view), REDUCE.key(view)) for view in views]
+    assert finished == [True, False]
 
 
 @pytest.mark.slow

@@ -1,7 +1,9 @@
 """The loop over the stages: checks the case, computes what may not be reused, writes it down."""
 
+import logging
 import math
 from collections.abc import Iterable, Mapping
+from concurrent.futures import wait
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
@@ -17,7 +19,7 @@ from impactfem.run.check import check_mesh, checked, warn_of_implausible
 from impactfem.run.estimate import Estimate
 from impactfem.run.folder import LOG, check_same_case, open_folder
 from impactfem.run.report import write_page
-from impactfem.run.stages import RENAMED, REPORT, asked_stages, check_stage_name, works
+from impactfem.run.stages import RENAMED, REPORT, STAGES, asked_stages, check_stage_name
 from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.check import Check, log_checks
 from impactfem.stages.manifest import (
@@ -35,9 +37,23 @@ from impactfem.stages.stores import open_store
 from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.files import write_json
 from impactfem.system.log import LOGGER, Steps, mirrored
-from impactfem.system.memory import forget_peak, give_back, peak_memory
-from impactfem.system.parallel import on_root, one_blas_thread, rank, size, start_solvers, total
+from impactfem.system.memory import available_memory, forget_peak, give_back, peak_memory
+from impactfem.system.parallel import (
+    on_root,
+    one_blas_thread,
+    rank,
+    size,
+    start_solvers,
+    threads,
+    total,
+    workers,
+    world,
+)
 from impactfem.system.scalar import Scalar, alone, of_building, scalars_of
+
+APART = 20.0
+"""Time that a stage takes for each building, as estimated, from which on they are computed side by
+side [s]: a process of its own takes some seconds to start."""
 
 
 @dataclass
@@ -155,9 +171,9 @@ def run(
         result.announced = [check for one in stages for check in one.announces(case)]
         log_checks(result.announced)  # before the first stage takes its time
         done = [
-            (one, of)
-            for one, of in works(asked_stages(case, None), case)
-            if _run_stage(one, of, result, one in stages, fresh, bar)
+            work
+            for one in asked_stages(case, None)
+            for work in _run_stage(one, result, one in stages, fresh, bar, case, estimate)
         ]
         on_root(lambda: _write_results(case, result, done, started))
         if stage in (None, REPORT):
@@ -166,39 +182,105 @@ def run(
     return result
 
 
-def _run_stage(stage: Stage, case: Case, result: Run, asked: bool, fresh: bool, bar: bool) -> bool:
-    """Run a stage for the case, or for a view of it in the folder of its building. Collective.
+def _run_stage(
+    stage: Stage, result: Run, asked: bool, fresh: bool, bar: bool, case: Case, estimate: Estimate
+) -> list[tuple[Stage, Case]]:
+    """Run a stage for the case, or for each view in the folder of its building. Collective.
 
-    One that was not requested (`asked`) is kept, without a message, where it and all that it needs
-    are finished: the record of the run in the folder stays whole. Gives whether the run has it.
+    What was not requested (`asked`) is kept, without a message, where it and all that it needs are
+    finished: the record of the run in the folder stays whole. Gives what the run has.
     """
+    folder, todo, kept = result.folder, dict[str, tuple[Case, str]](), []
+
+    def reusable(view: Case, key: str) -> bool:
+        if asked:
+            return not fresh and is_finished(folder, stage.label(view), key)
+        needed = {name for one in stage.needs(view) for name in one.labels(view)}
+        return needed <= set(result.checks) and is_finished(folder, stage.label(view), key)
+
+    for view in stage.cases(case):
+        label, key = stage.label(view), on_root(partial(stage.key, view))
+        if on_root(partial(reusable, view, key)):
+            kept.append(view)
+            result.reused += [label] if asked else []
+        elif asked:
+            kept.append(view)
+            todo[label] = view, key
+    done = _compute_apart(stage, todo, folder, estimate)
+    for view in kept:
+        label = stage.label(view)
+        if label in todo and label not in done:
+            _compute(stage, *todo[label], folder, bar)
+        _finish_stage(stage, view, result, asked, label not in todo, bar)
+    return [(stage, view) for view in kept]
+
+
+def _compute(stage: Stage, case: Case, key: str, folder: Path, bar: bool) -> None:
+    """Compute a stage for the case or a view of it, and write its stores. Collective."""
+    label, own = stage.label(case), case.folder(folder)
+    LOGGER.info("stage %s: starts", label)
+    give_back()  # what the stage before had
+    forget_peak()
+    on_root(lambda: own.mkdir(exist_ok=True))
+    names = {name: share for name, share in stage.steps.items() if name != DRAWING}
+    with Steps(names, f"stage {label}", quiet=rank() != 0, bar=bar) as steps:
+        compute = partial(stage.compute, case, own, key, steps)
+        files = compute() if stage.collective else on_root(compute)
+        times = {f"{label}: {name}": round(t, 3) for name, t in steps.times.items()}
+        memory = total(peak_memory())
+        on_root(lambda: mark_finished(folder, label, key, files, times, memory))
+
+
+def _compute_apart(
+    stage: Stage, todo: Mapping[str, tuple[Case, str]], folder: Path, estimate: Estimate
+) -> set[str]:
+    """Compute views side by side, each on a core of its own; gives their labels. Collective.
+
+    None where one process has one core, where ranks share the work on each, or where there is not
+    the memory for all of them, or too little to do for a process of its own.
+    """
+    costs = [one for one in estimate.stages if one.name in todo]
+    if (
+        world() is not None
+        or len(todo) < 2
+        or threads() < 2
+        or min((one.seconds for one in costs), default=0.0) < APART
+        or sum(one.memory for one in costs) > available_memory()
+    ):
+        return set()
+    with workers(min(len(todo), threads()), logging_here=True) as executor:
+        futures = [
+            executor.submit(_compute_named, stage.name, case, key, folder)
+            for case, key in todo.values()
+            if executor is not None  # it is None on other ranks alone
+        ]
+        wait(futures)  # what one building has is kept where another fails
+        for future in futures:
+            future.result()
+    return set(todo)
+
+
+def _compute_named(name: str, case: Case, key: str, folder: Path) -> None:
+    """`_compute` of the stage of this name, in a worker, whose details say whose they are."""
+    stage = next(one for one in STAGES if one.name == name)
+
+    def labelled(record: logging.LogRecord) -> bool:
+        if record.levelno != logging.INFO:  # those begin with it
+            record.msg = f"{stage.label(case)}: {record.msg}"
+        return True
+
+    for handler in LOGGER.handlers:
+        handler.filters = [labelled]
+    with file_errors(), one_blas_thread():
+        _compute(stage, case, key, folder, bar=False)
+
+
+def _finish_stage(
+    stage: Stage, case: Case, result: Run, asked: bool, reused: bool, bar: bool
+) -> None:
+    """Draw what a stage computed where it has to be, check it and read its results. Collective."""
     folder, label = result.folder, stage.label(case)
     own = case.folder(folder)
-    key = on_root(lambda: stage.key(case))
-
-    def reusable() -> bool:
-        if asked:
-            return not fresh and is_finished(folder, label, key)
-        needed = {name for one in stage.needs(case) for name in one.labels(case)}
-        return needed <= set(result.checks) and is_finished(folder, label, key)
-
-    reused = on_root(reusable)
-    if not (reused or asked):
-        return False
-    if reused and asked:
-        result.reused.append(label)
-    elif not reused:
-        LOGGER.info("stage %s: starts", label)
-        give_back()  # what the stage before had
-        forget_peak()
-        on_root(lambda: own.mkdir(exist_ok=True))
-        names = {name: share for name, share in stage.steps.items() if name != DRAWING}
-        with Steps(names, f"stage {label}", quiet=rank() != 0, bar=bar) as steps:
-            compute = partial(stage.compute, case, own, key, steps)
-            files = compute() if stage.collective else on_root(compute)
-            times = {f"{label}: {name}": round(t, 3) for name, t in steps.times.items()}
-            memory = total(peak_memory())
-            on_root(lambda: mark_finished(folder, label, key, files, times, memory))
     drawing = on_root(lambda: stage.drawing_key(case))
 
     def finish() -> tuple[list[Scalar], dict[str, float]]:
@@ -243,7 +325,6 @@ def _run_stage(stage: Stage, case: Case, result: Run, asked: bool, fresh: bool, 
         _log_result(stage, case, result, sum(seconds.values()))
     if not reused and stage is BUILDING:
         on_root(refuse_mesh)
-    return True
 
 
 def _log_result(stage: Stage, case: Case, result: Run, seconds: float) -> None:

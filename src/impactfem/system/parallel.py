@@ -1,5 +1,6 @@
 """Threads, processes and ranks: how many there are, and how they act as one program."""
 
+import logging
 import multiprocessing
 import os
 import signal
@@ -9,11 +10,13 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
+from logging.handlers import QueueHandler, QueueListener
 from typing import Any, NoReturn, TypeVar
 
 from impactfem.system.errors import ImpactfemError, InputError
 
 T = TypeVar("T")
+_LOGGER = logging.getLogger("impactfem")  # as in `impactfem.system.log`
 THREADS = "OMP_NUM_THREADS"
 OPENBLAS_THREADS = ("OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", THREADS)  # in its order
 IDLE = "OPENBLAS_THREAD_TIMEOUT"
@@ -234,8 +237,14 @@ def exit_code(error: BaseException) -> int:
     return 2 if isinstance(error, InputError) else 1
 
 
-def _follow_parent() -> None:
-    """End this worker when its parent does, however that ends, and not before."""
+def _follow_parent(records: Any) -> None:
+    """End this worker when its parent does, however that ends, and not before.
+
+    What it logs goes into a queue for its parent, unless that is None.
+    """
+    if records is not None:
+        _LOGGER.setLevel(logging.DEBUG)
+        _LOGGER.addHandler(QueueHandler(records))
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent alone answers Ctrl-C
     parent = multiprocessing.parent_process()
 
@@ -268,8 +277,17 @@ def meanwhile(work: Callable[[], T]) -> Iterator[Callable[[], T]]:
             yield thread.submit(work).result
 
 
+class _Passed(logging.Handler):
+    """Hands the records of a worker to the logger of their name in this process."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        logger = logging.getLogger(record.name)
+        if logger.isEnabledFor(record.levelno):
+            logger.handle(record)
+
+
 @contextmanager
-def workers(count: int | None = None) -> Iterator[Executor | None]:
+def workers(count: int | None = None, *, logging_here: bool = False) -> Iterator[Executor | None]:
     """An executor over all ranks, or over as many processes as there are threads. Collective.
 
     Rank 0 gets the executor. The other ranks work inside this call until rank 0 leaves the block,
@@ -277,6 +295,7 @@ def workers(count: int | None = None) -> Iterator[Executor | None]:
 
     Args:
         count: Number of processes without ranks; `threads` when None.
+        logging_here: Whether this process logs what they do, without ranks.
     """
     comm = world()
     if _alone:
@@ -294,8 +313,14 @@ def workers(count: int | None = None) -> Iterator[Executor | None]:
     os.environ[THREADS] = "1"  # of each new process
     # Not forked: a fork of a process with threads and HDF5 open may hang.
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(number, mp_context=context, initializer=_follow_parent)
+    records = context.Queue() if logging_here else None
+    pool = ProcessPoolExecutor(
+        number, mp_context=context, initializer=_follow_parent, initargs=(records,)
+    )
+    listener = None if records is None else QueueListener(records, _Passed())
     try:
+        if listener is not None:
+            listener.start()
         with pool:
             try:
                 yield pool
@@ -306,6 +331,8 @@ def workers(count: int | None = None) -> Iterator[Executor | None]:
                         worker.terminate()
                 raise
     finally:
+        if listener is not None:
+            listener.stop()
         if before is None:
             del os.environ[THREADS]
         else:
