@@ -5,14 +5,19 @@ All come from the one factor of K + σ0 M, A = (K + σ0 M)⁻¹ M:
 
 - those of the free structure under its loads, the Krylov basis;
 - H = (K + σ0 M)⁻¹ G, the response to each contact force at the shift: with them the points of
-  contact can take any place; on request also A H, A² H, ..., how they get there;
-- on request a chain of its own for loads that many points share (`append_chain`);
-- those of the structure that is held, Gᵀ x = 0: the chain x, P A x, (P A)² x, ... from the low
-  modes of the free one, which is what moves when the points stop. P x = x − H (Gᵀ H)⁻¹ Gᵀ x.
+  contact can take any place;
+- how they get there: at a rigid wall by the structure that is held, Gᵀ x = 0, the chain x, P A x,
+  (P A)² x, ... from the low modes of the free one, which is what moves when the points stop
+  (`append_contacts`), P x = x − H (Gᵀ H)⁻¹ Gᵀ x; where buildings pound in 3D by the response to
+  each contact force at higher shifts σ (`append_at_shift`), and by a chain of its own for loads
+  that many points share (`append_chain`).
 
-So the space holds the response with all, none or some of the points at rest, as component modes of
-a free and a fixed interface do (Craig and Bampton, AIAA Journal 6 (1968) 1313); the model on it is
-Galerkin's. Krylov vectors of all contact forces would do, too, but take many times as many.
+At a wall the space holds the response with all, none or some of the points at rest, as component
+modes of a free and a fixed interface do (Craig and Bampton, AIAA Journal 6 (1968) 1313). A response
+at the shift σ reaches about a wave's length at √σ: those at several shifts are a rational Krylov
+space of each force (Ruhe, Linear Algebra and its Applications 58 (1984) 391), which holds what is
+near it up to high frequencies with few vectors. The model is Galerkin's. Krylov vectors of all
+contact forces would do, too, but take many times as many.
 """
 
 from __future__ import annotations
@@ -25,7 +30,8 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse
 
-from impactfem.dynamics.columns import product, summed
+from impactfem.dynamics.columns import combined, product, summed
+from impactfem.dynamics.factorisation import Factorisation
 from impactfem.reduction.krylov import AT_ONCE, KrylovBasis
 from impactfem.reduction.orthonormal import Orthonormal
 from impactfem.reduction.reduced import reduced_model
@@ -35,29 +41,25 @@ from impactfem.system.parallel import all_blas_threads
 DEPENDENT = 1e-8
 """Square of the part of a constraint that others do not have, up to which it combines these."""
 NEAR = 1e-4
-"""Part of a vector of the held structure outside the others up to which it does not count. What is
-smaller has its direction by rounding: of two small frames that pound, turned by 180 degrees, forces
-differed by 2e-6 with 1e-9, and by 1e-9 with 1e-4, which changes the forces themselves by 7e-5."""
+"""Part of a vector outside the others up to which it does not count, where it is one of many that
+may be next to each other. What is smaller has its direction by rounding: of two small frames that
+pound, forces differ by 1e-8 for one unit of rounding in K with 1e-9, and by 1e-11 with 1e-4."""
 
 
-def append_contacts(
-    free: KrylovBasis, G: Any, *, responses: int = 1, starts: int = 6, steps: int = 8
-) -> None:
-    """Complete the basis of a free structure for its contacts. Collective.
+def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 8) -> None:
+    """Complete the basis of a free structure for rigid walls. Collective.
 
     G are the constraints at this rank's rows, shape (n_local, m), an array or of `scipy.sparse`.
-    Of each it gets so many responses. The chain of the held structure has so many steps and starts
-    from as many low modes of the free one. The basis must not grow afterwards.
+    The chain of the held structure has so many steps and starts from as many low modes of the free
+    one. The basis must not grow afterwards.
     """
     M, vectors = free.M, free.vectors
     low = reduced_model(free).coordinates[:, :starts]
     X = free.solve(product(M, vectors.combination(low)))
     # H is kept as its coordinates in the basis, where it is now: as vectors it may be too much.
-    coordinates, flexibility, images = [], [np.empty((G.shape[1], 0))], []
+    coordinates, flexibility = [], [np.empty((G.shape[1], 0))]
     for _, H in free.solutions(G):
         flexibility.append(np.asarray(G.T @ H))
-        if responses > 1:
-            images.append(product(M, H))
         coordinates.append(vectors.append(H)[0])
     known = np.hstack(
         [np.zeros((vectors.count, 0))]
@@ -76,8 +78,20 @@ def append_contacts(
     for first in range(0, held.count, AT_ONCE):
         last = min(first + AT_ONCE, held.count)
         vectors.append(np.array(held.columns(first, last), order="F"), dependent=NEAR)
-    if images:
-        append_responses(free, np.hstack(images), steps=responses - 1)
+
+
+def append_at_shift(free: KrylovBasis, G: Any, shift: float) -> None:
+    """Append the responses (K + σ M)⁻¹ G to forces at another shift σ [1/s2]. Collective.
+
+    G as of `append_contacts`. The factor of the basis is not needed, and may be gone: there may not
+    be room for both. The basis must not grow afterwards.
+    """
+    shifted = combined(1.0, free.K, shift, free.M)
+    with Factorisation(shifted, name="the stiffness matrix at a further shift") as factor:
+        shifted.destroy()
+        for first in range(0, G.shape[1], AT_ONCE):
+            X = factor.solve_block(G[:, first : first + AT_ONCE])
+            free.vectors.append(X, dependent=NEAR)
 
 
 def independent(contacts: Sequence[Any], comm: Any) -> Any:

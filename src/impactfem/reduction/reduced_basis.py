@@ -24,7 +24,7 @@ from impactfem.reduction.error_band import (
     transfer_bound,
 )
 from impactfem.reduction.foundation import Foundation
-from impactfem.reduction.galerkin import GalerkinModes
+from impactfem.reduction.galerkin import NEAR, GalerkinModes
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced import ReducedModel, residual_gram, residual_norms
 from impactfem.system.arrays import Array, Index
@@ -347,7 +347,8 @@ def reduced_basis(
 def completed(
     known: ReducedBasis,
     modes: GalerkinModes,
-    local: Sequence[tuple[Array, int, bool]],
+    varying: tuple[Array, int],
+    single: tuple[Array, Sequence[float]],
     loads: tuple[str, ...],
     b: Array,
     displacements: Displacements,
@@ -361,8 +362,10 @@ def completed(
     Args:
         known: The reduced basis of the Krylov space.
         modes: Galerkin's modes on all vectors.
-        local: Local loads in the modes, shape (r, k), each with the number of vectors that
-            completed the basis for each of them, and whether they are a chain (`append_chain`).
+        varying: Loads that many points share in the modes, shape (r, k), and the steps of the
+            chain that completed the basis for them (`append_chain`).
+        single: Those of single points, shape (r, n_points), and the shifts σ at which it has the
+            response to each, that of the basis first (`append_at_shift`).
         loads: Names of the load patterns, the local ones last.
         b: Of each of them in the modes, shape (r, n_patterns).
         displacements: Those of its nodes.
@@ -370,24 +373,29 @@ def completed(
     """
     points, V_F = len(loads) - len(known.loads), modes.coordinates @ b
     Φ, count = modes.coordinates, len(modes.coordinates)
-    shifted = modes.eigenvalue[:, None] + known.model.shift
+    λ_Φ = modes.eigenvalue[:, None]
     kept = partial(modes.vectors.rows, first=0, last=count)
+
+    def outside(columns: Array, x: Array, least: float) -> Array:
+        """Directions of Φ x outside orthonormal columns, but for those that hardly are."""
+        W = Φ @ (x / np.linalg.norm(x, axis=0))
+        for _ in range(2):
+            W -= columns @ (columns.T @ W)
+        U, size, _ = svd(W, full_matrices=False)
+        return np.asarray(U[:, size > least])
 
     def model(size: int) -> ReducedModel:
         # What was appended is orthogonal to the whole Krylov space, and a model has a part of this:
-        # it gets vectors of its own, as those of `append_chain` and of `append_responses`.
+        # it gets vectors of its own, made in the same way.
         columns = np.eye(count, size)
-        for F, steps, chain in local:
-            x = F
-            for _ in range(steps):
-                x = x / shifted
-                W = Φ @ (x / np.linalg.norm(x, axis=0))
-                for _ in range(2):
-                    W -= columns @ (columns.T @ W)
-                U, singular, _ = svd(W, full_matrices=False)
-                W = U[:, singular > DEPENDENT]
-                columns = np.hstack([columns, W])
-                x = Φ.T @ W if chain else x
+        x, steps = varying
+        for _ in range(steps):
+            W = outside(columns, x / (λ_Φ + known.model.shift), DEPENDENT)
+            columns, x = np.hstack([columns, W]), Φ.T @ W
+        f, shifts = single
+        for k, shift in enumerate(shifts):
+            W = outside(columns, f / (λ_Φ + shift), NEAR if k else DEPENDENT)
+            columns = np.hstack([columns, W])
         λ, Y = modes.within(columns)
         return ReducedModel(λ, Y.T @ V_F, Y, known.model.shift, np.zeros((0, len(λ))))
 
