@@ -84,7 +84,7 @@ def test_against_dense_matrices(floors, shaken, ratio):
         -(total + raft), rel=1e-6, abs=1e-6 * np.abs(total).max()
     )
     energy = response.energy
-    assert energy.residual < 1e-10
+    assert energy.residual < 1e-9  # rounding: 2e-10 without AVX-512, less with it
     assert (np.diff(energy.radiated) >= 0.0).all() and energy.radiated[-1] > 0.01 * energy.scale
 
 
