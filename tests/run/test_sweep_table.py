@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from impactfem.plot.words import read_words
-from impactfem.run.sweep_table import SweepTable
+from impactfem.run.sweep import Outcome, SweepTable
 from impactfem.run.variants import Axis, Variant
 from impactfem.system.scalar import Scalar
 
@@ -24,7 +24,9 @@ def table_of(*rows, zipped=False):
         force = None if peak is None else 2.0 * peak
         given = (("peak", peak, "m/s2"), ("steps", 7.0, "-"), ("force", force, "N"))
         scalars = [Scalar(f"frs.{name}", value, unit) for name, value, unit in given]
-        found.append(([], "grew\nwithout bound") if thickness == 0.4 else (scalars, ""))
+        failed = thickness == 0.4
+        error = "grew\nwithout bound" if failed else ""
+        found.append(Outcome([] if failed else scalars, error, 0, 0.0))
     variants = [Variant(tuple(axes), (f"{row[0]} m", row[1])) for row in rows]
     axes[0] = Axis("mesh.thickness", ("x",), tuple(f"{row[0]} m" for row in rows))
     return SweepTable.of("A case", axes, variants, found, {"frs.force": 5.0}, zipped)
