@@ -3,9 +3,9 @@
 from impactfem.fit.fit import fit
 from impactfem.fit.results import Fit
 from impactfem.run.check import check
+from impactfem.run.folder import RunFolder, open_run
 from impactfem.run.loop import Run, run
 from impactfem.run.report import compare_runs, make_report
-from impactfem.run.run_folder import RunFolder, open_run
 from impactfem.run.stages import STAGES, stage_names
 from impactfem.run.sweep import Sweep, sweep
 from impactfem.stages.stage import Stage

@@ -11,7 +11,7 @@ import pytest
 
 from impactfem.device.models import TableMode, from_modes
 from impactfem.device.spectrum_analysis import spectrum_analysis
-from impactfem.run.run_folder import STORES
+from impactfem.run.folder import STORES
 from impactfem.study import open_run
 from impactfem.system.errors import ImpactfemError, InputError
 

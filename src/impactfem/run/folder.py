@@ -1,19 +1,44 @@
-"""The folder of a run: an empty one, or that of an earlier run; one run at a time works in it."""
+"""The folder of a run: one run at a time works in it; then it is open for reading.
+
+    from impactfem.study import open_run
+
+    run = open_run("runs/npp_pair")
+    run.value("pounding.peak_force.floor_8")
+    run.transient.acceleration.sel(probe="edge_8", component="y").plot()
+
+Its scalar results are read by name, its stores as xarray's data sets. Nothing is computed, and
+neither dolfinx nor VTK is loaded. `docs/run-folder.md` describes the results and the variables.
+"""
+
+from __future__ import annotations
 
 import errno
+import json
 import os
 import re
 import socket
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
+from copy import copy
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import Self
 
+import xarray as xr
 from filelock import FileLock, Timeout
 
 from impactfem.case import Case
+from impactfem.case.device_tables import read_given_spectra
+from impactfem.device.spectrum import AnchorSpectrum, given_spectra
+from impactfem.plot.table import Table
+from impactfem.run.stages import STAGES
+from impactfem.stages.stores import open_store
 from impactfem.system.errors import CONTROL, Fault, InputError
 from impactfem.system.files import remove_parts
 from impactfem.system.log import LOGGER
+from impactfem.system.scalar import alone
 
 LOG = "run.log"  # distinguishes the folder of a run from any other
 LOCK = ".lock"
@@ -22,6 +47,10 @@ PATIENCE = 0.1
 CASE_LINE = re.compile(r" DEBUG   case (.+), hash ([0-9a-f]{64})$")
 # What a file system answers that cannot lock, as some shared ones cannot.
 _NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
+STORES = {name: file for stage in STAGES for name, file in stage.stores.items()}
+"""Files of the stores by the name of the attribute that opens them."""
+SHARED = {name for stage in STAGES if not stage.each for name in stage.stores}
+"""Those that serve all buildings of a run."""
 
 
 @contextmanager
@@ -121,3 +150,187 @@ def _refused(folder: Path, key: str, expected: str) -> InputError:
 def _not_writable(folder: Path, key: str, error: OSError) -> InputError:
     expected = f"expected a folder that can be written: {error.strerror or error}"
     return _refused(folder, key, expected)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A scalar result as `summary.json` has it."""
+
+    name: str  #: dotted name
+    value: float | None  #: in SI; None when it does not exist
+    unit: str  #: SI unit; "-" when it has none
+    paper: float | None  #: the published value; None where there is none
+    note: str  #: what to know when reading it
+    #: What the publication states: "=", or ">" or "<" its value; None without.
+    relation: str | None = None
+    #: "result", or "input", "fitted", "scaled", "selected" or "derived", where the published value
+    #: tests nothing; None without.
+    kind: str | None = None
+
+
+def open_run(folder: str | os.PathLike[str]) -> RunFolder:
+    """Open the folder of a run; InputError where it holds none."""
+    return RunFolder(Path(folder))
+
+
+class RunFolder:
+    """A run's folder. Stores are opened when they are used first, and read as far as necessary.
+
+    Close it, or use it in a `with` statement, before the case is run again.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._open = ExitStack()
+        path = folder / "summary.json"
+        try:
+            entries = json.loads(path.read_text(encoding="utf-8"))
+            self.summary = {entry["name"]: Entry(**entry) for entry in entries}
+        except FileNotFoundError as error:
+            expected = (
+                "missing; expected the folder of a run, as 'impactfem run CASE.toml' writes it"
+            )
+            raise InputError([Fault(path, "", None, expected)]) from error
+        except (OSError, ValueError, TypeError, KeyError) as error:
+            raise InputError([Fault(path, "", None, f"cannot be read ({error})")]) from error
+        self._building = ""
+
+    def of(self, building: str) -> RunFolder:
+        """What the run has of a building with a 3D model, by the names that it has alone.
+
+            run.of("B2").building.frequency
+
+        Of the first one this is the run itself; stores of the whole run are those of all.
+        InputError where the run has no 3D model of it.
+
+        Args:
+            building: Its name.
+        """
+        path = self.folder / "case.json"
+        case = json.loads(path.read_text(encoding="utf-8"))
+        models = [case.get("structure"), *case.get("further_structures", ())]
+        first, *further = [one["building"] for one in models if one] or [""]
+        if building not in (first, *further):
+            known = ", ".join(filter(None, (first, *further))) or "none"
+            expected = f"the buildings with a 3D model are: {known}"
+            raise InputError([Fault(path, "structure.building", building, expected)])
+        if building == first:
+            return self
+        found = copy(self)
+        found.folder, found._building, found._open = self.folder / building, building, ExitStack()
+        self._open.callback(found.close)
+        known_as = {alone(name, building): entry for name, entry in self.summary.items()}
+        found.summary = {
+            name: replace(entry, name=name) for name, entry in known_as.items() if name is not None
+        }
+        for name in STORES:
+            found.__dict__.pop(name, None)
+        return found
+
+    @property
+    def stores(self) -> tuple[str, ...]:
+        """Names of the stores that the run has."""
+        return tuple(name for name in STORES if self._path(name).is_file())
+
+    def _path(self, name: str) -> Path:
+        shared = self._building and name in SHARED
+        return (self.folder.parent if shared else self.folder) / STORES[name]
+
+    def value(self, name: str) -> float:
+        """A scalar result in SI.
+
+        InputError where there is none of this name, or it has no value.
+        """
+        entry = self.summary.get(name)
+        if entry is not None and entry.value is not None:
+            return entry.value
+        if entry is not None:
+            expected = f"the result has no value in this run. {entry.note}".strip()
+        else:
+            near = get_close_matches(name, self.summary, n=1)
+            expected = "expected the name of a result" + (
+                f"; did you mean '{near[0]}'?" if near else ""
+            )
+        raise InputError([Fault(self.folder / "summary.json", name, None, expected)])
+
+    def anchor_spectra(
+        self, building: str, floor: int, *, rotations: bool = False
+    ) -> tuple[AnchorSpectrum, ...]:
+        """Broadened floor spectra, as the input of a response spectrum analysis.
+
+            spectrum_analysis(device, run.anchor_spectra("B2", 3)).value("force y")
+
+        They are those of `products/floor_spectra.csv`: of the sticks, along the directions of the
+        ground motions. InputError where the run has no spectra of this floor.
+
+        Args:
+            building: Its name; a stick is enough.
+            floor: Number of the floor, from 1.
+            rotations: Whether the spectra of the floor's rotations, of
+                `products/floor_rotations.nc`, are inputs as well, where it turns.
+        """
+        path, faults = self.folder / "products" / "floor_spectra.csv", list[Fault]()
+        known = read_given_spectra(path, faults)
+        if known is not None:
+            faults += [Fault(path, "", None, text) for text in known.lacks(building, [floor])]
+        if known is None or faults:
+            raise InputError(faults)
+        found = given_spectra(known.at(building, [floor]))
+        turned = self.folder / "products" / "floor_rotations.nc"
+        if not rotations or not turned.is_file():
+            return found
+        with open_store(turned) as store:
+            spectra = store.sel(station=f"{building}.floor_{floor}")
+            return found + tuple(
+                AnchorSpectrum(
+                    component=str(one["direction"].item()),
+                    frequency=one["design_frequency"].values,
+                    damping=one["damping"].values,
+                    psa=one["broadened"].transpose("damping", "design_frequency").values,
+                    zpa=one["zpa"].item(),
+                )
+                for one in (spectra.isel(direction=k) for k in range(spectra.sizes["direction"]))
+            )
+
+    def table(self, *patterns: str) -> Table:
+        """Scalar results with their units and, where there are some, the published values.
+
+        Args:
+            patterns: Names, in which * stands for any letters; all results without any.
+        """
+        rows = tuple(
+            (entry.name, entry.value, entry.unit, entry.paper)
+            for entry in self.summary.values()
+            if not patterns or any(fnmatchcase(entry.name, pattern) for pattern in patterns)
+        )
+        columns = (("result", ""), ("value", ""), ("unit", ""), ("published", ""))
+        return Table("summary", str(self.folder), columns, rows).comparing({"published"})
+
+    def __getattr__(self, name: str) -> xr.Dataset:
+        """A store by its name, as `run.transient`: those of `STORES`.
+
+        InputError where the run has no such store.
+        """
+        if name not in STORES:
+            raise AttributeError(name)
+        path = self._path(name)
+        if not path.is_file():
+            found = ", ".join(self.stores) or "none"
+            expected = f"missing; the stores of this run are: {found}"
+            raise InputError([Fault(path, "", None, expected)])
+        store = self._open.enter_context(open_store(path))
+        setattr(self, name, store)
+        return store
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self.stores]
+
+    def close(self) -> None:
+        """Close the stores."""
+        self._open.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
