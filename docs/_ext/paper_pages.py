@@ -16,8 +16,8 @@ from typing import Any
 
 import jinja2
 
-from impactfem.report.beside import compared_values, count, places
 from impactfem.report.overview import quantity
+from impactfem.report.page import compared_values, count, places
 
 __all__ = ["numbers", "pages"]
 EXTENSIONS = Path(__file__).parent

@@ -2,7 +2,7 @@
 
 import pytest
 
-from impactfem.report.beside import (
+from impactfem.report.page import (
     ABSENT,
     DIFFERS,
     GIVEN,
