@@ -37,7 +37,7 @@ def what_pounds(case: Mapping[str, object]) -> str:
 
 def impacts_table(runs: Sequence[RunFiles]) -> Table:
     """Impacts, and forces of devices along the shown direction, of a run and of the other."""
-    ours, theirs = ({**_impacts(run), **_device_forces(run)} for run in runs)
+    ours, theirs = (_found(run) for run in runs)
     pairs = [name for name in theirs if name not in ours]
     rows: list[tuple[Cell, ...]] = []
     for name in (*ours, *pairs):
@@ -51,9 +51,10 @@ def impacts_table(runs: Sequence[RunFiles]) -> Table:
     return Table(IMPACTS, title, heads("; this run; the other; ratio [-]"), tuple(rows))
 
 
-def _impacts(run: RunFiles) -> dict[str, Cell]:
-    """What was found of the impacts, by words with their unit."""
+def _found(run: RunFiles) -> dict[str, Cell]:
+    """What was found of impacts, and forces of devices on the floor, by words with their unit."""
     with run.store("pounding.nc") as store:
+        shown = str(store.attrs["shown_direction"])
         hits = store[[name for name in store if store[name].dims == ("impact",)]].load()
         required = float(store["pair_required_separation"].max()) if store.sizes["pair"] else None
         pairs = names_of(store, "pair")
@@ -79,14 +80,7 @@ def _impacts(run: RunFiles) -> dict[str, Cell]:
         found[f"largest force [MN], {name}"] = 1e-6 * float(force.get(name, 0.0))
     if required is not None:
         found["gap that would prevent contact [mm]"] = 1e3 * required
-    return found
-
-
-def _device_forces(run: RunFiles) -> dict[str, Cell]:
-    """Forces of devices on the floor, and by how much response spectrum analysis is low."""
-    with run.store("pounding.nc") as store:
-        shown = str(store.attrs["shown_direction"])
-    found: dict[str, Cell] = {}
+    # Of each device its force, and by how much response spectrum analysis is low.
     for name, value in run.values.items():
         if (one := _FORCE.fullmatch(name)) and one["axis"] == shown:
             what, number = f"force along {shown} [kN]", 1e-3 * value
