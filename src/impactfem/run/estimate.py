@@ -127,7 +127,20 @@ def estimate(
 
     The meshes of its buildings by their names are known as far as they are there already.
     """
-    steps = _steps(case, longest)
+    # Steps of each time loop.
+    computed, transient = case.computed_time(longest), case.transient
+    steps = {"of the pounding": _count(computed, case.pounding.time_step)}
+    if case.wall_impact is not None:
+        steps["at the wall"] = _count(case.wall_impact.duration, case.wall_impact.time_step)
+    if transient is not None:
+        lasting = transient.duration or computed
+        steps["of the 3D model"] = _count(lasting, transient.time_step)
+        if case.devices and case.device_analysis is not None:
+            step = case.device_analysis.time_step or transient.time_step
+            steps["with devices"] = _count(lasting, step)
+    made = [motion for motion in case.motions if isinstance(motion, SyntheticMotion)]
+    if made:
+        steps["of the ground motion"] = max(_count(one.duration, one.time_step) for one in made)
     stages = list(_sticks(case, steps))
     models, meshed, reduced = [], [], []
     for view, structure in zip(case.views, case.structures, strict=True):
@@ -200,25 +213,6 @@ def _rounded(count: float) -> int:
 
 def _count(time: float, step: float) -> int:
     return math.ceil(time / step * (1.0 - 1e-9))
-
-
-def _steps(case: Case, longest: float) -> dict[str, int]:
-    computed = case.computed_time(longest)
-    found = {"of the pounding": _count(computed, case.pounding.time_step)}
-    if case.wall_impact is not None:
-        wall = case.wall_impact
-        found["at the wall"] = _count(wall.duration, wall.time_step)
-    if case.transient is not None:
-        lasting = case.transient.duration or computed
-        found["of the 3D model"] = _count(lasting, case.transient.time_step)
-        if case.devices and case.device_analysis is not None:
-            step = case.device_analysis.time_step or case.transient.time_step
-            found["with devices"] = _count(lasting, step)
-    made = [motion for motion in case.motions if isinstance(motion, SyntheticMotion)]
-    if made:
-        samples = (_count(motion.duration, motion.time_step) for motion in made)
-        found["of the ground motion"] = max(samples)
-    return found
 
 
 def elements_of(geometry: Geometry) -> int:
@@ -343,20 +337,6 @@ def _histories(case: Case, records: float, step: float, steps: int) -> float:
     return 8.0 * records * steps * (1.0 + factor)
 
 
-def _motion_in_3d(case: Case, steps: int) -> float:
-    """Time of a run of 3D models that pound [s], as measured in docs/coupled-study.md.
-
-    Points of contact cost little: they are closed for a small part of the time.
-    """
-    vectors = points = 0.0
-    for view in case.views:
-        if (lines := _lines(view)) and view.structure is not None:
-            vectors += _vectors(view)["reduce"]
-            of_line = _points(view.structure, case.pounding.contact_spacing)
-            points = max(points, lines * of_line)
-    return (3.3e-8 + 1.2e-10 * points) * vectors * steps
-
-
 def _sticks(case: Case, steps: dict[str, int]) -> Iterator[StageCost]:
     """The stages pounding and ensemble."""
     count, ensemble = steps["of the pounding"], case.ensemble
@@ -372,8 +352,16 @@ def _sticks(case: Case, steps: dict[str, int]) -> Iterator[StageCost]:
         if isinstance(motion, SyntheticMotion):
             samples = _count(motion.duration, motion.time_step)
             motion_time += 1.5e-6 * samples * (motion.iterations + 4)
+    # A run of 3D models that pound, as measured in docs/coupled-study.md. Points of contact cost
+    # little: they are closed for a small part of the time.
+    vectors = points = 0.0
+    for view in case.views:
+        if (lines := _lines(view)) and view.structure is not None:
+            vectors += _vectors(view)["reduce"]
+            of_line = _points(view.structure, case.pounding.contact_spacing)
+            points = max(points, lines * of_line)
+    in_3d = (3.3e-8 + 1.2e-10 * points) * vectors * count
     # With contact and without it, and once with half of the points.
-    in_3d = _motion_in_3d(case, count)
     seconds = 8.0 + motion_time + 3.0 * in_3d
     motion_time += 2.0 * in_3d
     if case.calibration is not None and case.calibration.mode == "fit":
