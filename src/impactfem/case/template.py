@@ -60,7 +60,14 @@ def write_new_case(
     folder = target.parent
     if not os.path.isdir(folder):  # noqa: PTH112
         raise InputError([Fault(folder, "", None, "no such folder; make it first")])
-    texts = _texts(name, _with_needs(parts), minimal)
+    # The texts of the case file and of the tables that it names, by the names of the files.
+    templates = files("impactfem.case") / "templates"
+    template = (templates / "case.toml").read_text(encoding="utf-8")
+    case = _composed(template, _with_needs(parts), minimal)
+    texts = {f"{name}.toml": case}
+    for table in dict.fromkeys(re.findall(r'(?m)^[^#\n]*"@NAME@_(\w+\.csv)"', case)):
+        text = (templates / table).read_text(encoding="utf-8")
+        texts[f"{name}_{table}"] = re.sub(r"(?m)^#.*\n", "", text) if minimal else text
     existing = [folder / file for file in texts if os.path.lexists(folder / file)]
     if existing:
         expected = "this file exists already and is not overwritten; choose another name"
@@ -71,7 +78,7 @@ def write_new_case(
         try:
             with path.open("x", encoding="utf-8") as stream:
                 written.append(path)
-                stream.write(text)
+                stream.write(text.replace("@NAME@", name))
         except OSError as error:
             for half in written:
                 half.unlink(missing_ok=True)
@@ -83,17 +90,6 @@ def write_new_case(
 def _with_needs(parts: Sequence[str]) -> set[str]:
     needed = {need for part in parts for need in PARTS[part]}
     return _with_needs([*parts, *needed]) if needed - set(parts) else set(parts)
-
-
-def _texts(name: str, parts: Collection[str], minimal: bool) -> dict[str, str]:
-    """The texts of the case file and of the tables that it names, by the names of the files."""
-    folder = files("impactfem.case") / "templates"
-    case = _composed((folder / "case.toml").read_text(encoding="utf-8"), parts, minimal)
-    found = {f"{name}.toml": case}
-    for table in dict.fromkeys(re.findall(r'(?m)^[^#\n]*"@NAME@_(\w+\.csv)"', case)):
-        text = (folder / table).read_text(encoding="utf-8")
-        found[f"{name}_{table}"] = re.sub(r"(?m)^#.*\n", "", text) if minimal else text
-    return {file: text.replace("@NAME@", name) for file, text in found.items()}
 
 
 def _composed(template: str, parts: Collection[str], minimal: bool) -> str:
