@@ -22,7 +22,7 @@ from impactfem.case import load_case
 from impactfem.dynamics.columns import product
 from impactfem.dynamics.modes import Modes, modes
 from impactfem.stages.building import compute
-from impactfem.stages.building.compute import fit_storey_factor, run_building
+from impactfem.stages.building.compute import analysed, fit_storey_factor
 from impactfem.stages.building.targets import bending_modes
 from impactfem.system.errors import InputError, SolutionError
 
@@ -184,7 +184,7 @@ def test_mechanism_is_named_by_its_place(frame, edited, tmp_path):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(stage, "read_parts", lambda *_: (floating, masses, report))
         with pytest.raises(SolutionError, match=r"mechanism: its node at \(.*\) m in \w+_[12]"):
-            run_building(case, tmp_path, MPI.COMM_SELF, nullcontext)
+            analysed(case, tmp_path, MPI.COMM_SELF, nullcontext)
 
 
 def test_a_rank_without_free_nodes(monkeypatch, tmp_path):
@@ -204,7 +204,7 @@ def test_a_rank_without_free_nodes(monkeypatch, tmp_path):
     monkeypatch.setattr(compute, "assemble_building", lambda comm, parts: model)
     monkeypatch.setattr(compute, "_modes", lambda model, structure: (1.0, mine))
     case = load_case(GEOMETRY / "frame.toml")
-    found = run_building(case, tmp_path, comm, lambda name: nullcontext())
+    found, _, _ = analysed(case, tmp_path, comm, lambda name: nullcontext())
     assert found.shapes.shape == (3, 4, 3) and found.participation.shape == (3, 6)
     np.testing.assert_array_equal(found.shapes[:, 3].T, other[:3])
 

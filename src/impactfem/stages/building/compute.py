@@ -64,17 +64,13 @@ class BuildingStudy:
         return self.participation**2
 
 
-def run_building(case: Case, folder: Path, comm: Any, step: Step) -> BuildingStudy:
-    """Run the stage; the mesh is written into the folder. Collective. Raises as `analysed`."""
-    return analysed(case, folder, comm, step)[0]
-
-
 def analysed(
     case: Case, folder: Path, comm: Any, step: Step
 ) -> tuple[BuildingStudy, BuildingModel, Modes]:
     """The results of the stage, with the matrices and all degrees of freedom. Collective.
 
-    Each step ("mesh", "matrices", "modes") runs inside the context that `step` gives for its name.
+    The mesh is written into the folder. Each step ("mesh", "matrices", "modes") runs inside the
+    context that `step` gives for its name.
 
     Raises:
         InputError: The mesh is not usable.

@@ -38,10 +38,10 @@ def storey_factor(folder: Path) -> float:
 
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
-    from impactfem.stages.building.compute import MESH, run_building
+    from impactfem.stages.building.compute import MESH, analysed
     from impactfem.stages.building.store import write_building
 
-    study = run_building(case, folder, communicator(), steps.step)
+    study, _, _ = analysed(case, folder, communicator(), steps.step)
 
     def write() -> list[Path]:
         files = [folder / "building.nc"]

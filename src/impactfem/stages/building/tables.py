@@ -13,6 +13,24 @@ from impactfem.case.members import Bay
 from impactfem.plot.table import Table, columns_of, heads, write_tables
 from impactfem.stages.stores import open_store
 
+BESIDE_FLOOR_TABLE = (
+    (
+        "building_floor_inertias",
+        "Inertias of the floors of the 3D building about their mass centres, walls and columns by "
+        "the lever rule, next to those of the floor table, which the sticks have",
+        "floor",
+        ("Jx", "Jy", "Jz"),
+    ),
+    (
+        "building_storey_sections",
+        "Sections of the storeys of the 3D building where openings leave the least area, next to "
+        "those of the floor table, which the sticks have",
+        "storey",
+        ("A", "Avy", "Avz", "Ix", "Iy"),
+    ),
+)
+"""Name, title and first column of the tables beside the floor table, and what they compare."""
+
 
 def building_tables(
     folder: Path,
@@ -28,55 +46,29 @@ def building_tables(
     """
     with open_store(folder / "building.nc") as store:
         tables = [_bending(store, published), _modes(store), _floors(store, published)]
-        if floors:
-            tables += [_beside(store, floors, *one) for one in (INERTIAS, SECTIONS)]
+        for name, title, what, quantities in BESIDE_FLOOR_TABLE if floors else ():
+            columns = [(what, "")]
+            values: list[list[float]] = [[floor.floor for floor in floors]]
+            for quantity in quantities:
+                given = [float(getattr(floor, quantity)) for floor in floors]
+                found = [float(one) for one in store[f"floor_{quantity}"].values]
+                off = [100.0 * (a / b - 1.0) for a, b in zip(found, given, strict=True)]
+                symbol, unit = f"{quantity[0]}_{quantity[1:]}".rstrip("_"), UNITS[quantity]
+                columns += [(symbol, unit), (f"{symbol} of the table", unit)]
+                columns.append((f"difference of {symbol}", "%"))
+                values += [found, given, off]
+            rows = tuple(zip(*values, strict=True))
+            tables.append(Table(name, title, tuple(columns), rows))
     if bays:
         # Table 1 of the paper: each size of opening, and how often it occurs.
         counts = Counter((bay.bay, bay.storey, bay.width, bay.height) for bay in bays)
-        rows = tuple(
+        sizes = tuple(
             (name, storey, 100.0 * width, 100.0 * height, width * height, number)
             for (name, storey, width, height), number in counts.items()
         )
-        columns = heads("bay; storey; width [cm]; height [cm]; area [m2]; number [-]")
-        tables.append(Table("building_bays", "Openings in the walls", columns, rows))
+        header = heads("bay; storey; width [cm]; height [cm]; area [m2]; number [-]")
+        tables.append(Table("building_bays", "Openings in the walls", header, sizes))
     return write_tables(folder, tables)
-
-
-INERTIAS = (
-    "building_floor_inertias",
-    "Inertias of the floors of the 3D building about their mass centres, walls and columns by the "
-    "lever rule, next to those of the floor table, which the sticks have",
-    "floor",
-    ("Jx", "Jy", "Jz"),
-)
-SECTIONS = (
-    "building_storey_sections",
-    "Sections of the storeys of the 3D building where openings leave the least area, next to those "
-    "of the floor table, which the sticks have",
-    "storey",
-    ("A", "Avy", "Avz", "Ix", "Iy"),
-)
-
-
-def _beside(
-    store: xr.Dataset,
-    floors: Sequence[Floor],
-    name: str,
-    title: str,
-    what: str,
-    quantities: tuple[str, ...],
-) -> Table:
-    columns = [(what, "")]
-    values: list[list[float]] = [[floor.floor for floor in floors]]
-    for quantity in quantities:
-        given = [float(getattr(floor, quantity)) for floor in floors]
-        found = [float(one) for one in store[f"floor_{quantity}"].values]
-        symbol = f"{quantity[0]}_{quantity[1:]}".rstrip("_")
-        off = [100.0 * (a / b - 1.0) for a, b in zip(found, given, strict=True)]
-        columns += [(symbol, UNITS[quantity]), (f"{symbol} of the table", UNITS[quantity])]
-        columns.append((f"difference of {symbol}", "%"))
-        values += [found, given, off]
-    return Table(name, title, tuple(columns), tuple(zip(*values, strict=True)))
 
 
 def _bending(store: xr.Dataset, published: Mapping[str, float]) -> Table:
