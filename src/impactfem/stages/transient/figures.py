@@ -8,8 +8,7 @@ from typing import Any
 from impactfem.case.transient import Transient
 from impactfem.plot.curves import NONE
 from impactfem.stages.stores import open_stores
-from impactfem.stages.transient.animation import wave_animation
-from impactfem.stages.transient.both import both_figures
+from impactfem.stages.transient.animation import both_figures, wave_animation
 from impactfem.stages.transient.curve_figures import probe_figures
 from impactfem.stages.transient.floor_figures import (
     floor_map,

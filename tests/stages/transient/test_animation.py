@@ -1,11 +1,13 @@
 """Both buildings of the main impact: where their floors are drawn, and what is not."""
 
+from contextlib import ExitStack
+
 import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem.stages.transient import both
-from impactfem.stages.transient.animation import Filmed
+from impactfem.stages.transient import animation
+from impactfem.stages.transient.animation import Filmed, _pair, both_figures, line_ends
 
 HATS = [[3.0, 4.0, 4.0], [0.0, 0.0, 1.0]]
 
@@ -59,11 +61,11 @@ def pair(transient_folder, tmp_path, monkeypatch):
 
 def test_where_floors_are(pair):
     """The middle of a hat at axis and offset of its point; the side at its distance."""
-    with both._pair(pair()) as found:
-        floors, _, normal, gap = found
+    with ExitStack() as stores:
+        floors, _, normal, gap = _pair(pair(), stores)
         places = []
         for one in floors:
-            edge = both.line_ends(one.response)[0]
+            edge = line_ends(one.response)[0]
             corner = one.maps["wave_node_position"].values[:, 0].min()
             places.append((one.shift[0] + corner + np.mean(HATS[0]), one.shift[1] + edge[1]))
     assert places == [pytest.approx((12.0, 16.0)), pytest.approx((12.0, 15.98))]
@@ -72,8 +74,8 @@ def test_where_floors_are(pair):
 
 def test_ground_that_waves_move_apart(pair):
     """Each building moves with the ground under it: of the second by the way from the first."""
-    with both._pair(pair(apart=(0.0, 0.03))) as found:
-        floors, moved, _, _ = found
+    with ExitStack() as stores:
+        floors, moved, _, _ = _pair(pair(apart=(0.0, 0.03)), stores)
         at = floors[1].maps["snapshot"].values
         own = [one.maps["wave_displacement"].values[..., :2] for one in floors]
     np.testing.assert_array_equal(moved[0], own[0])
@@ -87,19 +89,22 @@ def test_ground_that_waves_move_apart(pair):
 )
 def test_what_is_not_drawn(pair, change):
     folder = pair(**change)
-    assert both.both_figures(folder) == [] and not (folder / "figures").exists()
-    assert both.both_figures(folder.parent) == []  # the first building
+    assert both_figures(folder) == [] and not (folder / "figures").exists()
+    assert both_figures(folder.parent) == []  # the first building
 
 
 def test_files(pair, monkeypatch):
     """The gap is drawn wider; the film shows the floors on either side of it."""
     filmed = list[Filmed]()
-    monkeypatch.setattr(both, "write_film", lambda path, floors: filmed.extend(floors))
+    monkeypatch.setattr(animation, "write_film", lambda path, floors: filmed.extend(floors))
     folder = pair()
-    drawn = both.both_figures(folder)
-    assert [path.name for path in drawn] == [both.PICTURE, both.FILM] and drawn[0].is_file()
+    drawn = both_figures(folder)
+    assert [path.name for path in drawn] == [animation.PICTURE, animation.FILM] and drawn[
+        0
+    ].is_file()
     assert [one.sense for one in filmed] == [-1.0, 1.0]
-    with both._pair(folder) as (floors, *_):
+    with ExitStack() as stores:
+        floors, *_ = _pair(folder, stores)
         wider = filmed[1].shift - floors[1].shift
         size = np.ptp(floors[0].maps["wave_node_position"].values[:, :2], axis=0).min()
-    assert wider[0] == 0.0 and 0.02 * size < -wider[1] + 0.02 <= both.WIDE * size
+    assert wider[0] == 0.0 and 0.02 * size < -wider[1] + 0.02 <= animation.WIDE * size
