@@ -55,19 +55,9 @@ PACKAGES = {
         *("stages.reduce", "stages.transient", "sticks"),
     },
     "stages.design": {
-        *(
-            "building",
-            "case",
-            "coupling",
-            "dynamics",
-            "motion",
-            "plot",
-            "reduction",
-            "spectra",
-            "stages",
-        ),
-        *("stages.building", "stages.calibrate", "stages.device", "stages.ensemble"),
-        *("stages.pounding", "stages.reduce", "stages.transient"),
+        *("building", "case", "coupling", "dynamics", "motion", "plot", "reduction"),
+        *("spectra", "stages", "stages.building", "stages.calibrate", "stages.device"),
+        *("stages.ensemble", "stages.pounding", "stages.reduce", "stages.transient", "sticks"),
     },
     "report": {*("plot", "spectra", "stages", "stages.device", "stages.transient")},
     "verify": {

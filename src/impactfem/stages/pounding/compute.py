@@ -13,7 +13,6 @@ from impactfem.case import Case
 from impactfem.case.facing import facing_floors
 from impactfem.coupling.contact import UNILATERAL
 from impactfem.coupling.from_case import calibration_of, ground_of, loads_of, system_of
-from impactfem.coupling.ground import Ground
 from impactfem.coupling.impacts import (
     Approach,
     Impact,
@@ -24,7 +23,7 @@ from impactfem.coupling.impacts import (
     impacts,
     separations,
 )
-from impactfem.coupling.pounding import Load, Response, System, simulate
+from impactfem.coupling.pounding import Response, System, simulate
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.spectra import ResponseSpectra, response_spectra
 from impactfem.stages.pounding.foundation import Foundation, foundations
@@ -257,44 +256,23 @@ def pounded(
     case: Case,
     calibration: Calibration | None,
     motions: Sequence[GroundMotion],
-    duration: float,
+    duration: float | None = None,
     models: Models3D | None = None,
 ) -> Response:
     """Run the pounding alone, of sticks or of 3D models, under given ground motions.
 
-    The calibration does not depend on damping; damping and laws are those of the case.
-
-    Raises:
-        SolutionError: The contact forces do not converge, or lagged ones create energy.
-    """
-    dt = case.pounding.time_step
-    ground = ground_of(case, [m.history for m in motions], dt, int(duration / dt) + 2)
-    system = system_of(case, calibration)
-    loads = loads_of(case, system, dt, len(ground.acceleration))
-    return respond(case, system, ground, loads, models)
-
-
-def respond(
-    case: Case,
-    system: System,
-    ground: Ground,
-    loads: Sequence[Load] = (),
-    models: Models3D | None = None,
-) -> Response:
-    """The response of the sticks of a case, or of those and the 3D models that pound.
-
-    Args:
-        case: The case, of which step and rule count.
-        system: The sticks and pairs.
-        ground: The ground at every step.
-        loads: Further forces.
-        models: The 3D models; None where all buildings are sticks.
+    The calibration does not depend on damping; damping and laws are those of the case. The duration
+    [s] is that of the case where it is None; `models` are the 3D models that pound, None where all
+    buildings are sticks.
 
     Raises:
         SolutionError: The start penetrates, the contact forces do not converge, or lagged ones
             create energy.
     """
-    dt = case.pounding.time_step
+    dt, system = case.pounding.time_step, system_of(case, calibration)
+    n_t = None if duration is None else int(duration / dt) + 2
+    ground = ground_of(case, [motion.history for motion in motions], dt, n_t)
+    loads = loads_of(case, system, dt, len(ground.acceleration))
     if models is None:
         return simulate(system, ground, dt, update=case.pounding.update, loads=loads)
     from impactfem.reduction.pounding_3d import Pounding3D
