@@ -50,7 +50,7 @@ PACKAGES = {
         "stages.reduce",
     },
     "stages.device": {
-        *("building", "case", "coupling", "device", "dynamics", "motion", "plot", "reduction"),
+        *("building", "case", "coupling", "device", "dynamics", "plot", "reduction"),
         *("spectra", "stages", "stages.building", "stages.calibrate", "stages.pounding"),
         *("stages.reduce", "stages.transient", "sticks"),
     },

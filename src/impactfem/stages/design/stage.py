@@ -42,7 +42,7 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.stages.building.compute import mesh_of_run
     from impactfem.stages.design.compute import run_design
-    from impactfem.stages.device.compute import prepare as prepare_devices
+    from impactfem.stages.device.compute import prepare_devices
     from impactfem.stages.reduce.compute import reduced_on_root
     from impactfem.stages.transient.prepared import prepare
 
@@ -61,11 +61,7 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
             lambda: prepare(case, mesh, forces, storey_factor(folder), inputs, impulses)
         )
         if members and case.devices:
-            equipment = on_root(
-                lambda: prepare_devices(
-                    case, mesh, forces, storey_factor(folder), impulses=impulses
-                )
-            )
+            equipment = on_root(lambda: prepare_devices(case, prepared))
         models = on_root(lambda: models_of_run(case, folder)) if members else None
     return run_design(
         case,

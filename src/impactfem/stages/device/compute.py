@@ -2,34 +2,30 @@
 
 import math
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from impactfem.building.from_case import read_parts
-from impactfem.building.links import BasePlate, find_base_plates
 from impactfem.building.model import assemble_building
-from impactfem.building.parts import BuildingParts
 from impactfem.case import Case, DampingCase, DeviceAnalysis, KelvinVoigtLaw
 from impactfem.case.damping import OWN
 from impactfem.case.quantity import CALIBRATED
-from impactfem.coupling.force_history import ForceHistory, read_forces
+from impactfem.coupling.force_history import ForceHistory
 from impactfem.coupling.from_case import calibration_of
 from impactfem.device.from_case import checked_devices, rules_of
 from impactfem.device.mounted import MountedDevice
 from impactfem.device.spectrum import given_spectra
 from impactfem.dynamics.damping import DampingLaw
-from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.pounding_3d import Models3D
 from impactfem.reduction.probes import CoveredPoints, covered_points
 from impactfem.reduction.reduced_building import CompleteModel
-from impactfem.reduction.sides import Impulses
 from impactfem.stages.device.analysis import Analyst, DeviceResult, Support, supports_of
 from impactfem.stages.device.full_order import FullHistories, full_histories, full_system
 from impactfem.stages.device.spectrum_plan import SpectrumPlan
 from impactfem.stages.pounding.compute import pounded
+from impactfem.stages.transient.prepared import Prepared as PreparedBuilding
 from impactfem.stages.transient.prepared import case_loads, transient_of
 from impactfem.sticks.calibration import Calibration
 from impactfem.system.log import LOGGER, Steps
@@ -37,56 +33,37 @@ from impactfem.system.parallel import communicator, on_root
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
-    """What a run needs in addition to the matrices."""
+class Prepared(PreparedBuilding):
+    """What a run needs in addition to the matrices; the loads are those with the own damping."""
 
-    parts: BuildingParts
-    storey_factor: float  #: factor on walls and columns
-    base_plates: tuple[BasePlate, ...]  #: where they are anchored, one for each anchor of each
     points: CoveredPoints  #: further points, which envelopes of spectra cover
-    plans: tuple[SpectrumPlan, ...]  #: response spectrum analyses of each
-    own: DampingLaw  #: damping of the building, α [1/s] and β [s]
-    loads: Loads  #: ground motion and impact forces with that damping, at the step of the 3D model
-    motions: tuple[GroundMotion, ...]
+    plans: tuple[SpectrumPlan, ...]  #: response spectrum analyses of each device
     #: contact laws that left their restitution to the impact on the wall; empty where none did
-    calibrated_laws: frozenset[str] = frozenset()
-    #: what that gave by damping case; empty where there is none
-    restitution: Mapping[str, float] = field(default_factory=dict)
-    #: of the impact on the wall, for spread `calibrated`; None for another one
-    impulses: Impulses | None = None
+    calibrated_laws: frozenset[str]
+    restitution: Mapping[str, float]  #: what that gave by damping case; empty where there is none
     #: the 3D models that pound, for other dampings; None where all buildings are sticks
     models: Models3D | None = None
 
 
-def prepare(
+def prepare_devices(
     case: Case,
-    mesh_file: Path,
-    forces_file: Path,
-    storey_factor: float,
+    building: PreparedBuilding,
     calibrated_laws: frozenset[str] = frozenset(),
     restitution: Mapping[str, float] | None = None,
-    impulses: Impulses | None = None,
 ) -> Prepared:
-    """Read mesh, motions and forces, and build the devices. Not collective.
+    """Build the devices for the building that the stage `transient` has. Not collective.
 
-    The forces are those of the case where it names some, else of the pounding. What the impact
-    on the wall gave: contact laws that left their restitution to it, this by damping case, and what
-    it gave along the edges, for spread `calibrated`.
+    What the impact on the wall gave: contact laws that left their restitution to it, and this by
+    damping case.
 
     Raises:
-        InputError: The mesh, the forces or a device are not usable.
+        InputError: A device is not usable.
         SolutionError: An anchor stands on no node of a floor.
     """
-    transient, analysis = transient_of(case), _analysis_of(case)
-    parts, _, _ = read_parts(case, mesh_file)
-    path = transient.forces or forces_file
-    forces = read_forces(path)
-    motions, devices = tuple(ground_motions(case.motions)), checked_devices(case)
+    analysis = _analysis_of(case)
     return Prepared(
-        parts=parts,
-        storey_factor=storey_factor,
-        base_plates=find_base_plates(case, parts.mesh),
-        points=covered_points(case, parts.mesh),
+        **vars(building),
+        points=covered_points(case, building.parts.mesh),
         plans=tuple(
             SpectrumPlan(
                 device,
@@ -96,21 +73,9 @@ def prepare(
                 supports=analysis.supports,
                 given=given_spectra(setup.spectra or ()),
             )
-            for device, setup in zip(devices, case.devices, strict=True)
+            for device, setup in zip(checked_devices(case), case.devices, strict=True)
         ),
-        own=case.modelled_building.damping.law,
-        loads=case_loads(
-            case,
-            parts.mesh,
-            motions,
-            forces,
-            path,
-            transient.duration or float(forces.time[-1]),
-            impulses=impulses,
-        ),
-        motions=motions,
         calibrated_laws=calibrated_laws,
-        impulses=impulses,
         restitution=restitution or {},
     )
 
@@ -199,7 +164,7 @@ def run_devices(
                 prepared.base_plates,
                 [MountedDevice(plan.device.name, plan.device) for plan in prepared.plans],
                 loads,
-                damping=prepared.own.rayleigh,
+                damping=prepared.damping.rayleigh,
             ) as system,
         ):
             LOGGER.debug(
@@ -210,7 +175,7 @@ def run_devices(
             full = full_histories(
                 system,
                 loads,
-                prepared.own.rayleigh,
+                prepared.damping.rayleigh,
                 substeps,
                 folder,
                 key=key,
@@ -234,7 +199,7 @@ def _study(
 ) -> DeviceStudy:
     """The devices with the building's own damping, then again with every damping case."""
     analyst, count = analyst_of(case, prepared, model), 1 + len(case.damping_cases)
-    cases = [_damped(analyst, OWN, prepared.own, prepared.loads)]
+    cases = [_damped(analyst, OWN, prepared.damping, prepared.loads)]
     full_error = None
     if full is not None:
         reduced = cases[0].results

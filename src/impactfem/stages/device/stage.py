@@ -30,24 +30,25 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.dynamics.checkpoints import remove_checkpoints
     from impactfem.stages.building.compute import mesh_of_run
-    from impactfem.stages.device.compute import prepare, run_devices
+    from impactfem.stages.device.compute import prepare_devices, run_devices
     from impactfem.stages.device.full_order import full_checkpoints
     from impactfem.stages.device.store import write_devices
     from impactfem.stages.reduce.compute import reduced_on_root
+    from impactfem.stages.transient.prepared import prepare
 
     mesh = mesh_of_run(case, folder)
     with steps.step("inputs"):
         laws = calibrated_laws(case)
         case = on_root(lambda: with_contact_of_run(with_structure_targets(case, folder), folder))
+        forces = of_run(folder, "forces.nc")
         prepared = on_root(
-            lambda: prepare(
+            lambda: prepare_devices(
                 case,
-                mesh,
-                of_run(folder, "forces.nc"),
-                storey_factor(folder),
+                prepare(
+                    case, mesh, forces, storey_factor(folder), "", impulses_of_run(case, folder)
+                ),
                 laws,
                 calibrated_restitutions(case, folder),
-                impulses_of_run(case, folder),
             )
         )
         if case.damping_cases:

@@ -27,13 +27,14 @@ class Prepared:
 
     parts: BuildingParts  #: the building
     probes: tuple[Probe, ...]  #: where it is looked
-    loads: Loads
+    motions: tuple[GroundMotion, ...]
+    loads: Loads  #: ground motion and impact forces, at the step of the 3D model
     storey_factor: float  #: factor on walls and columns
     base_plates: tuple[BasePlate, ...]  #: of the devices
     damping: DampingLaw
     wave_floor: int  #: number of the floor whose waves are evaluated
     #: Of the impact on the wall, for spread `calibrated`; None for another one.
-    impulses: Impulses | None = None
+    impulses: Impulses | None
 
 
 def prepare(
@@ -55,12 +56,13 @@ def prepare(
     path = transient.forces or forces_file
     history = read_forces(path)
     duration = transient.duration or float(history.time[-1])
-    motions = ground_motions(case.motions)
+    motions = tuple(ground_motions(case.motions))
     loads = case_loads(case, parts.mesh, motions, history, path, duration, inputs, impulses)
     probes = tuple(checked_probes(case, parts.mesh))
     return Prepared(
         parts=parts,
         probes=probes,
+        motions=motions,
         loads=loads,
         storey_factor=storey_factor,
         base_plates=find_base_plates(case, parts.mesh),
