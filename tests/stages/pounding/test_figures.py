@@ -21,7 +21,7 @@ from impactfem.plot.style import (
     ordered_looks,
 )
 from impactfem.plot.words import read_words
-from impactfem.stages.pounding import figures
+from impactfem.stages.pounding import figures, model_figures
 from impactfem.stages.pounding.compute import run_sticks
 from impactfem.stages.pounding.figures import stick_figures
 from impactfem.stages.pounding.store import write_motion, write_sticks
@@ -132,7 +132,7 @@ def draw(new_case, tmp_path, monkeypatch):
         stores = [
             xr.load_dataset(tmp_path / f"{name}.nc", engine="h5netcdf") for name in STORES[one]
         ]
-        return getattr(figures, one)(tmp_path / "one.svg", *stores)
+        return getattr(model_figures, one)(tmp_path / "one.svg", *stores)
 
     return run
 
@@ -167,9 +167,9 @@ def test_3d_models_are_no_sticks(draw, tmp_path, monkeypatch):
     store = sticks.assign_coords(building_model=("building", ["structure"] * 2))
     drawn = list[str]()
     for name in ("_draw_slabs", "_draw_stick"):
-        monkeypatch.setattr(figures, name, lambda *_, name=name: drawn.append(name))
+        monkeypatch.setattr(model_figures, name, lambda *_, name=name: drawn.append(name))
     forces = xr.load_dataset(tmp_path / "forces.nc", engine="h5netcdf")
-    figures.contact_figure(tmp_path / "one.svg", store, forces)
+    model_figures.contact_figure(tmp_path / "one.svg", store, forces)
     assert drawn == ["_draw_slabs"] * store.sizes["building"]
     words = read_words(tmp_path / "one.svg")
     assert "no dashpot" in words.caption and "spring" not in words.seen
@@ -195,7 +195,7 @@ def test_buildings_are_as_wide_as_their_points_say(draw, monkeypatch):
     """A tower of 10 m beside a wing of 12 m, 2 cm apart."""
     drawn = []
     monkeypatch.setattr(
-        figures, "Rectangle", lambda at, width, *_, **__: drawn.append((at[0], width))
+        model_figures, "Rectangle", lambda at, width, *_, **__: drawn.append((at[0], width))
     )
     monkeypatch.setattr(Axes, "add_patch", lambda *_: None)
     draw(changed(('"18.02 m"', '"17.02 m"'), ('"-6 m"', '"-5 m"')), "case_figure")
