@@ -9,7 +9,6 @@ import pytest
 import xarray as xr
 
 from impactfem.spectra import broaden, fractile
-from impactfem.stages.design.checks import design_checks
 from impactfem.stages.design.figures import design_figures
 from impactfem.stages.design.products import (
     EACH,
@@ -19,6 +18,7 @@ from impactfem.stages.design.products import (
     vertex_table,
     write_design_products,
 )
+from impactfem.stages.design.stage import design_checks
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem.stages.device.checks import device_checks
+from impactfem.stages.device.stage import device_checks
 from impactfem.system.files import write_netcdf
 
 from .device_store import WantedDevice, device_folder, device_store

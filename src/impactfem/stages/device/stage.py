@@ -3,6 +3,8 @@
 from dataclasses import replace
 from pathlib import Path
 
+import xarray as xr
+
 from impactfem.case import Case
 from impactfem.case.transient import transient_files
 from impactfem.stages.building.stage import storey_factor
@@ -14,16 +16,26 @@ from impactfem.stages.calibrate.selection import (
     with_contact_of_run,
 )
 from impactfem.stages.calibrate.stage import CALIBRATE
-from impactfem.stages.device.checks import device_checks
+from impactfem.stages.check import Check, limited
 from impactfem.stages.device.figures import device_figures
+from impactfem.stages.device.selection import LOADS, Load, anchor_of, direction, loaded, restitution
 from impactfem.stages.device.tables import device_tables
+from impactfem.stages.device.verdict import anchors, pounding, shortfall
 from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key, models_of_run
 from impactfem.stages.stage import DRAWING, Stage
-from impactfem.stages.stores import of_run
+from impactfem.stages.stores import names_of, of_run, open_store
 from impactfem.system.log import Steps
 from impactfem.system.parallel import on_root
+from impactfem.system.scalar import values_of
+
+IMBALANCE = 1e-8
+"""Largest difference of action and reaction at an anchor, of the largest force."""
+BASIS = 0.005
+"""Largest error of the transfer functions of the reduced basis."""
+NODES = 3
+"""Least number of floor nodes that spread an anchor; fewer hold it at a point or along a line."""
 
 
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
@@ -69,6 +81,74 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         return [folder / "device.nc"]
 
     return on_root(write)
+
+
+def device_checks(folder: Path) -> list[Check]:
+    """The checks of the stage, from `device.nc` of a run's folder."""
+    with open_store(folder / "device.nc") as opened:
+        store = loaded(opened)
+        lines = [line for name in names_of(store, "device") for line in _checks_of(store, name)]
+        values = values_of(store)
+        error, vectors = values["device.basis_error"], values["device.basis_vectors"]
+        basis = f"error of the reduced basis of {vectors:.0f} vectors"
+        lines += [limited(basis, error, BASIS, "%"), *_checks_of_impacts(store)]
+        # What the response spectrum analyses assumed.
+        lines += [(None, str(note)) for note in store["note"].values]
+    return [(good, f"device: {text}") for good, text in lines]
+
+
+def _checks_of(store: xr.Dataset, name: str) -> list[Check]:
+    """What holds with the building's own damping in words, and of its anchor with any damping."""
+    demand = ", ".join(
+        f"{1e-3 * Load(store, name, impact).detailed:.4g} kN {words}"
+        for impact, words in LOADS.items()
+    )
+    lines: list[Check] = [(None, f"F{direction(store)} of {name} on the floor: {demand}")]
+    lines += [
+        (None, f"{name}: {text}") for text in (*shortfall(store, name), pounding(store, name))
+    ]
+
+    _, floor, nodes = anchor_of(store, name)
+    text = f"{name} on floor {floor}: nodes that it is anchored to"
+    met, text = limited(text, nodes, NODES, least=True)
+    more = "; fewer do not spread it over the slab: refine the mesh around its anchor"
+    lines.append((met, text if met else text + more))
+
+    # Whether the weight holds the device down, with any damping; else it needs its anchors.
+    if (pulled := anchors(store, name)) is None:
+        lines.append((None, f"the weight of {name} is not known, nor its tension"))
+    else:
+        held = not bool((store["net_tension"].sel(device=name) > 0.0).any())
+        words = "its weight holds it down" if held else "it needs anchors in tension"
+        lines.append((held, f"{name}: {words}; net tension at the anchor: {pulled}"))
+
+    imbalance = store["imbalance"].sel(device=name)
+    if not imbalance.notnull().any():
+        lines.append((None, f"{name} has no free spring, its base forces cannot be compared"))
+        return lines
+    largest = imbalance.isel(imbalance.argmax(...))
+    worst = float(largest)
+    text = f"{name}: difference of action and reaction at the anchor"
+    met, text = limited(text, worst, IMBALANCE)
+    where = f", damping {largest['case'].item()}, {LOADS[largest['impact'].item()]}"
+    lines.append((met, text if met else text + where))
+    return lines
+
+
+def _checks_of_impacts(store: xr.Dataset) -> list[Check]:
+    """The largest impact force; without an impact there is nothing to compare."""
+    lines: list[Check] = []
+    for case in names_of(store, "case"):
+        peak = float(store["impact_force"].sel(case=case))
+        epsilon, source = restitution(store, case)
+        which = "the restitution of the contact laws"
+        if epsilon is not None:
+            which = f"ε = {epsilon:.3g}, {source}"
+        happens = f"largest impact force {1e-6 * peak:.4g} MN"
+        if not peak > 0.0:
+            happens = "no impact happens, both loads are the same"
+        lines.append((None if peak > 0.0 else False, f"damping {case}: {which}; {happens}"))
+    return lines
 
 
 DEVICE = Stage(
