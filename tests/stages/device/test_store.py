@@ -5,8 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from impactfem.stages.device.analysis import DeviceResult, Support
-from impactfem.stages.device.spectrum_plan import SpectrumChoice
+from impactfem.stages.device.analysis import DeviceResult, SpectrumChoice, Support
 from impactfem.stages.device.store import load_scalars, mode_ordinates, pulls
 
 from .device_store import WantedDevice, device_store

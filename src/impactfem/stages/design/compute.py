@@ -43,10 +43,9 @@ from impactfem.stages.design.floors import (
     read_whole_floors,
 )
 from impactfem.stages.design.store import write_design
-from impactfem.stages.device.analysis import Analyst, supports_of
+from impactfem.stages.device.analysis import Analyst, SpectrumChoice, headline_of, supports_of
 from impactfem.stages.device.compute import Prepared as DevicePrepared
 from impactfem.stages.device.compute import analyst_of
-from impactfem.stages.device.spectrum_plan import SpectrumChoice, headline_of
 from impactfem.stages.ensemble.compute import member_key, members_of, worked_off
 from impactfem.stages.pounding.compute import pounded
 from impactfem.stages.stores import of_run

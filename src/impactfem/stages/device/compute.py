@@ -21,9 +21,14 @@ from impactfem.reduction.loads import Loads
 from impactfem.reduction.pounding_3d import Models3D
 from impactfem.reduction.probes import CoveredPoints, covered_points
 from impactfem.reduction.reduced_building import CompleteModel
-from impactfem.stages.device.analysis import Analyst, DeviceResult, Support, supports_of
+from impactfem.stages.device.analysis import (
+    Analyst,
+    DeviceResult,
+    SpectrumPlan,
+    Support,
+    supports_of,
+)
 from impactfem.stages.device.full_order import FullHistories, full_histories, full_system
-from impactfem.stages.device.spectrum_plan import SpectrumPlan
 from impactfem.stages.pounding.compute import pounded
 from impactfem.stages.transient.prepared import Prepared as PreparedBuilding
 from impactfem.stages.transient.prepared import case_loads, transient_of

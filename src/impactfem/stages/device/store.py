@@ -27,9 +27,8 @@ from impactfem.device.anchor_force import own_weight, ring_tension
 from impactfem.device.device import Device
 from impactfem.device.modes import device_modes
 from impactfem.device.parts import solid_cylinder
-from impactfem.stages.device.analysis import DeviceResult
+from impactfem.stages.device.analysis import DeviceResult, SpectrumChoice, SpectrumPlan, headline_of
 from impactfem.stages.device.compute import DampedStudy, DeviceStudy
-from impactfem.stages.device.spectrum_plan import SpectrumChoice, SpectrumPlan, headline_of
 from impactfem.stages.stores import Output, damping_outputs, damping_values, dataset
 from impactfem.sticks.element import COMPONENTS, rigid_link
 from impactfem.system.arrays import Array

@@ -9,7 +9,7 @@ from impactfem.case.device_tables import GivenSpectrum
 from impactfem.device.combination import Gupta, LindleyYow, Rules
 from impactfem.device.models import from_matrices
 from impactfem.device.spectrum import AnchorSpectrum, given_spectra
-from impactfem.stages.device.spectrum_plan import (
+from impactfem.stages.device.analysis import (
     SpectrumChoice,
     SpectrumPlan,
     _in_step,
