@@ -56,15 +56,15 @@ def run(case, tmp_path):
 
 def test_members_have_seeds_of_their_own(case):
     members = members_of(case)
-    assert [m.name for m in members] == ["seed_7", "seed_8", "seed_9", "seed_10"]
-    assert [m.case.motions[0].seed for m in members] == [7, 8, 9, 10]
-    assert members_of(case.model_copy(update={"ensemble": None})) == []
+    assert list(members) == ["seed_7", "seed_8", "seed_9", "seed_10"]
+    assert [m.motions[0].seed for m in members.values()] == [7, 8, 9, 10]
+    assert members_of(case.model_copy(update={"ensemble": None})) == {}
 
 
 def test_components_never_share_a_seed(case):
     other = case.motions[0].model_copy(update={"direction": "x"})
     two = case.model_copy(update={"motions": (*case.motions, other)})
-    seeds = [motion.seed for m in members_of(two) for motion in m.case.motions]
+    seeds = [motion.seed for m in members_of(two).values() for motion in m.motions]
     assert len(set(seeds)) == len(seeds) == 8
 
 
@@ -97,7 +97,7 @@ def test_what_is_not_finite_is_in_no_percentile():
 
 def test_a_member_is_the_run_of_its_seed(case, run):
     result = run()
-    single = ensemble.run_member((None, system_of(case, None)), members_of(case)[2])
+    single = ensemble.run_member((None, system_of(case, None)), members_of(case)["seed_9"])
     np.testing.assert_array_equal(single["psa"], result.spectra["psa"][2])
     assert np.abs(single["psa"] - result.spectra["psa"][1]).max() > 0.0
 
@@ -126,7 +126,7 @@ def test_a_failure_is_named_and_not_fatal(run, monkeypatch, caplog):
     right = ensemble.run_member
 
     def fail(ready, member, models=None):
-        if member.name == "seed_8":
+        if member.motions[0].seed == 8:
             raise SolutionError("no motion was found")
         return right(ready, member)
 
@@ -161,8 +161,8 @@ def test_records_of_a_folder(case, tmp_path):
     text = text.replace("motions = 4\nfirst_seed = 7", 'records = "records"')
     path.write_text(text, encoding="utf-8")
     found = members_of(load_case(path))
-    assert [m.name for m in found] == ["r1.csv", "r2.csv", "r3.csv"]
-    assert [m.case.motions[0].file for m in found] == [folder / m.name for m in found]
+    assert list(found) == ["r1.csv", "r2.csv", "r3.csv"]
+    assert [m.motions[0].file for m in found.values()] == [folder / name for name in found]
 
 
 def test_store(case, run, tmp_path):

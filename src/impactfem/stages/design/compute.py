@@ -244,7 +244,7 @@ def run_design(
     )
     # The first of the ensemble.
     count = 0 if case.ensemble is None else case.ensemble.structure_motions
-    members = members_of(case)[:count] if count else []
+    members = dict(list(members_of(case).items())[:count]) if count else {}
     # Members depend on where and how the vertices that govern are sought under other motions, too.
     search = "probes alone"
     if whole is not None:
@@ -252,7 +252,7 @@ def run_design(
         every = f"{whole.frequency[::EVERY].tolist()}{whole.damping}"
         search = f"{hashlib.sha256(places).hexdigest()}{every}"
     members_key = hashlib.sha256(f"{members_key}{search}".encode()).hexdigest()
-    keys = {member.name: member_key(member, members_key) for member in members}
+    keys = {name: member_key(member, members_key) for name, member in members.items()}
     files = {name: folder / FOLDER / f"{name}.npz" for name in keys}
 
     def stored() -> dict[str, Arrays]:
@@ -260,7 +260,7 @@ def run_design(
         return {name: arrays for name, arrays in known.items() if arrays is not None}
 
     found = on_root(stored)
-    waiting = [member for member in members if member.name not in found]
+    waiting = {name: member for name, member in members.items() if name not in found}
     names: tuple[str, ...] = ()
     edges: list[Shares] = []
     mesh, own = prepared.parts.mesh, prepared.loads
@@ -279,14 +279,12 @@ def run_design(
     def run_sticks() -> None:
         (folder / FOLDER).mkdir(parents=True, exist_ok=True)
         calibration = calibration_of(case)
-        for number, member in enumerate(waiting, 1):
+        for number, (name, member) in enumerate(waiting.items(), 1):
             try:
-                loads[member.name] = motion_loads(
-                    member.case, calibration, names, edges, mesh, models
-                )
+                loads[name] = motion_loads(member, calibration, names, edges, mesh, models)
             except ImpactfemError as error:
-                failed[member.name] = str(error)
-                LOGGER.warning("warning: ensemble member %s failed: %s", member.name, error)
+                failed[name] = str(error)
+                LOGGER.warning("warning: ensemble member %s failed: %s", name, error)
             steps.within("sticks", number / len(waiting))
 
     if waiting:
@@ -329,7 +327,7 @@ def run_design(
         results: dict[str, Any] = {}
         analysis = ""
         if members:
-            with_result = [member.name for member in members if member.name in found]
+            with_result = [name for name in members if name in found]
             results = stacked(with_result, found, failed) | {
                 "motion": with_result,
                 "edge": np.unique([shares[0][0].floor for shares in edges]).astype(np.int64),

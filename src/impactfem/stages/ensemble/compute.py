@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, as_completed
-from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -32,14 +31,6 @@ PARTS = ("psa", "psa_free", "pfa", "pfa_free")
 AXES = ("directions", "frequency", "damping")
 
 
-@dataclass(frozen=True)
-class Member:
-    """One member of an ensemble."""
-
-    name: str  #: its seed or record, for messages and files
-    case: Case  #: the case with its motions
-
-
 @dataclass(frozen=True, eq=False)
 class EnsembleResult:
     """What the members gave, without those that failed."""
@@ -54,15 +45,15 @@ class EnsembleResult:
     spectra: dict[str, Any]
 
 
-def members_of(case: Case) -> list[Member]:
-    """The members that the case asks for.
+def members_of(case: Case) -> dict[str, Case]:
+    """The case with the motions of each member that it asks for, by their seeds or records.
 
     Synthetic motions: member i gets the seed first_seed + i; the motion number c of several
     components gets c × 1,000,000 added, so that components are never the same.
     """
     ensemble = case.ensemble
     if ensemble is None:
-        return []
+        return {}
     if ensemble.records is not None:
         (motion,) = case.motions
         found: dict[str, tuple[Any, ...]] = {
@@ -79,7 +70,7 @@ def members_of(case: Case) -> list[Member]:
             )
             for seed in range(first, first + (ensemble.motions or 0))
         }
-    return [Member(name, case.model_copy(update={"motions": m})) for name, m in found.items()]
+    return {name: case.model_copy(update={"motions": m}) for name, m in found.items()}
 
 
 def run_ensemble(
@@ -111,11 +102,11 @@ def run_ensemble(
     """
     members = members_of(case)
     folder.mkdir(parents=True, exist_ok=True)
-    keys = {member.name: member_key(member, key) for member in members}
+    keys = {name: member_key(member, key) for name, member in members.items()}
     files = {name: folder / f"{own}.npz" for name, own in keys.items()}
     found = {name: read_archive(files[name], own) for name, own in keys.items()}
     given = {name: arrays for name, arrays in found.items() if arrays is not None}
-    waiting = {member.name: (member,) for member in members if member.name not in given}
+    waiting = {name: (member,) for name, member in members.items() if name not in given}
     before = len(given)
     progress(before, len(members))
     more, failed = worked_off(
@@ -127,7 +118,7 @@ def run_ensemble(
         lambda done: progress(before + done, len(members)),
     )
     given |= more
-    names = [member.name for member in members if member.name not in failed]
+    names = [name for name in members if name not in failed]
     if len(names) < 2:
         reasons = "; ".join(f"{name}: {reason}" for name, reason in failed.items())
         raise SolutionError(f"fewer than two members of the ensemble gave a result: {reasons}")
@@ -177,12 +168,10 @@ def worked_off(
 
 
 def run_member(
-    ready: tuple[Calibration | None, System], member: Member, models: Models3D | None = None
+    ready: tuple[Calibration | None, System], member: Case, models: Models3D | None = None
 ) -> dict[str, Array]:
     """The results of one member: what `EnsembleResult` gathers, and names as arrays of text."""
-    study = run_sticks(
-        member.case, lambda _: nullcontext(), ready=ready, buildings=1, models=models
-    )
+    study = run_sticks(member, ready=ready, buildings=1, models=models)
     scalars = [s for s in stick_scalars(study) if not s.name.startswith("sticks.")]
     return {
         "names": np.array([s.name for s in scalars]),
@@ -198,10 +187,10 @@ def run_member(
     }
 
 
-def member_key(member: Member, key: str) -> str:
+def member_key(member: Case, key: str) -> str:
     """Hash of what a member depends on: its motions, and the key of what all members depend on."""
     digest = hashlib.sha256(key.encode())
-    for motion in member.case.motions:
+    for motion in member.motions:
         digest.update(motion.model_dump_json(exclude={"file"}).encode())
         for file in motion_files(motion):
             digest.update(file.read_bytes())
