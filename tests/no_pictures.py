@@ -10,7 +10,7 @@ from impactfem.stages.pounding import stage as pounding
 from impactfem.stages.transient import stage as transient
 
 FIGURES = (
-    (building, "building_pictures"),
+    (building, "in_own_process"),
     (calibrate, "wall_figures"),
     (pounding, "stick_figures"),
     (floor_products, "floor_figures"),

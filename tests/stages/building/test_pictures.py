@@ -6,9 +6,10 @@ import xarray as xr
 from matplotlib.figure import Figure
 from PIL import Image
 
-from impactfem.stages.building.pictures import building_pictures, open_side, side_panel
+from impactfem.stages.building.pictures import draw_pictures, open_side, side_panel
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
+from impactfem.system.own_process import in_own_process
 
 
 def house(*, walls=True, lines=True, modes=2):
@@ -77,7 +78,7 @@ def house(*, walls=True, lines=True, modes=2):
 )
 def test_pictures(tmp_path, wanted, names):
     write_netcdf(tmp_path / "building.nc", house(**wanted))
-    drawn = building_pictures(tmp_path)
+    drawn = in_own_process(draw_pictures, tmp_path)
     assert drawn == [tmp_path / "figures" / name for name in names]
     for path in drawn:
         with Image.open(path) as picture:
@@ -87,7 +88,7 @@ def test_pictures(tmp_path, wanted, names):
 
 def test_no_store(tmp_path):
     with pytest.raises(ImpactfemError, match=r"building\.nc"):
-        building_pictures(tmp_path)
+        in_own_process(draw_pictures, tmp_path)
 
 
 def test_the_side_with_most_openings():

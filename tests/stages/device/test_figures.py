@@ -12,8 +12,9 @@ from impactfem.plot import style
 from impactfem.stages.device import figures
 from impactfem.stages.device.figures import device_figures
 from impactfem.stages.device.model_figures import device_size, drawing_of, model_figure
-from impactfem.stages.device.pictures import Floor, device_pictures
+from impactfem.stages.device.pictures import Floor, draw_pictures
 from impactfem.stages.device.selection import input_variants
+from impactfem.system.own_process import in_own_process
 
 from ..figure_file import assert_drawn
 from .device_store import FREQUENCIES, HEIGHT, WantedDevice, device_folder, device_store
@@ -79,7 +80,7 @@ def drawn(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(style.SETTINGS, "savefig.dpi", 40.0)
         # The pictures in 3D have a test of their own.
-        patch.setattr(figures, "device_pictures", lambda folder: [])
+        patch.setattr(figures, "in_own_process", lambda *_: [])
         for name, (wanted, building, _) in CASES.items():
             one = found[name] = Drawn(device_folder(tmp_path_factory.mktemp("device"), **wanted))
             if building:
@@ -275,9 +276,9 @@ def test_plan_of_a_floor():
 @pytest.mark.slow
 def test_pictures_of_two_devices(tmp_path):
     folder = device_folder(tmp_path, devices=("pump", "fan"))
-    assert device_pictures(folder) == []
+    assert draw_pictures(folder) == []
     one_floor().to_netcdf(folder / "building.nc", engine="h5netcdf")
-    found = device_pictures(folder)
+    found = in_own_process(draw_pictures, folder)
     assert [path.name for path in found] == ["figure_23_model.png", "figure_23_model_fan.png"]
     for path in found:
         assert_drawn(path, 2000, 1000)

@@ -48,7 +48,7 @@ CASES = {
 @pytest.fixture
 def draw(monkeypatch):
     """Draw without pictures and film, which have tests of their own, and coarsely."""
-    monkeypatch.setattr(transient_figures, "transient_pictures", lambda folder: [])
+    monkeypatch.setattr(transient_figures, "in_own_process", lambda *_: [])
     monkeypatch.setattr(transient_figures, "wave_animation", lambda folder: [])
     monkeypatch.setitem(style.SETTINGS, "savefig.dpi", 40.0)
     return transient_figures.transient_figures
@@ -76,7 +76,7 @@ def test_maps_that_are_asked_for(transient_folder, draw):
 def test_with_pictures(transient_folder, monkeypatch):
     folder = transient_folder(loads=(), maps=False)
     pictures = [folder / "figures" / "figure_14_probes.png"]
-    monkeypatch.setattr(transient_figures, "transient_pictures", lambda _: pictures)
+    monkeypatch.setattr(transient_figures, "in_own_process", lambda *_: pictures)
     monkeypatch.setattr(transient_figures, "probe_figures", lambda *_: [])
     assert transient_figures.transient_figures(folder) == pictures
 

@@ -19,11 +19,12 @@ from impactfem.stages.transient.pictures import (
     PEAKS,
     PROBES,
     colour_scale,
+    draw_pictures,
     round_numbers,
-    transient_pictures,
 )
 from impactfem.stages.transient.selection import shown
 from impactfem.system.errors import ImpactfemError
+from impactfem.system.own_process import in_own_process
 
 
 def inked(path):
@@ -42,7 +43,7 @@ def inked(path):
 @pytest.mark.parametrize("direction", ["x", "y"])
 def test_a_building(transient_folder, direction):
     folder = transient_folder(direction=direction)
-    drawn = transient_pictures(folder)
+    drawn = in_own_process(draw_pictures, folder)
     assert [path.name for path in drawn] == [PROBES, PEAKS, AMPLIFICATION]
     for path in drawn:
         with Image.open(path) as picture:
@@ -54,14 +55,14 @@ def test_a_building(transient_folder, direction):
 @pytest.mark.slow
 def test_without_fields(transient_folder):
     folder = transient_folder(maps=False)
-    assert [path.name for path in transient_pictures(folder)] == [PROBES]
+    assert [path.name for path in in_own_process(draw_pictures, folder)] == [PROBES]
 
 
 def test_a_store_that_is_missing(transient_folder):
     folder = transient_folder(maps=False)
     (folder / "building.nc").unlink()
     with pytest.raises(ImpactfemError, match=r"building\.nc"):
-        transient_pictures(folder)
+        in_own_process(draw_pictures, folder)
 
 
 def test_floors_that_are_far_above_the_others_take_the_logarithm():

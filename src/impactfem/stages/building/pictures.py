@@ -1,6 +1,7 @@
 """Pictures of the 3D building: its mesh (figure 1) and its bending modes (figure 3 a)."""
 
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -28,9 +29,8 @@ from impactfem.plot.scene import (
     surface,
 )
 from impactfem.plot.style import figure, letter
-from impactfem.stages.stores import open_store
+from impactfem.stages.stores import names_of, open_store
 from impactfem.system.arrays import Array
-from impactfem.system.own_process import in_own_process
 
 FLAT = 1e-6
 """How far the nodes of a side may be from its plane [m]."""
@@ -60,8 +60,23 @@ class Side:
 def open_side(store: xr.Dataset) -> Side | None:
     """The side of `building.nc` with the largest area of openings; None where none has a wall."""
     nodes = np.asarray(store["node_position"].values, dtype=np.float64)
-    planes = [(a, float(at(nodes[:, a]))) for a in (0, 1) for at in (np.min, np.max)]
-    sides = [side for axis, at in planes if (side := _side(store, nodes, axis, at)) is not None]
+    names = names_of(store, "shell_part_name")
+    storey = np.array([name.split("_")[0] == "storey" for name in names], dtype=bool)
+    cells = store["triangle_node"].values[storey[store["triangle_part"].values]][:, :3]
+    ends = store["line_node"].values[:, :2]
+    sides = []
+    for axis, outermost in product((0, 1), (np.min, np.max)):
+        at = float(outermost(nodes[:, axis]))
+        near = np.abs(nodes[:, axis] - at) < FLAT
+        of_side = cells[np.all(near[cells], axis=1)]
+        if not len(of_side):
+            continue
+        plane = nodes[:, [1 - axis, 2]]
+        walls = plane[of_side]
+        extent, area = np.ptp(walls.reshape(-1, 2), axis=0), float(areas(nodes, of_side).sum())
+        # Rounding must not make an opening of a closed wall.
+        opened = max(0.0, round(float(extent.prod()) - area, 6))
+        sides.append(Side("xy"[axis], at, walls, plane[ends[np.all(near[ends], axis=1)]], opened))
     return max(sides, key=lambda side: side.opened, default=None)
 
 
@@ -84,39 +99,12 @@ def side_panel(panel: Axes, side: Side) -> None:
     panel.grid(False)
 
 
-def _side(store: xr.Dataset, nodes: Array, axis: int, at: float) -> Side | None:
-    near = np.abs(nodes[:, axis] - at) < FLAT
-    names = [str(name) for name in store["shell_part_name"].values]
-    storey = np.array([name.split("_")[0] == "storey" for name in names], dtype=bool)
-    cells = store["triangle_node"].values[storey[store["triangle_part"].values]][:, :3]
-    cells = cells[np.all(near[cells], axis=1)]
-    if not len(cells):
-        return None
-    plane = nodes[:, [1 - axis, 2]]
-    walls = plane[cells]
-    area = float(areas(nodes, cells).sum())
-    ends = store["line_node"].values[:, :2]
-    extent = np.ptp(walls.reshape(-1, 2), axis=0)
-    return Side(
-        axis="xy"[axis],
-        at=at,
-        walls=walls,
-        lines=plane[ends[np.all(near[ends], axis=1)]],
-        # Rounding must not make an opening of a closed wall.
-        opened=max(0.0, round(float(extent.prod()) - area, 6)),
-    )
-
-
-def building_pictures(folder: Path) -> list[Path]:
+def draw_pictures(folder: Path) -> list[Path]:
     """Draw the mesh and the first bending modes of `building.nc` into `figures/`.
 
-    In a process of their own. ImpactfemError where a file cannot be written, or the process that
-    draws crashed, as it does where OpenGL is missing (Debian's libegl1 and libgl1).
+    Run it in a process of its own: it crashes where OpenGL is missing (Debian's libegl1 and
+    libgl1). ImpactfemError where a file cannot be written.
     """
-    return in_own_process(_draw, folder)
-
-
-def _draw(folder: Path) -> list[Path]:
     target = folder / "figures"
     with open_store(folder / "building.nc") as store:
         files = [_mesh(store, target / MESH)]

@@ -8,7 +8,7 @@ from impactfem.case import Case
 from impactfem.case.buildings import GeneratedMesh, structure_files
 from impactfem.case.floors import Floor
 from impactfem.case.members import Bay
-from impactfem.stages.building.pictures import building_pictures
+from impactfem.stages.building.pictures import draw_pictures
 from impactfem.stages.building.tables import building_tables
 from impactfem.stages.building.targets import from_structure
 from impactfem.stages.check import Check, limited
@@ -16,6 +16,7 @@ from impactfem.stages.inputs import published_values
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import number_of, open_store
 from impactfem.system.log import Steps
+from impactfem.system.own_process import in_own_process
 from impactfem.system.parallel import communicator, on_root
 
 MASS = 1e-9
@@ -59,7 +60,7 @@ def _draw(case: Case, folder: Path) -> list[Path]:
     bays: tuple[Bay, ...] = mesh.built[1] if isinstance(mesh, GeneratedMesh) else ()
     return [
         *building_tables(folder, published_values(case), case.modelled_building.floors, bays),
-        *building_pictures(folder),
+        *in_own_process(draw_pictures, folder),
     ]
 
 

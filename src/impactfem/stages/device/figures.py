@@ -25,7 +25,7 @@ from impactfem.stages.device.model_figures import (
     model_figure,
     modes_figure,
 )
-from impactfem.stages.device.pictures import device_pictures, position_figure
+from impactfem.stages.device.pictures import draw_pictures, position_figure
 from impactfem.stages.device.selection import (
     BROADENED,
     GUPTA,
@@ -48,6 +48,7 @@ from impactfem.stages.device.selection import (
 )
 from impactfem.stages.stores import damping_of, names_of, open_stores
 from impactfem.system.arrays import Array
+from impactfem.system.own_process import in_own_process
 from impactfem.system.parallel import meanwhile
 
 WINDOW = (0.05, 0.15)
@@ -73,8 +74,8 @@ def device_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[
     Published values, in SI by the name of the result, are drawn with ours. ImpactfemError where a
     file cannot be written, or OpenGL is missing.
     """
-    target = folder / "figures"
-    with meanwhile(lambda: device_pictures(folder)) as pictures, open_stores(folder) as opened:
+    target, pictures = folder / "figures", partial(in_own_process, draw_pictures, folder)
+    with meanwhile(pictures) as drawn_meanwhile, open_stores(folder) as opened:
         store = loaded(opened("device.nc"))
         building = opened("building.nc") if (folder / "building.nc").is_file() else None
         drawn = [_damping_figure(target / "figure_28_damping.svg", store)]
@@ -85,7 +86,7 @@ def device_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[
                 path = target / f"{file_stem(store, stem, device)}.svg"
                 draw(path, store, device)
                 drawn.append(path)
-    return sorted([*drawn, *pictures()])
+    return sorted([*drawn, *drawn_meanwhile()])
 
 
 def _of_device(

@@ -31,7 +31,6 @@ from impactfem.stages.device.model_figures import device_size
 from impactfem.stages.device.selection import anchor_of, file_stem
 from impactfem.stages.stores import names_of, open_stores
 from impactfem.system.arrays import Array, Index
-from impactfem.system.own_process import in_own_process
 
 FLAT = 1e-6
 """How far vertices of a slab may differ in height [m]."""
@@ -175,19 +174,16 @@ def _lines(panel: Axes, lines: Array, colour: str, width: float, label: str) -> 
         panel.add_collection(LineCollection(list(lines), label=label, **look))
 
 
-def device_pictures(folder: Path) -> list[Path]:
-    """Draw each device in the building into `figures/`, in a process of their own.
+def draw_pictures(folder: Path) -> list[Path]:
+    """Draw the building with each device (a), and the device on a piece of its floor (b).
 
-    None is drawn without `building.nc`. ImpactfemError where a file cannot be written, or the
-    process that draws crashed, as it does where OpenGL is missing (Debian's libegl1 and libgl1).
+    Into `figures/`; none without `building.nc`. Run it in a process of its own: it crashes where
+    OpenGL is missing (Debian's libegl1 and libgl1). ImpactfemError where a file cannot be written.
     """
-    return in_own_process(_draw, folder) if (folder / "building.nc").is_file() else []
-
-
-def _draw(folder: Path) -> list[Path]:
-    """The building with each device (a), and the device on a piece of its floor (b)."""
     target = folder / "figures"
-    drawn = []
+    drawn: list[Path] = []
+    if not (folder / "building.nc").is_file():
+        return drawn
     with open_stores(folder) as opened:
         building, store = opened("building.nc"), opened("device.nc")
         nodes = building["node_position"].values

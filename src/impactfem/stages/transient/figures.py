@@ -16,8 +16,9 @@ from impactfem.stages.transient.floor_figures import (
     snapshots_figure,
     wave_map,
 )
-from impactfem.stages.transient.pictures import transient_pictures
+from impactfem.stages.transient.pictures import draw_pictures
 from impactfem.stages.transient.selection import main_impact, of_kind, shown
+from impactfem.system.own_process import in_own_process
 from impactfem.system.parallel import meanwhile
 
 FIELDS: tuple[str, ...] = Transient.model_fields["fields"].default
@@ -37,8 +38,8 @@ def transient_figures(
     spectra. Maps are "pfa", "psa" or both; published values, in SI by the name of the result, are
     drawn with ours.
     """
-    target = folder / "figures"
-    with meanwhile(lambda: transient_pictures(folder)) as pictures, open_stores(folder) as opened:
+    target, pictures = folder / "figures", partial(in_own_process, draw_pictures, folder)
+    with meanwhile(pictures) as drawn_meanwhile, open_stores(folder) as opened:
         response = shown(opened("transient.nc"))
         curves = probe_figures(response, opened("pounding.nc"), published)
         drawn = [one.write(target) for one in curves]
@@ -63,4 +64,4 @@ def transient_figures(
             draw(target / name)
             drawn.append(target / name)
         drawn += [*wave_animation(folder), *both_figures(folder)]
-    return sorted([*drawn, *pictures()])
+    return sorted([*drawn, *drawn_meanwhile()])

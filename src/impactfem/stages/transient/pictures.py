@@ -30,7 +30,6 @@ from impactfem.plot.words import spoken
 from impactfem.stages.stores import open_stores
 from impactfem.stages.transient.selection import of_kind, shown
 from impactfem.system.arrays import Array
-from impactfem.system.own_process import in_own_process
 
 Grids = dict[int, Any]
 """Triangles of each floor, with the values of both pictures at their nodes."""
@@ -60,17 +59,12 @@ FROM_SHORT = ((-0.12, -1.35, 1.0), (1.35, -0.12, 1.0))
 """From where floors are seen that are longest along x, or along y."""
 
 
-def transient_pictures(folder: Path) -> list[Path]:
-    """Draw figure 14 and, where there are fields, the floors, in a process of their own.
+def draw_pictures(folder: Path) -> list[Path]:
+    """Draw figure 14 and, where there are fields, the floors.
 
-    An ImpactfemError where a file cannot be written, or where that process crashed, as it does
-    where OpenGL is missing (Debian's libegl1 and libgl1).
+    Run it in a process of its own: it crashes where OpenGL is missing (Debian's libegl1 and
+    libgl1). ImpactfemError where a file cannot be written.
     """
-    return in_own_process(draw, folder)
-
-
-def draw(folder: Path) -> list[Path]:
-    """Draw what `transient_pictures` gives, in this process."""
     target = folder / "figures"
     with open_stores(folder) as opened:
         building, response = opened("building.nc"), shown(opened("transient.nc"))
