@@ -82,29 +82,24 @@ def device_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[
         for device in names_of(store, "device"):
             for made in (_spectra_figure, _force_figure):
                 drawn.append(made(store, device, published).write(target))
-            for stem, draw in _of_device(store, device, building).items():
+            # By the name of the first device's file.
+            makers: dict[str, Callable[[Path, xr.Dataset, str], None]]
+            makers = {"device_demand": _demand_figure}
+            if len(input_variants(store, device)) > 1:
+                makers["device_inputs"] = _inputs_figure
+            if store.sizes["case"] > 1:
+                makers["figure_30_shear_force_damping"] = _damping_forces_figure
+            if building is not None:
+                makers["figure_23_position"] = partial(position_figure, building=building)
+            if (drawing := drawing_of(store, device)) is not None:
+                makers["figure_24_elements"] = partial(elements_figure, drawn=drawing)
+                makers["figure_25_modes"] = partial(modes_figure, drawn=drawing)
+                makers["figure_26_model"] = partial(model_figure, drawn=drawing)
+            for stem, draw in makers.items():
                 path = target / f"{file_stem(store, stem, device)}.svg"
                 draw(path, store, device)
                 drawn.append(path)
     return sorted([*drawn, *drawn_meanwhile()])
-
-
-def _of_device(
-    store: xr.Dataset, device: str, building: xr.Dataset | None
-) -> dict[str, Callable[[Path, xr.Dataset, str], None]]:
-    """Which figures there are of a device, by the name of the first one's file."""
-    makers: dict[str, Callable[[Path, xr.Dataset, str], None]] = {"device_demand": _demand_figure}
-    if len(input_variants(store, device)) > 1:
-        makers["device_inputs"] = _inputs_figure
-    if store.sizes["case"] > 1:
-        makers["figure_30_shear_force_damping"] = _damping_forces_figure
-    if building is not None:
-        makers["figure_23_position"] = partial(position_figure, building=building)
-    if (drawing := drawing_of(store, device)) is not None:
-        makers["figure_24_elements"] = partial(elements_figure, drawn=drawing)
-        makers["figure_25_modes"] = partial(modes_figure, drawn=drawing)
-        makers["figure_26_model"] = partial(model_figure, drawn=drawing)
-    return makers
 
 
 def _colour(case: int) -> str:

@@ -91,7 +91,18 @@ def device_checks(folder: Path) -> list[Check]:
         values = values_of(store)
         error, vectors = values["device.basis_error"], values["device.basis_vectors"]
         basis = f"error of the reduced basis of {vectors:.0f} vectors"
-        lines += [limited(basis, error, BASIS, "%"), *_checks_of_impacts(store)]
+        lines.append(limited(basis, error, BASIS, "%"))
+        for case in names_of(store, "case"):
+            epsilon, source = restitution(store, case)
+            which = "the restitution of the contact laws"
+            if epsilon is not None:
+                which = f"ε = {epsilon:.3g}, {source}"
+            peak = float(store["impact_force"].sel(case=case))
+            happens = f"largest impact force {1e-6 * peak:.4g} MN"
+            # Without an impact there is nothing to compare.
+            if not peak > 0.0:
+                happens = "no impact happens, both loads are the same"
+            lines.append((None if peak > 0.0 else False, f"damping {case}: {which}; {happens}"))
         # What the response spectrum analyses assumed.
         lines += [(None, str(note)) for note in store["note"].values]
     return [(good, f"device: {text}") for good, text in lines]
@@ -132,22 +143,6 @@ def _checks_of(store: xr.Dataset, name: str) -> list[Check]:
     met, text = limited(text, worst, IMBALANCE)
     where = f", damping {largest['case'].item()}, {LOADS[largest['impact'].item()]}"
     lines.append((met, text if met else text + where))
-    return lines
-
-
-def _checks_of_impacts(store: xr.Dataset) -> list[Check]:
-    """The largest impact force; without an impact there is nothing to compare."""
-    lines: list[Check] = []
-    for case in names_of(store, "case"):
-        peak = float(store["impact_force"].sel(case=case))
-        epsilon, source = restitution(store, case)
-        which = "the restitution of the contact laws"
-        if epsilon is not None:
-            which = f"ε = {epsilon:.3g}, {source}"
-        happens = f"largest impact force {1e-6 * peak:.4g} MN"
-        if not peak > 0.0:
-            happens = "no impact happens, both loads are the same"
-        lines.append((None if peak > 0.0 else False, f"damping {case}: {which}; {happens}"))
     return lines
 
 
