@@ -72,66 +72,64 @@ def density_tables(response: xr.Dataset) -> list[Table]:
 def _probes(store: xr.Dataset) -> Table:
     """Peaks at each probe, with the half widths of their error bands."""
     response = known(shown(store))
-    peak = response["psa"].argmax("frequency")
-    at_peak = response[["psa", "psa_band"]].isel(frequency=peak)
     position = {d: response["probe_position"].sel(xyz=d, drop=True) for d in ("x", "y", "z")}
-    highest = float(response["frequency"][-1])
-    return columns_of(
-        response[["pfa", "pfa_band"]].assign(
-            position
-            | {
-                "peak": at_peak["psa"],
-                "band": at_peak["psa_band"],
-                "peak_frequency": at_peak["frequency"],
-                "displacement": abs(response["displacement"]).max("time"),
-            }
-        ),
+    return _peaks(
+        response.assign(position),
         "transient_probes",
         f"Response of the 3D building {store.attrs['building']} along "
-        f"{response['component'].item()}: peak of the floor response spectrum "
-        f"({100 * response['damping'].item():g} % damping, up to {highest:.4g} Hz) and peak "
-        "acceleration, with half widths of their error bands",
-        [
-            ("probe", "probe", ""),
-            *((d, d, "m") for d in ("x", "y", "z")),
-            ("peak", "spectral peak", "m/s2"),
-            ("band", "band", "m/s2"),
-            ("peak_frequency", "at", "Hz"),
-            ("pfa", "peak acceleration", "m/s2"),
-            ("pfa_band", "band of it", "m/s2"),
-            ("displacement", "largest displacement", "cm"),
-        ],
+        f"{response['component'].item()}",
+        [("probe", "probe", ""), *((d, d, "m") for d in ("x", "y", "z"))],
+        ("largest displacement", "cm"),
     )
 
 
 def _rotations(store: xr.Dataset) -> Table:
     """Peaks of the rotations of each probe whose node's are recorded, with their error bands."""
     response = known(store).isel(damping=0)
-    response = response.stack(place=("turning", "rotation"), create_index=False)
-    peak = response["rotational_psa"].argmax("frequency")
-    at_peak = response[["rotational_psa", "rotational_psa_band"]].isel(frequency=peak)
-    found = response[["rotational_pfa", "rotational_pfa_band"]].assign(
-        peak=at_peak["rotational_psa"],
-        band=at_peak["rotational_psa_band"],
-        peak_frequency=at_peak["frequency"],
-        largest=abs(response["rotational_displacement"]).max("time"),
-    )
-    return columns_of(
-        found,
+    return _peaks(
+        response.stack(place=("turning", "rotation"), create_index=False),
         "transient_rotations",
-        f"Rotations of nodes of the 3D building {store.attrs['building']}: peak of the floor "
-        f"response spectrum ({100 * response['damping'].item():g} % damping, up to "
-        f"{response['frequency'].values[-1]:.4g} Hz) and peak acceleration, with half widths of "
-        "their error bands",
+        f"Rotations of nodes of the 3D building {store.attrs['building']}",
+        [("turning", "probe", ""), ("rotation", "about", "")],
+        ("largest rotation", "rad"),
+        of="rotational_",
+    )
+
+
+def _peaks(
+    response: xr.Dataset,
+    name: str,
+    title: str,
+    places: list[tuple[str, str, str]],
+    largest: tuple[str, str],
+    of: str = "",
+) -> Table:
+    """Peaks of the spectra and accelerations of places, and their largest displacements.
+
+    With the heading and the unit of the latter; `of` is how the names of the variables begin.
+    """
+    spectra = response[[f"{of}psa", f"{of}psa_band"]]
+    at_peak = spectra.isel(frequency=spectra[f"{of}psa"].argmax("frequency"))
+    unit = f"{'rad' if of else 'm'}/s2"
+    return columns_of(
+        response[[f"{of}pfa", f"{of}pfa_band", *(place for place, *_ in places)]].assign(
+            peak=at_peak[f"{of}psa"],
+            band=at_peak[f"{of}psa_band"],
+            peak_frequency=at_peak["frequency"],
+            largest=abs(response[f"{of}displacement"]).max("time"),
+        ),
+        name,
+        f"{title}: peak of the floor response spectrum ({100 * response['damping'].item():g} % "
+        f"damping, up to {response['frequency'].values[-1]:.4g} Hz) and peak acceleration, with "
+        "half widths of their error bands",
         [
-            ("turning", "probe", ""),
-            ("rotation", "about", ""),
-            ("peak", "spectral peak", "rad/s2"),
-            ("band", "band", "rad/s2"),
+            *places,
+            ("peak", "spectral peak", unit),
+            ("band", "band", unit),
             ("peak_frequency", "at", "Hz"),
-            ("rotational_pfa", "peak acceleration", "rad/s2"),
-            ("rotational_pfa_band", "band of it", "rad/s2"),
-            ("largest", "largest rotation", "rad"),
+            (f"{of}pfa", "peak acceleration", unit),
+            (f"{of}pfa_band", "band of it", unit),
+            ("largest", *largest),
         ],
     )
 
