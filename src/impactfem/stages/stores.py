@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 
 from impactfem.dynamics.damping import DampingLaw, RatioTable, Rayleigh
+from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.scalar import Scalar, with_scalars
 
@@ -130,6 +131,14 @@ def open_stores(folder: Path) -> Iterator[Callable[[str], xr.Dataset]]:
     """Give a function that opens a store of a run by its file name, as `open_store`."""
     with ExitStack() as stores:
         yield lambda name: stores.enter_context(open_store(of_run(folder, name)))
+
+
+def padded(arrays: Sequence[Array]) -> Array:
+    """Arrays of unequal sizes as one, along a new first axis, filled up with nan."""
+    found = np.full((len(arrays), *np.max([one.shape for one in arrays], axis=0)), np.nan)
+    for row, one in zip(found, arrays, strict=True):
+        row[tuple(slice(size) for size in one.shape)] = one
+    return found
 
 
 def number_of(store: xr.Dataset, name: str, **labels: str) -> float:

@@ -29,7 +29,7 @@ from impactfem.device.modes import device_modes
 from impactfem.device.parts import solid_cylinder
 from impactfem.stages.device.analysis import DeviceResult, SpectrumChoice, SpectrumPlan, headline_of
 from impactfem.stages.device.compute import DampedStudy, DeviceStudy
-from impactfem.stages.stores import Output, damping_outputs, damping_values, dataset
+from impactfem.stages.stores import Output, damping_outputs, damping_values, dataset, padded
 from impactfem.sticks.element import COMPONENTS, rigid_link
 from impactfem.system.arrays import Array
 from impactfem.system.files import write_netcdf
@@ -219,14 +219,12 @@ def _modes(study: DeviceStudy) -> dict[str, Array]:
     """Modes of each device, filled up with nan."""
     plans = [study.prepared.plans[support.device] for support in study.supports]
     found = [device_modes(plan.device).below(plan.maximum_frequency) for plan in plans]
-    shape = (len(found), max(modes.frequency.size for modes in found))
-    frequency, damping = np.full((2, *shape), np.nan)
-    mass = np.full((shape[0], len(COMPONENTS), shape[1]), np.nan)
-    for k, (modes, support) in enumerate(zip(found, study.supports, strict=True)):
-        count = modes.frequency.size
-        frequency[k, :count], damping[k, :count] = modes.frequency, modes.damping
-        mass[k, :, :count] = modes.effective_mass[support.rows]
-    return {"mode_frequency": frequency, "mode_damping": damping, "effective_mass": mass}
+    mass = [m.effective_mass[one.rows] for m, one in zip(found, study.supports, strict=True)]
+    return {
+        "mode_frequency": padded([modes.frequency for modes in found]),
+        "mode_damping": padded([modes.damping for modes in found]),
+        "effective_mass": padded(mass),
+    }
 
 
 def drawing_values(setups: Sequence[DeviceSetup], devices: Sequence[Device]) -> dict[str, Array]:
@@ -258,16 +256,11 @@ def drawing_values(setups: Sequence[DeviceSetup], devices: Sequence[Device]) -> 
         )
     values = {name: np.array([row[name] for row in rows], dtype=np.float64) for name in rows[0]}
     # Modes over the height, with nan where a device has fewer modes or levels than others.
-    both = zip(setups, devices, strict=True)
-    count = [device_modes(d).below(s.maximum_frequency).frequency.size for s, d in both]
-    levels = [_levels(setup) for setup in setups]
-    shapes = np.full((len(setups), max(count), max(map(len, levels)), 6), np.nan)
-    heights = np.full(shapes.shape[::2], np.nan)
-    for k, (setup, device) in enumerate(zip(setups, devices, strict=True)):
-        heights[k, : len(levels[k])] = levels[k]
-        if len(levels[k]):
-            shapes[k, : count[k], : len(levels[k])] = mode_shapes(setup, device)
-    return values | {"level_height": heights, "mode_shape": shapes}
+    levels, shapes = [_levels(setup) for setup in setups], []
+    for setup, device, heights in zip(setups, devices, levels, strict=True):
+        count = device_modes(device).below(setup.maximum_frequency).frequency.size
+        shapes.append(mode_shapes(setup, device) if len(heights) else np.zeros((count, 0, 6)))
+    return values | {"level_height": padded(levels), "mode_shape": padded(shapes)}
 
 
 def mode_shapes(setup: DeviceSetup, device: Device) -> Array:

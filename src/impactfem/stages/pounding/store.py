@@ -7,7 +7,6 @@ accelerations absolute.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +16,8 @@ from impactfem.case.contact_checks import pair_distance
 from impactfem.stages.pounding.compute import StickStudy, moving, station_dofs
 from impactfem.stages.pounding.foundation import DIRECTIONS
 from impactfem.stages.pounding.scalars import stick_scalars
-from impactfem.stages.stores import Output, damping_outputs, damping_values, dataset
+from impactfem.stages.stores import Output, damping_outputs, damping_values, dataset, padded
 from impactfem.sticks.element import COMPONENTS
-from impactfem.system.arrays import Array
 from impactfem.system.files import write_netcdf
 
 _HISTORY = "time station component"
@@ -164,24 +162,16 @@ def write_motion(path: Path, study: StickStudy, key: str) -> None:
         "direction": [m.direction for m in motions],
         "origin": [record.origin for record in records],
         "damping": [float(spectrum.damping[0]) for spectrum in spectra],
-        "time": _rows([record.time for record in records]),
-        "acceleration": _rows([record.acceleration for record in records]),
-        "frequency": _rows([spectrum.frequency for spectrum in spectra]),
-        "spectrum": _rows([spectrum.psa[0, 0] for spectrum in spectra]),
-        "target": _rows(
+        "time": padded([record.time for record in records]),
+        "acceleration": padded([record.acceleration for record in records]),
+        "frequency": padded([spectrum.frequency for spectrum in spectra]),
+        "spectrum": padded([spectrum.psa[0, 0] for spectrum in spectra]),
+        "target": padded(
             [m.spectrum.frequency * np.nan if m.target is None else m.target for m in motions]
         ),
     }
     attributes = {"title": study.case.title, "inputs": key}
     write_netcdf(path, dataset(MOTION_OUTPUTS, values, attributes=attributes))
-
-
-def _rows(values: Sequence[Array]) -> Array:
-    """Arrays of unequal length as rows, filled up with nan."""
-    rows = np.full((len(values), max(map(len, values))), np.nan)
-    for row, array in zip(rows, values, strict=True):
-        row[: len(array)] = array
-    return rows
 
 
 def write_sticks(path: Path, study: StickStudy, key: str) -> None:
@@ -268,22 +258,17 @@ def _histories(study: StickStudy) -> dict[str, Any]:
 
 
 def _modes(study: StickStudy) -> dict[str, Any]:
-    laws = [building.damping.law for building in study.case.buildings]
-    sticks, count = study.system.sticks, max(found.frequency.size for found in study.modes)
-    frequency, ratio = np.full((2, len(sticks), count), np.nan)
-    mass = np.full((len(sticks), len(COMPONENTS), count), np.nan)
-    family = np.full((len(sticks), count), "", dtype=object)
+    sticks, laws = study.system.sticks, [building.damping.law for building in study.case.buildings]
+    omega = [2.0 * np.pi * found.frequency for found in study.modes]
+    ratio = [law.modal(ω**2) / (2.0 * ω) for law, ω in zip(laws, omega, strict=True)]
+    family = np.full((len(sticks), max(map(len, omega))), "", dtype=object)
     shapes = []
     for k, (stick, found) in enumerate(zip(sticks, study.modes, strict=True)):
-        floors, size = len(stick.floors), found.frequency.size
-        frequency[k, :size] = found.frequency
-        omega = 2.0 * np.pi * found.frequency
-        ratio[k, :size] = laws[k].modal(omega**2) / (2.0 * omega)
-        mass[k, :, :size] = found.effective_mass
-        family[k, :size] = found.family
-        shape = np.full((floors, count, 6), np.nan)
-        shape[:, :size] = found.shape[: 6 * floors].reshape(floors, 6, size).swapaxes(1, 2)
-        shapes.append(shape)
+        family[k, : len(found.family)] = found.family
+        rows = found.shape[: 6 * len(stick.floors)]
+        shapes.append(rows.reshape(len(stick.floors), 6, -1).swapaxes(1, 2))
+    # One stick after the other, all with so many modes as the one that has most.
+    shape = [one[: len(stick.floors)] for stick, one in zip(sticks, padded(shapes), strict=True)]
     return {
         "building": [stick.name for stick in sticks],
         **damping_values(laws),
@@ -295,11 +280,11 @@ def _modes(study: StickStudy) -> dict[str, Any]:
         ],
         "mode_direction": COMPONENTS,
         "mode_component": COMPONENTS,
-        "mode_frequency": frequency,
+        "mode_frequency": padded([found.frequency for found in study.modes]),
         "mode_family": family,
-        "mode_ratio": ratio,
-        "mode_effective_mass": mass,
-        "mode_shape": np.concatenate(shapes),
+        "mode_ratio": padded(ratio),
+        "mode_effective_mass": padded([found.effective_mass for found in study.modes]),
+        "mode_shape": np.concatenate(shape),
     }
 
 
