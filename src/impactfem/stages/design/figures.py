@@ -86,18 +86,12 @@ def _ensemble_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
             Curve(members.frequency, psa, "" if k else "members", GREY, width=0.4)
             for k, psa in enumerate(members.psa[:, d, s, x])
         ]
+        for name, label, colour, dash in STATISTICS:
+            if (one := products.statistics.get(name)) is not None:
+                curves.append(Curve(one.frequency, one.psa[d, s, x], label, colour, dash, 1.3))
         own = Curve(design.frequency, design.psa[d, s, x], "the case's motion", "black", ":", 0.9)
-        floors.append([*curves, *_statistics(products, (d, s, x)), own])
+        floors.append([*curves, own])
     return _page("design_ensemble", products, d, x, caption, floors)
-
-
-def _statistics(products: DesignProducts, place: tuple[int, int, int]) -> list[Curve]:
-    found = products.statistics
-    return [
-        Curve(found[n].frequency, found[n].psa[place], label, colour, dash, 1.3)
-        for n, label, colour, dash in STATISTICS
-        if n in found
-    ]
 
 
 def _page(
