@@ -6,7 +6,6 @@ run goes on.
 """
 
 import hashlib
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,8 +24,8 @@ from impactfem.coupling.from_case import calibration_of
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.motion.from_case import ground_motions
 from impactfem.reduction.edge_force import Shares
-from impactfem.reduction.forces import checked_forces, with_floor_forces
-from impactfem.reduction.loads import Loads, make_loads
+from impactfem.reduction.forces import checked_forces
+from impactfem.reduction.loads import Loads
 from impactfem.reduction.pounding_3d import Models3D
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.reduction.reduced_building import ReducedBuilding
@@ -50,7 +49,7 @@ from impactfem.stages.ensemble.compute import member_key, members_of, worked_off
 from impactfem.stages.pounding.compute import pounded
 from impactfem.stages.stores import of_run
 from impactfem.stages.transient.maps import AS_THEY_ARE
-from impactfem.stages.transient.prepared import Prepared, transient_of
+from impactfem.stages.transient.prepared import Prepared, loads_on_edges, transient_of
 from impactfem.sticks.calibration import Calibration
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError, SolutionError
@@ -85,22 +84,16 @@ def motion_loads(
         InputError: A record is not usable.
         SolutionError: The sticks found no usable result, or their motion is too short.
     """
-    transient, motions = transient_of(case), ground_motions(case.motions, accept=False)
+    motions = ground_motions(case.motions, accept=False)
     response = pounded(case, calibration, motions, models=models)
-    duration = transient.duration or float(response.time[-1])
+    duration = transient_of(case).duration or float(response.time[-1])
     if response.time[-1] < duration - case.pounding.time_step:
         raise SolutionError(
             f"the pounding ends at {response.time[-1]:g} s, the 3D model runs up to {duration:g} s"
         )
     exerted = ForceHistory.of_response(response)
     history = exerted.of([exerted.pairs.index(name) for name in names])
-    n_steps = math.floor(duration / transient.time_step * (1.0 + 1e-9))
-    on_building, acting = with_floor_forces(case, mesh, history, list(edges))
-    histories = [motion.history for motion in motions]
-    loads = make_loads(
-        *(histories, on_building, acting, transient.time_step, n_steps, len(acting) - len(edges)),
-        delay=case.delays.get(case.modelled.building, 0.0),
-    )
+    loads = loads_on_edges(case, mesh, motions, history, list(edges), duration)
     floor = np.array([shares[0][0].floor for shares in edges])
     # Points of contact of one line press together.
     lines = np.array(history.ends.line or names)

@@ -14,6 +14,7 @@ from impactfem.case.transient import Transient
 from impactfem.coupling.force_history import ForceHistory, read_forces
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.motion.from_case import GroundMotion, ground_motions
+from impactfem.reduction.edge_force import Shares
 from impactfem.reduction.forces import checked_forces, with_floor_forces
 from impactfem.reduction.loads import Loads, make_loads
 from impactfem.reduction.probes import Probe, checked_probes
@@ -87,22 +88,34 @@ def case_loads(
     `path` is the forces' file, for messages; `inputs` the hash of what the sticks of this run
     depend on, empty when it is not known. InputError where the forces do not go with the case.
     """
-    time_step = transient_of(case).time_step
     forces, edges = checked_forces(history, path, case, mesh, duration, inputs, impulses)
-    contacts = len(edges)
-    forces, edges = with_floor_forces(case, mesh, forces, edges)
-    n_steps = math.floor(duration / time_step * (1.0 + 1e-9))
-    ground = [m.history for m in motions]
-    loads = make_loads(
-        *(ground, forces, edges, time_step, n_steps, len(edges) - contacts),
-        delay=case.delays.get(case.modelled.building, 0.0),
-    )
+    loads = loads_on_edges(case, mesh, motions, forces, edges, duration)
     known = transient_of(case).floors
     lacking = sorted({edge.floor for edge in loads.edges} - set(known or ()))
     if known is not None and lacking:
         expected = f"floor {', '.join(map(str, lacking))}, too, whose edge is hit or loaded"
         raise InputError([Fault(case.path, "transient.floors", list(known), expected)])
     return loads
+
+
+def loads_on_edges(
+    case: Case,
+    mesh: BuildingMesh,
+    motions: Sequence[GroundMotion],
+    forces: ForceHistory,
+    edges: list[Shares],
+    duration: float,
+) -> Loads:
+    """As `case_loads`, of the forces of pairs that act on these edges; further loads are added."""
+    time_step, contacts = transient_of(case).time_step, len(edges)
+    forces, edges = with_floor_forces(case, mesh, forces, edges)
+    # Of whole numbers, the quotient may be a rounding error below one.
+    n_steps = math.floor(duration / time_step * (1.0 + 1e-9))
+    ground = [motion.history for motion in motions]
+    return make_loads(
+        *(ground, forces, edges, time_step, n_steps, len(edges) - contacts),
+        delay=case.delays.get(case.modelled.building, 0.0),
+    )
 
 
 def transient_of(case: Case) -> Transient:
