@@ -91,11 +91,9 @@ def side_panel(panel: Axes, side: Side) -> None:
     corners = np.concatenate([side.walls.reshape(-1, 2), side.lines.reshape(-1, 2)])
     low, high = corners.min(axis=0), corners.max(axis=0)
     beyond = 0.03 * float((high - low).max())
-    panel.set_xlim(low[0] - beyond, high[0] + beyond)
-    panel.set_ylim(low[1] - beyond, high[1] + beyond)
-    panel.set_aspect("equal")
-    panel.set_xlabel(f"{'y' if side.axis == 'x' else 'x'} [m]")
-    panel.set_ylabel("z [m]")
+    (x0, z0), (x1, z1) = low - beyond, high + beyond
+    across = "y" if side.axis == "x" else "x"
+    panel.set(xlim=(x0, x1), ylim=(z0, z1), aspect="equal", xlabel=f"{across} [m]", ylabel="z [m]")
     panel.grid(False)
 
 

@@ -143,8 +143,7 @@ def _force_figure(path: Path, store: xr.Dataset) -> None:
                 for statistic, style in (("mean", "-"), ("p84", "--")):
                     level = float(over_members(force, statistic))
                     panel.axhline(level, color=colour, lw=0.9, ls=style)
-            panel.set_xlabel("largest impact force [MN]")
-            panel.set_ylabel(f"force of {name} [kN]")
+            panel.set(xlabel="largest impact force [MN]", ylabel=f"force of {name} [kN]")
             panel.set_ylim(bottom=0.0)
         axes[0].legend(loc="best")
         if len(names) > 1:

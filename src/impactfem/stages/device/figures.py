@@ -192,8 +192,7 @@ def _damping_figure(path: Path, store: xr.Dataset) -> Path:
             panel.loglog(frequency, ratio, label=_word(case), color=colour, ls=dashes, lw=width)
         for mode in shown_modes(store, first)["mode_frequency"].values:
             panel.axvline(mode, color="0.5", ls=":", lw=0.9)
-        panel.set_xlabel("frequency [Hz]")
-        panel.set_ylabel("damping ratio [%]")
+        panel.set(xlabel="frequency [Hz]", ylabel="damping ratio [%]")
         span(panel, frequency)
         panel.legend(loc="upper left")
     return path

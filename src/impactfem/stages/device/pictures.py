@@ -143,8 +143,7 @@ def position_figure(path: Path, store: xr.Dataset, device: str, building: xr.Dat
             left.plot(*columns.T, "s", color=GREY, ms=3.5, label="columns below")
         left.plot(*point[:2], "o", color=RED, ms=6, label=f"anchor of {device}")
         beyond = MARGIN * float(max(width, depth))
-        left.set_xlim(x - beyond, x + width + beyond)
-        left.set_ylim(y - beyond, y + depth + beyond)
+        left.set(xlim=(x - beyond, x + width + beyond), ylim=(y - beyond, y + depth + beyond))
         nodes = floor.anchor_nodes(point, count)
         spokes = np.stack([np.broadcast_to(point[:2], nodes.shape), nodes], axis=1)
         reach = float(np.linalg.norm(nodes - point[:2], axis=1).max())
@@ -156,8 +155,8 @@ def position_figure(path: Path, store: xr.Dataset, device: str, building: xr.Dat
         _lines(right, spokes, GREEN, 2.0, "rigid links")
         right.plot(*nodes.T, "s", color=BLUE, ms=5, label="nodes")
         right.plot(*point[:2], "o", color=RED, ms=6)
-        right.set_xlim(point[0] - half, point[0] + half)
-        right.set_ylim(point[1] - half, point[1] + half)
+        (x0, y0), (x1, y1) = point[:2] - half, point[:2] + half
+        right.set(xlim=(x0, x1), ylim=(y0, y1))
         for panel in axes:
             panel.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
             panel.grid(False)

@@ -148,15 +148,12 @@ def _draw_buildings(panel: Axes, sticks: xr.Dataset, forces: xr.Dataset) -> None
             arrowprops={"arrowstyle": "->", "color": GREY},
         )
     panel.axhline(low, color="black", lw=2.0)
-    panel.set_ylim(low - 1.0, high + 6.5)
     left = min(one.centre - 0.65 * widths[one.name] for one in drawn)
     right = max(one.centre + 0.65 * widths[one.name] for one in drawn)
     margin = 0.35 * max(widths.values())
     ends = [x + way * margin for x in walls for way in (-1.0, 1.0)]
-    panel.set_xlim(min([left, *ends]), max([right, *ends]))
-    panel.set_aspect("equal")
-    panel.set_xlabel(f"{along} [m]")
-    panel.set_ylabel("z [m]")
+    panel.set(xlim=(min([left, *ends]), max([right, *ends])), ylim=(low - 1.0, high + 6.5))
+    panel.set(aspect="equal", xlabel=f"{along} [m]", ylabel="z [m]")
     panel.grid(False)
 
 
@@ -196,8 +193,7 @@ def stick_figure(path: Path, sticks: xr.Dataset) -> None:
         axes[1].set_xlim(-0.6, 0.9)
         axes[0].legend(loc="center right")
         for panel in axes:
-            panel.set_ylabel("z [m]")
-            panel.set_xticks([])
+            panel.set(xticks=[], ylabel="z [m]")
             panel.grid(False)
         letter(axes)
         for panel, name in zip(axes, "bc", strict=True):
@@ -289,8 +285,7 @@ def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
             panel.annotate("rigid wall", (x, 1.02), xycoords=("data", "axes fraction"), ha="center")
         panel.set_xlim(min([0.0, *places]) - 0.6, max([2.0 * (len(names) - 1), *places]) + 0.6)
         panel.set_ylim(top=panel.get_ylim()[1] + 1.5)
-        panel.set_xticks([])
-        panel.set_ylabel("z [m]")
+        panel.set(xticks=[], ylabel="z [m]")
         panel.grid(False)
 
 

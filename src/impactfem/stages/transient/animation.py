@@ -198,11 +198,9 @@ def _frames(floors: Sequence[Filmed]) -> Iterator[Frame]:
         colour_bar(drawn, moving[0][0], plan, label)
         line.axhline(0.0, color="0.4", lw=0.8)
         ends = [x for _, _, curve, _ in moving for x in curve.get_xdata()[[0, -1]]]
-        line.set_xlim(min(ends), max(ends))
         room = 0.05 * max(limits[1] - limits[0], 1e-12)
-        line.set_ylim(limits[0] - room, limits[1] + room)
-        line.set_xlabel("distance d from the impact edge [m]")
-        line.set_ylabel(label)
+        line.set(xlim=(min(ends), max(ends)), ylim=(limits[0] - room, limits[1] + room))
+        line.set(xlabel="distance d from the impact edge [m]", ylabel=label)
         names = [str(one.response.attrs["building"]) for one in floors]
         # The plan of two floors is narrower than the words.
         headed = plan if len(floors) == 1 else line
@@ -359,9 +357,7 @@ def _picture(path: Path, floors: list[Filmed], moved: list[Array], factor: float
                 mappable = panel.tripcolor(mesh, v[k], shading="gouraud", **colours)
                 panel.text(mesh.x.mean(), mesh.y.mean(), one.response.attrs["building"])
             panel.set_title(f"{1e3 * (times[k] - start):.1f} ms", fontsize=9.0, loc="right")
-            panel.set_aspect("equal")
-            panel.set_xlabel("x [m]")
-            panel.set_ylabel("y [m]")
+            panel.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
             panel.grid(False)
         colour_bar(drawn, mappable, axes, label)
         letter(axes)

@@ -93,12 +93,12 @@ def snapshots_figure(path: Path, response: xr.Dataset, maps: xr.Dataset) -> None
             colour, dash = STYLES[k % len(STYLES)]
             curve = floor.along(values[k], points)
             panel.plot(distance, curve, color=colour, ls=dash, label=f"t = {time:.4g} s")
-        panel.set_xlabel("distance d from the impact edge [m]")
-        panel.set_xlim(0.0, distance[-1])
+        panel.set(
+            xlabel="distance d from the impact edge [m]", xlim=(0.0, distance[-1]), ylabel=label
+        )
         bottom, top = panel.get_ylim()
         panel.set_ylim(bottom, top + (0.25 if floor.wide else 0.35) * (top - bottom))
         panel.legend(loc="upper center", ncols=3 if floor.wide else 1)
-        panel.set_ylabel(label)
 
     k, n = np.unravel_index(np.abs(values).argmax(), values.shape)
     seen = _seen(times, label, values[k, n], times[k], floor.position[n])
@@ -222,8 +222,7 @@ def wave_map(path: Path, response: xr.Dataset) -> None:
                 c, look = speeds[name], {"color": "black", "ls": dash, "lw": 1.6}
                 look |= {"path_effects": halo, "label": f"{kind}, {c:.0f} m/s"}
                 panel.plot(first + 1e3 * (ends - middle) / c, ends, **look)
-        panel.set_xlim(time[0], time[-1])
-        panel.set_ylim(0.0, distance[-1])
+        panel.set(xlim=(time[0], time[-1]), ylim=(0.0, distance[-1]))
         panel.set_xlabel("time since the first sample of the main impact [ms]")
         panel.set_ylabel("distance d from the impact edge [m]")
         panel.grid(False)
