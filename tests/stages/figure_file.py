@@ -1,4 +1,6 @@
-"""What a figure's file is, whatever drew it."""
+"""What the files of figures and tables are, whatever wrote them."""
+
+import csv
 
 from PIL import Image
 
@@ -15,3 +17,9 @@ def assert_drawn(path, width, height):
     with Image.open(path) as picture:
         assert 150 <= picture.width <= width and 100 <= picture.height <= height
         assert len(picture.convert("RGB").getcolors(maxcolors=10**6)) > 50
+
+
+def rows(path):
+    """The rows of a table, each by the heads of its columns."""
+    with path.open(newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))

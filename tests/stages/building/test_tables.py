@@ -1,7 +1,5 @@
 """Tables of the stage `building`."""
 
-import csv
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -13,6 +11,8 @@ from impactfem.stages.building.stage import building_checks
 from impactfem.stages.building.tables import building_tables
 from impactfem.stages.building.targets import LEAST_SHARE, bending_modes
 from impactfem.system.files import write_netcdf
+
+from ..figure_file import rows
 
 
 @pytest.fixture
@@ -38,11 +38,6 @@ def folder(tmp_path):
     )
     write_netcdf(tmp_path / "building.nc", store)
     return tmp_path
-
-
-def rows(path):
-    with path.open(newline="", encoding="utf-8") as stream:
-        return list(csv.DictReader(stream))
 
 
 def test_tables_beside_the_published_modes(folder):

@@ -1,6 +1,5 @@
 """Design spectra of the 3D building: envelopes, broadening, statistics, and their tables."""
 
-import csv
 from dataclasses import replace
 
 import numpy as np
@@ -22,14 +21,10 @@ from impactfem.stages.design.stage import design_checks
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
 
+from ..figure_file import rows
 from .design_store import F, WantedDesign, design_store, ensemble_store, probes_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
-
-
-def rows(path):
-    with path.open(newline="", encoding="utf-8") as stream:
-        return list(csv.DictReader(stream))
 
 
 def test_envelope_broadened(made):

@@ -1,6 +1,5 @@
 """The tables of the stage `device`, and the verdict in words."""
 
-import csv
 import math
 from pathlib import Path
 
@@ -10,14 +9,10 @@ import pytest
 from impactfem.case.report import read_published
 from impactfem.stages.device.tables import device_tables
 
+from ..figure_file import rows
 from .device_store import DETAILED, FREQUENCIES, HEIGHT, MASSES, SHARES, device_folder
 
 PUBLISHED = Path(__file__).parents[3] / "geometry" / "npp_pair_published.csv"
-
-
-def rows(path):
-    with path.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
 
 
 def tables(folder, published=None, **wanted):

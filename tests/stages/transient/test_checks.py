@@ -1,6 +1,5 @@
 """The checks of the stage `transient` in words."""
 
-import csv
 import logging
 
 import numpy as np
@@ -16,6 +15,8 @@ from impactfem.stages.transient.checks import samples_check, stick_against_model
 from impactfem.stages.transient.tables import transient_tables
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, with_scalars
+
+from ..figure_file import rows
 
 GOOD = {
     "impulse_error": 1e-14,
@@ -227,11 +228,6 @@ def test_along_the_direction_that_is_shown(checked):
     ((good, text),) = checked(5.66, "x")
     assert good is True and "along x, stick 3 Hz, 3D model 3 Hz: difference 0 %" in text
     assert checked(5.66, "z") == []
-
-
-def rows(path):
-    with path.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
 
 
 def test_tables(transient_folder):
