@@ -7,17 +7,18 @@ from typing import Any
 import numpy as np
 import pytest
 from mpi4py import MPI
-from scipy.sparse import csr_matrix
 
+from impactfem.building import shell_model
 from impactfem.building.generate import generate
 from impactfem.building.geometry import Bay, Beam, Column, Geometry, MeshSize, Parapet, Wall
 from impactfem.building.mesh import BuildingMesh, Part
 from impactfem.building.model import assemble_building
-from impactfem.building.parts import BuildingParts
-from impactfem.building.read_mesh import assemble, read_raw
+from impactfem.building.parts import BuildingParts, floor_masses
+from impactfem.building.read_mesh import assemble, read_mesh, read_raw
 from impactfem.building.section import BeamSection, Material, Materials, Sections, ShellSection
 from impactfem.system.arrays import Array
 from impactfem.system.own_process import in_own_process
+from impactfem.verify.shells import ROTATION
 
 FRAME = Path(__file__).parents[2] / "geometry" / "frame.msh"
 
@@ -73,6 +74,24 @@ def small_raw(small_file):
 @pytest.fixture(scope="session")
 def small_mesh(small_raw, small_file):
     return assemble(small_raw, small_file)
+
+
+@pytest.fixture(scope="session")
+def generated(tmp_path_factory):
+    """Mesh a geometry, all of one material, with required masses of its floors."""
+
+    def make(geometry, material, required):
+        path = tmp_path_factory.mktemp("generated") / "building.msh"
+        generate(geometry, path)
+        mesh = read_mesh(path)
+        sections = geometry.sections(mesh.shell_parts, mesh.beam_parts)
+        materials = Materials(
+            (material,) * len(mesh.shell_parts), (material,) * len(mesh.beam_parts)
+        )
+        masses = floor_masses(mesh, sections, materials, required)
+        return BuildingParts(mesh, sections, materials, masses.on_triangles), masses
+
+    return make
 
 
 @pytest.fixture(scope="session")
@@ -222,18 +241,10 @@ def assembled():
 @pytest.fixture(scope="session")
 def csr():
     """A matrix of PETSc on one rank as one of SciPy."""
-
-    def converted(matrix):
-        indptr, indices, values = matrix.getValuesCSR()
-        return csr_matrix((values, indices, indptr), shape=matrix.getSize())
-
-    return converted
+    return shell_model.csr
 
 
 @pytest.fixture(scope="session")
 def turn():
     """A rotation that leaves no axis where it was."""
-    a, b = 0.7, -1.1
-    about_z = np.array([[np.cos(a), -np.sin(a), 0], [np.sin(a), np.cos(a), 0], [0, 0, 1]])
-    about_x = np.array([[1, 0, 0], [0, np.cos(b), -np.sin(b)], [0, np.sin(b), np.cos(b)]])
-    return about_x @ about_z
+    return ROTATION

@@ -6,11 +6,8 @@ import pytest
 
 from impactfem.building import geometry
 from impactfem.building.floor import contact_edge, edge_load, floor_bar, floor_load, linear
-from impactfem.building.generate import generate
 from impactfem.building.mesh import Part
-from impactfem.building.parts import BuildingParts, floor_masses
-from impactfem.building.read_mesh import read_mesh
-from impactfem.building.section import Material, Materials
+from impactfem.building.section import Material
 
 Y = np.array([0.0, 1.0, 0.0])
 
@@ -134,7 +131,6 @@ def test_what_stands_on_a_slab_takes_no_load(panels):
 
 E, NU, RHO = 30e9, 0.2, 2500.0
 LX, LY, HEIGHT, SLAB, MASSES = 6.0, 9.0, 4.0, 0.25, np.array([120e3, 150e3])
-SIZE = geometry.MeshSize(floor=1.5, storey=1.5, beam=1.5, column=1.5)
 EVERY = (1, 2)
 GABLE = geometry.Wall("gable", EVERY, (0.0, 0.0), (0.0, LY), 0.2)
 FACADE = geometry.Wall("facade", EVERY, (0.0, LY), (LX, LY), 0.3)
@@ -145,35 +141,25 @@ SKEW = geometry.Beam("skew", EVERY, (0.0, 0.0), (LX, LY), 0.2, 0.3)
 
 
 @pytest.fixture(scope="module")
-def parts(tmp_path_factory):
+def parts(generated):
     """A building of two floors, with the beams that are given."""
     made = {}
 
     def make(*beams, edge="y+"):
         if (beams, edge) not in made:
-            path = tmp_path_factory.mktemp("bar") / "building.msh"
             built = geometry.Geometry(
                 length=LX,
                 width=LY,
                 levels=(0.0, HEIGHT, 2 * HEIGHT),
                 slab_thickness=SLAB,
                 walls=(GABLE, FACADE),
-                bays=(),
                 beams=beams,
                 columns=(COLUMN,),
                 parapet=geometry.Parapet(0.6, 0.2),
                 impact_edge=edge,
-                size=SIZE,
+                size=geometry.MeshSize.uniform(1.5),
             )
-            generate(built, path)
-            mesh = read_mesh(path)
-            sections = built.sections(mesh.shell_parts, mesh.beam_parts)
-            concrete = Material(E, NU, RHO)
-            materials = Materials(
-                (concrete,) * len(mesh.shell_parts), (concrete,) * len(mesh.beam_parts)
-            )
-            masses = floor_masses(mesh, sections, materials, MASSES)
-            made[beams, edge] = BuildingParts(mesh, sections, materials, masses.on_triangles)
+            made[beams, edge], _ = generated(built, Material(E, NU, RHO), MASSES)
         return made[beams, edge]
 
     return make

@@ -9,14 +9,12 @@ from impactfem.building.floor_properties import floor_properties
 from impactfem.building.from_case import geometry_of, read_parts
 from impactfem.building.generate import generate
 from impactfem.building.geometry import Bay, Column, Geometry, MeshSize, Wall
-from impactfem.building.parts import BuildingParts, floor_masses
-from impactfem.building.read_mesh import read_mesh
-from impactfem.building.section import Material, Materials
+from impactfem.building.section import Material
 from impactfem.case import load_case
 
 
 @pytest.fixture(scope="module")
-def box(tmp_path_factory):
+def box(generated):
     """6 m by 4 m, two storeys of 3 m: two walls along x, one with a window, and a column."""
     geometry = Geometry(
         length=6.0,
@@ -31,15 +29,8 @@ def box(tmp_path_factory):
         columns=(Column("a", (1, 2), (3.0, 2.0), 0.4, 0.6),),
         size=MeshSize.uniform(1.0),
     )
-    path = tmp_path_factory.mktemp("box") / "box.msh"
-    generate(geometry, path)
-    mesh = read_mesh(path)
-    material = Material(30e9, 0.2, 2500.0)
-    materials = Materials((material,) * len(mesh.shell_parts), (material,) * len(mesh.beam_parts))
-    sections = geometry.sections(mesh.shell_parts, mesh.beam_parts)
-    masses = floor_masses(mesh, sections, materials, np.array([60e3, 40e3]))
-    parts = BuildingParts(mesh, sections, materials, masses.on_triangles)
-    return floor_properties(parts, masses)
+    concrete = Material(30e9, 0.2, 2500.0)
+    return floor_properties(*generated(geometry, concrete, np.array([60e3, 40e3])))
 
 
 def test_sections(box):

@@ -224,22 +224,14 @@ def test_what_cannot_be_assembled_or_held_is_refused(strip, parts, expected):
 def test_a_mesh_file_by_its_groups():
     groups = read_groups(FRAME)
     assert {"floor_1", "storey_1_west", "base", "centre_2"} <= set(groups.cells)
-    cells = groups.cells
     concrete = Material(33e9, 0.2, 2500.0)
-    parts = [
-        Shells(cells[name], 0.25, concrete)
-        for name in cells
-        if name.startswith(("floor", "storey"))
-    ]
-    parts += [
-        Beams(cells[name], BeamSection.beam(0.3, 0.5), concrete)
-        for name in cells
-        if name.startswith("beam")
-    ]
-    parts += [
-        Beams(cells[name], BeamSection.column(0.4, 0.4), concrete)
-        for name in cells
-        if name.startswith("column")
-    ]
+    sections = {"beam": BeamSection.beam(0.3, 0.5), "column": BeamSection.column(0.4, 0.4)}
+    parts = []
+    for name, cells in groups.cells.items():
+        family = name.partition("_")[0]
+        if family in ("floor", "storey"):
+            parts.append(Shells(cells, 0.25, concrete))
+        elif family in sections:
+            parts.append(Beams(cells, sections[family], concrete))
     model = shell_model(groups.points, *parts).hold(groups.nodes["base"])
     assert 1.0 < model.modes(1)[0][0] < 30.0

@@ -28,7 +28,7 @@ def facades(
     found: dict[str, tuple[Facade, Index]] = {}
     known = mesh.edges.get(floor, np.zeros((0, 3), dtype=np.int64))
     if len(known):
-        found[""] = _facade(mesh, "", known, outward_normal(mesh, floor)), known
+        found[""] = _facade(mesh, known, outward_normal(mesh, floor)), known
     if side == "":
         return found
     triangles = mesh.triangles[mesh.slab(floor)]
@@ -53,7 +53,7 @@ def facades(
     pieces, piece_of = connected_components(graph, directed=False)
     for k in range(pieces):
         mine = lines[piece_of == k]
-        facade = _facade(mesh, "", mine, np.append(np.round(normal[piece_of == k][0], 12), 0.0))
+        facade = _facade(mesh, mine, np.append(np.round(normal[piece_of == k][0], 12), 0.0))
         name = side_of(facade.outward)
         number = 1 + sum(other.split("#")[0] == name for other in found)
         name += f"#{number}" if number > 1 else ""
@@ -61,7 +61,8 @@ def facades(
     return found
 
 
-def _facade(mesh: BuildingMesh, name: str, lines: Index, outward: Array) -> Facade:
+def _facade(mesh: BuildingMesh, lines: Index, outward: Array) -> Facade:
+    """Of the line through the middle of some lines, without a name yet."""
     where = mesh.nodes[np.unique(lines), :2]
     t = np.array([-outward[1], outward[0]])
     t *= np.sign(t[np.argmax(np.abs(t))])
@@ -70,7 +71,7 @@ def _facade(mesh: BuildingMesh, name: str, lines: Index, outward: Array) -> Faca
     across = 0.5 * (middle.min() + middle.max()) * outward[:2]
     (x0, y0), (x1, y1) = (across + end * t + 0.0 for end in (s.min(), s.max()))
     n: Vector = (float(outward[0]) + 0.0, float(outward[1]) + 0.0, 0.0)
-    return Facade(name, (float(x0), float(y0)), (float(x1), float(y1)), n)
+    return Facade("", (float(x0), float(y0)), (float(x1), float(y1)), n)
 
 
 def patch_load(

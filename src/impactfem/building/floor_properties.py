@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from impactfem.building.mesh import areas, line_lengths
@@ -58,19 +60,15 @@ def floor_properties(parts: BuildingParts, masses: FloorMasses) -> dict[str, Arr
         )
     jy, jx = moments
     found = {"mass": masses.floors, "Jx": jx, "Jy": jy, "Jz": jx + jy}
-    of_storeys = np.array([_storey(parts, k) for k in mesh.floors])
-    return found | dict(zip(("A", "Avy", "Avz", "Ix", "Iy"), of_storeys.T, strict=True))
-
-
-def _storey(parts: BuildingParts, level: int) -> tuple[float, ...]:
-    """A, Avy, Avz, Ix and Iy of the storey below a floor, where its area is least."""
-    levels = [float(parts.mesh.nodes[parts.mesh.base, 2].min()), *parts.mesh.elevations.values()]
-    low, high = levels[level - 1], levels[level]
+    levels = [float(mesh.nodes[mesh.base, 2].min()), *mesh.elevations.values()]
     # Just off even parts: a plane through a row of nodes would cut a triangle in one point.
     shares = (np.arange(CUTS) + 0.5000001) / CUTS
-    cuts = [_cut(parts, level, low + share * (high - low)) for share in shares]
-    # Rounding must not choose between cuts that are equal but for it.
-    return min(cuts, key=lambda section: round(section[0], 9))
+    storeys = []
+    for k, (low, high) in enumerate(itertools.pairwise(levels), start=1):
+        cuts = [_cut(parts, k, low + share * (high - low)) for share in shares]
+        # Rounding must not choose between cuts that are equal but for it.
+        storeys.append(min(cuts, key=lambda section: round(section[0], 9)))
+    return found | dict(zip(("A", "Avy", "Avz", "Ix", "Iy"), np.array(storeys).T, strict=True))
 
 
 def _cut(parts: BuildingParts, level: int, height: float) -> tuple[float, ...]:

@@ -126,8 +126,7 @@ def _draw(occ: Any, geometry: Geometry) -> Inputs:
     inputs: Inputs = []
     Lx, Ly = geometry.length, geometry.width
     corners = [(0.0, 0.0), (Lx, 0.0), (Lx, Ly), (0.0, Ly)]
-    sides = dict(zip(("y-", "x+", "y+", "x-"), range(4), strict=True))
-    first = sides[geometry.impact_edge]
+    first = ("y-", "x+", "y+", "x-").index(geometry.impact_edge)
     impact = corners[first], corners[(first + 1) % 4]
     for k in geometry.floors:
         below, z = geometry.levels[k - 1], geometry.levels[k]

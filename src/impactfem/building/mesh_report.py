@@ -91,17 +91,10 @@ class MeshReport:
             if not len(cells):
                 continue
             nodes, size = (mesh.triangles, lengths) if shells else (mesh.lines, of_lines)
-            quality = (
-                {
-                    "quality_min": float(q[cells].min()),
-                    "quality_mean": float(q[cells].mean()),
-                    "size_over_thickness": float(slender[cells].max()),
-                }
-                if shells
-                else {}
-            )
             used, mean = len(np.unique(nodes[cells])), float(size[cells].mean())
-            levels.append(LevelReport(f"{family}_{k}", len(cells), used, mean, **quality))
+            quality = (q[cells].min(), q[cells].mean(), slender[cells].max()) if shells else ()
+            report = LevelReport(f"{family}_{k}", len(cells), used, mean, *map(float, quality))
+            levels.append(report)
         worst = int(np.argmin(q))
         return cls(
             levels=tuple(levels),
