@@ -47,31 +47,15 @@ def stick_of(
     values = parameters or given_parameters(building)
     young = building.material.young_modulus
     shear = young / (2.0 * (1.0 + building.material.poisson_ratio))
-    moment = building.second_moment_factor
+    moment, ends = building.second_moment_factor, (values.below, values.above)
     floors = []
     for row, height in zip(building.floors, values.heights, strict=True):
         s = values.factor * row.storey_stiffness_factor
-        section = Section(
-            E=s * young,
-            G=s * shear,
-            A=row.A,
-            Avx=row.Avz,
-            Avy=row.Avy,
-            Ix=moment * row.Ix,
-            Iy=moment * row.Iy,
-            Iz=row.Iz,
-        )
-        floors.append(
-            Floor(
-                row.floor,
-                row.mass,
-                inertia=(row.Jx, row.Jy, row.Jz),
-                height=float(height),
-                section=section,
-                below=values.below,
-                above=values.above,
-            )
-        )
+        areas = {"A": row.A, "Avx": row.Avz, "Avy": row.Avy}
+        moments = {"Ix": moment * row.Ix, "Iy": moment * row.Iy, "Iz": row.Iz}
+        section = Section(E=s * young, G=s * shear, **areas, **moments)
+        inertia = row.Jx, row.Jy, row.Jz
+        floors.append(Floor(row.floor, row.mass, inertia, float(height), section, *ends))
     return build_stick(
         building.name,
         floors,

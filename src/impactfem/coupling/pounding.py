@@ -175,32 +175,23 @@ class System:
     @cached_property
     def assembly(self) -> Assembly:
         """The sticks as bodies, the pairs as links between their ports."""
-        links = [
-            Link(
-                pair.name,
-                (pair.a.building, f"{pair.name} a"),
-                None if pair.b is None else (pair.b.building, f"{pair.name} b"),
-                pair.normal,
-                pair.gap,
-                pair.law,
-            )
-            for pair in self.pairs
-        ]
+        links = []
+        for pair in self.pairs:
+            a = pair.a.building, f"{pair.name} a"
+            b = None if pair.b is None else (pair.b.building, f"{pair.name} b")
+            links.append(Link(pair.name, a, b, pair.normal, pair.gap, pair.law))
         return Assembly([body for _, body in self.modes], links)
 
     @cached_property
     def basis(self) -> Array:
         """Φ with u = Φ z of all sticks, those of bases on soil included, shape (n, r)."""
-        return np.asarray(
-            scipy.linalg.block_diag(
-                *(
-                    basis
-                    if body.soil is None
-                    else np.hstack([basis, stick.rigid_body() @ self.assembly.base_motion(body)])
-                    for stick, (basis, body) in zip(self.sticks, self.modes, strict=True)
-                )
-            )
-        )
+        blocks = []
+        for stick, (basis, body) in zip(self.sticks, self.modes, strict=True):
+            if body.soil is not None:
+                moved = stick.rigid_body() @ self.assembly.base_motion(body)
+                basis = np.hstack([basis, moved])
+            blocks.append(basis)
+        return np.asarray(scipy.linalg.block_diag(*blocks))
 
     @cached_property
     def ground(self) -> Array:
@@ -462,13 +453,10 @@ def simulate(
     for load in loads:
         f += np.outer(load.force, system.row(load.at, load.direction) @ basis)
     # z = Φ⁻¹ u. Points without mass have no velocity at the start but that of their stiffness.
-    start = [None if x is None else system.coordinates(x) for x in (u0, v0)]
+    z0, w0 = (None if x is None else system.coordinates(x) for x in (u0, v0))
+    apart = opened(system.pairs, ground)
     motion = respond(
-        *(assembly, f, a_g, time_step),
-        lagged=update == "lagged",
-        u0=start[0],
-        v0=start[1],
-        opened=opened(system.pairs, ground),
+        assembly, f, a_g, time_step, lagged=update == "lagged", u0=z0, v0=w0, opened=apart
     )
     moved = basis[:, motion.moving]
     dofs = np.flatnonzero(moved.any(axis=1))
