@@ -54,9 +54,8 @@ def both(model, motion, steps, *, theta=0.5, e=0.0, **damping):
     full = motion(
         model.K, model.M, G, STEP, theta=theta, patterns=model.loads, probes=probes, **damping
     )
-    first = unilateral_response(
-        full, gap, steps, displacement=u, velocity=v, amplitudes=loads, restitution=e
-    )
+    driven = {"amplitudes": loads, "restitution": e}
+    first = unilateral_response(full, gap, steps, displacement=u, velocity=v, **driven)
     lam, phi = scipy.linalg.eigh(model.K, model.M)
     modal = ModalMotion(
         body_before_walls(lam, phi.T @ G, **damping),
@@ -65,15 +64,8 @@ def both(model, motion, steps, *, theta=0.5, e=0.0, **damping):
         load=phi.T @ model.loads,
         probes=phi.T @ probes,
     )
-    second = unilateral_response(
-        modal,
-        gap,
-        steps,
-        displacement=phi.T @ model.M @ u,
-        velocity=phi.T @ model.M @ v,
-        amplitudes=loads,
-        restitution=e,
-    )
+    z, w = phi.T @ model.M @ u, phi.T @ model.M @ v
+    second = unilateral_response(modal, gap, steps, displacement=z, velocity=w, **driven)
     assert full.displacement == pytest.approx(phi @ modal.displacement, rel=1e-8, abs=1e-12)
     return first, second
 

@@ -152,12 +152,8 @@ def run_reduced(
         SolutionError: The response is not finite.
     """
     z0 = model.start(experiment.displacement)
-    motion = ModalMotion(
-        body_before_walls(model.eigenvalue, model.contact, damping),
-        experiment.time_step,
-        theta=experiment.theta,
-        probes=model.seen,
-    )
+    body = body_before_walls(model.eigenvalue, model.contact, damping)
+    motion = ModalMotion(body, experiment.time_step, theta=experiment.theta, probes=model.seen)
     return released(motion, experiment, mass, model.floor_of, z0, z0 @ model.contact)
 
 

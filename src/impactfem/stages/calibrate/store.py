@@ -124,6 +124,8 @@ def calibration_scalars(study: CalibrationStudy) -> list[Scalar]:
     of_stick = "of the stick" if again else f"{none}, stick"
     of_model = "of the 3D model" if again_3d else f"{none}, 3D model"
     by_equation_5 = f"by the impulse: equation 5 of Bodnar et al. 2022, {top}"
+    lost = "by the damping of the building and the contact, during the first impact"
+    at_nodes = "of that: the energy of the contact nodes, which falls with mesh and step"
     overshoot = "displacement of the stick after the impact over that of the 3D model, less 1"
     on_return = "the same on its return to the wall"
     unevenness = (
@@ -139,18 +141,8 @@ def calibration_scalars(study: CalibrationStudy) -> list[Scalar]:
         ("xi_c", penalty.xi_c, "-", "by ε: equation 4"),
         ("K_Ceq", penalty.K_Ceq, "N/m", "by ε and the duration: equation 6"),
         ("peak_force", impact.peak_force, "N", top),
-        (
-            "energy_dissipated",
-            dissipated,
-            "J",
-            "by the damping of the building and the contact, during the first impact",
-        ),
-        (
-            "energy_dissipated.contact",
-            by_contact,
-            "J",
-            "of that: the energy of the contact nodes, which falls with mesh and step",
-        ),
+        ("energy_dissipated", dissipated, "J", lost),
+        ("energy_dissipated.contact", by_contact, "J", at_nodes),
     ]
     for found in main.impacts:
         first = found.impacts[0] if found.impacts else None

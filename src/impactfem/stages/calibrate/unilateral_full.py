@@ -131,19 +131,9 @@ class FullMotion(Held):
         _, mean, M_mean = self._vectors
         self._M.mult(mean, M_mean)
         mine = _advance(
-            self.time_step,
-            self.theta,
-            *self._rates,
-            self._mass,
-            self._stiffness,
-            self._force,
-            self._r,
-            self._mean,
-            self._M_mean,
-            self.displacement,
-            self.velocity,
-            self._momentum,
-            self._restoring,
+            *(self.time_step, self.theta, *self._rates, self._mass, self._stiffness),
+            *(self._force, self._r, self._mean, self._M_mean),
+            *(self.displacement, self.velocity, self._momentum, self._restoring),
         )
         return tuple(float(x) for x in self._comm.allreduce(np.array(mine)))
 
