@@ -1,5 +1,6 @@
 """What shell benchmarks are shown to see: models with something wrong."""
 
+import inspect
 from dataclasses import replace
 
 import pytest
@@ -16,6 +17,24 @@ def wrong(monkeypatch):
         monkeypatch.setattr(owner, name, make(getattr(owner, name)))
 
     return put
+
+
+@pytest.fixture
+def scaled(wrong):
+    """Multiply an argument of a function, by its name, in all calls that a module makes."""
+
+    def scale(module, name, argument, factor):
+        def make(right):
+            def called(*given, **named):
+                bound = inspect.signature(right).bind(*given, **named)
+                bound.arguments[argument] = factor * bound.arguments[argument]
+                return right(*bound.args, **bound.kwargs)
+
+            return called
+
+        wrong(module, name, make)
+
+    return scale
 
 
 @pytest.fixture

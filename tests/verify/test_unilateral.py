@@ -115,12 +115,8 @@ def test_a_storey_that_stays_straight_is_seen(monkeypatch, failed):
     assert failed(contact.missing_pair()) == {"smallest distance"}
 
 
-def test_a_wrong_period_is_seen(wrong, failed):
-    wrong(
-        contact,
-        "_on_column",
-        lambda right: lambda building, time, a, Ω: right(building, time, a, 1.01 * Ω),
-    )
+def test_a_wrong_period_is_seen(scaled, failed):
+    scaled(contact, "_on_column", "Ω", 1.01)
     assert failed(contact.missing_pair()) >= {"smallest distance", "its time"}
 
 

@@ -102,13 +102,9 @@ def kelvin_voigt(rows: Rows) -> None:
     """
     K, xi, v0, steps = 1e11, 0.12, 0.163, 4000
     for m in (3014e3, 1507e3, 787e3):
-        law = contact.kelvin_voigt(K, xi, m)
-        mass, dt, second = (
-            mass_on_spring("m", m, 0.0),
-            law.duration(v0) / steps,
-            (np.pi / steps) ** 2,
-        )
-        response = against_wall(mass, law, 0.0, v0, dt, 2 * steps)
+        law, second = contact.kelvin_voigt(K, xi, m), (np.pi / steps) ** 2
+        dt = law.duration(v0) / steps
+        response = against_wall(mass_on_spring("m", m, 0.0), law, 0.0, v0, dt, 2 * steps)
         impact = impacts(response)[0]
         omega, omega_d = np.sqrt(K / m), np.sqrt(K / m * (1.0 - xi**2))
         t = np.linspace(0.0, np.pi / omega_d, 2_000_001)
@@ -144,10 +140,8 @@ def restitution(rows: Rows) -> None:
                 found = _mean("restitution", law, m1, m2, law.duration(0.3) / steps)
                 rows.add(quantity, epsilon, found, "-", tolerance, source)
     dt, xi = 16.79 / 50_000, 0.12
-    updates: tuple[tuple[Update, str], ...] = (
-        ("implicit", ""),
-        ("lagged", " with the damping of a force one step late"),
-    )
+    late = " with the damping of a force one step late"
+    updates: tuple[tuple[Update, str], ...] = (("implicit", ""), ("lagged", late))
     for m1, m2, label in (
         (3014e3, 1e18, "floor of 3014 t against a wall"),
         (3014e3, 3014e3, "two floors of 3014 t"),
@@ -155,15 +149,13 @@ def restitution(rows: Rows) -> None:
     ):
         mass = m1 * m2 / (m1 + m2)
         law = contact.kelvin_voigt(K, xi, mass)
-        for update, late in updates:
-            damping = xi - K * dt / (2.0 * np.sqrt(K * mass)) if late else xi
-            rows.name, quantity = (
-                f"restitution, {update} force",
-                f"{label}, ξ = 0.12, step 0.3358 ms",
-            )
+        for update, note in updates:
+            damping = xi - K * dt / (2.0 * np.sqrt(K * mass)) if note else xi
+            rows.name = f"restitution, {update} force"
+            quantity = f"{label}, ξ = 0.12, step 0.3358 ms"
             found = _mean("restitution", law, m1, m2, dt, update)
             expected = relation.kelvin_voigt(damping)
-            rows.add(quantity, expected, found, "-", 2e-3, rows.source + late)
+            rows.add(quantity, expected, found, "-", 2e-3, rows.source + note)
 
 
 def _mean(

@@ -52,11 +52,11 @@ def at2_text(samples: npt.ArrayLike, step: float) -> str:
     return f"{header}\n{_block(np.asarray(samples), 5, '{:15.7E}'.format)}\n"
 
 
-def esm_text(samples: npt.ArrayLike, step: float, stream: str = "HNN") -> str:
+def esm_text(samples: npt.ArrayLike, step: float) -> str:
     """An ESM file of samples in cm/s2: 64 lines of header, then one sample a line."""
     a = np.asarray(samples, dtype=np.float64)
     k = int(np.argmax(np.abs(a)))
-    values = {"duration": a.size * step, "stream": stream, "pga": a[k], "time": k * step}
+    values = {"duration": a.size * step, "pga": a[k], "time": k * step}
     return f"{_layout('esm', n=a.size, step=step, **values)}\n{_block(a, 1, '{:.6f}'.format)}\n"
 
 
@@ -119,22 +119,15 @@ def csmip_text(channels: Sequence[tuple[str, npt.ArrayLike]], step: float) -> st
     return "\n".join([*lines, ""])
 
 
-def knet_text(
-    counts: Sequence[int],
-    frequency: int,
-    *,
-    direction: str = "N-S",
-    scale: str = "3920(gal)/6182761",
-) -> str:
+def knet_text(counts: Sequence[int], frequency: int, *, direction: str = "N-S") -> str:
     """A K-NET file: 17 lines of header, then eight whole numbers a line in columns of 9.
 
-    The samples are whole seconds, at a frequency in Hz; the scale is gal over counts.
+    The samples are whole seconds, at a frequency in Hz; a count is 3920/6182761 gal.
     """
-    numerator, denominator = scale.replace("(gal)", "").split("/")
     a = np.asarray(counts, dtype=np.float64)
-    peak = np.abs(a - a.mean()).max() * float(numerator) / float(denominator)
-    values = {"duration": len(counts) // frequency, "direction": direction, "scale": scale}
-    header = _layout("knet", frequency=frequency, peak=peak, **values)
+    peak = np.abs(a - a.mean()).max() * 3920.0 / 6182761.0
+    values = {"duration": len(counts) // frequency, "direction": direction, "peak": peak}
+    header = _layout("knet", frequency=frequency, **values)
     samples = _block(counts, 8, "{:9d}".format).replace("\n", " \n")
     return f"{header}\n{samples} \n"
 

@@ -9,6 +9,7 @@ import scipy.linalg
 import scipy.optimize
 import scipy.sparse
 
+from impactfem.building.shell_model import petsc_matrix
 from impactfem.coupling.body import reduced_body
 from impactfem.coupling.links import Assembly, Link
 from impactfem.coupling.unilateral import (
@@ -182,14 +183,9 @@ def modal_bar(elements: int, beta: float) -> ContactHistory:
 
 def full_bar(elements: int, beta: float) -> ContactHistory:
     """The impact in full order."""
-    from petsc4py import PETSc
-
     from impactfem.stages.calibrate.unilateral_full import FullMotion
 
-    K, M = (
-        PETSc.Mat().createAIJ(A.shape, csr=(A.indptr, A.indices, A.data), comm=PETSc.COMM_SELF)
-        for A in bar_matrices(elements)
-    )
+    K, M = map(petsc_matrix, bar_matrices(elements))
     n = K.getSize()[0]
     wall = scipy.sparse.csr_matrix(([1.0], ([0], [0])), shape=(n, 1))
     with FullMotion(K, M, wall, _step(elements), damping=Rayleigh(beta=beta)) as motion:
@@ -277,12 +273,9 @@ def head_on(
     ends = [(name, "end") for name, _ in order]
     link = Link("bars", ends[0], ends[1], np.ones(1), 3.3 * V0 * _step(elements))
     step, probes = _step(elements), scipy.linalg.block_diag(*(c[:, None] for c in centre))
-    history = unilateral_response(
-        ModalMotion(Assembly(bodies, [link]), step, probes=probes),
-        link.gap,
-        round((1.5 + ratio) * CONTACT / step),
-        velocity=np.concatenate(start),
-    )
+    motion = ModalMotion(Assembly(bodies, [link]), step, probes=probes)
+    steps, v0 = round((1.5 + ratio) * CONTACT / step), np.concatenate(start)
+    history = unilateral_response(motion, link.gap, steps, velocity=v0)
     pushed = np.flatnonzero(history.force[:, 0] > 0.25 * BAR * V0 / L * SPEED)
     impact = Impact(float(pushed[-1] - pushed[0] + 1) * step, float(history.impulse.sum()))
     return impact, history.velocity[-1, ::-1] if swapped else history.velocity[-1], history
@@ -346,12 +339,8 @@ def _colliding(steps: int) -> tuple[Array, Array]:
         for i, name in enumerate(names)
     ]
     link = Link("both", ("left", "mass"), ("right", "mass"), np.ones(1), APART)
-    motion = ModalMotion(
-        Assembly(bodies, [link]),
-        OSCILLATORS_END / steps,
-        load=-root[:, None],
-        probes=np.diag(1.0 / root),
-    )
+    both, load, probes = Assembly(bodies, [link]), -root[:, None], np.diag(1.0 / root)
+    motion = ModalMotion(both, OSCILLATORS_END / steps, load=load, probes=probes)
     time = np.linspace(0.0, OSCILLATORS_END, steps + 1)
     ground = AMPLITUDE * np.sin(SHAKEN * time)[:, None]
     history = unilateral_response(motion, APART, steps, amplitudes=ground, restitution=RESTITUTION)
@@ -386,14 +375,9 @@ def landing_block(rows: Rows) -> None:
     x, _, count = bounced(end, e)
     # The same, step by step, from a tilted start above the ground.
     steps, (x0, v0) = 12000, map(_modal, START)
+    block, gravity = _block(CORNERS, end / steps), np.ones((steps + 1, 1))
     found = unilateral_response(
-        _block(CORNERS, end / steps),
-        0.0,
-        steps,
-        displacement=x0,
-        velocity=v0,
-        amplitudes=np.ones((steps + 1, 1)),
-        restitution=e,
+        block, 0.0, steps, displacement=x0, velocity=v0, amplitudes=gravity, restitution=e
     )
     after = f"after {count} bounces with e = {e:g} under gravity"
     source = "flights and impacts in turn, each in closed form"

@@ -161,19 +161,15 @@ def test_another_body_is_not_the_papers_device(monkeypatch, failed, name, value,
     assert {f"{quantity}: {ON_BEAM}" for quantity in seen} <= failed(devices.device_table_6())
 
 
-def test_another_rigid_body_is_seen(wrong, failed):
-    wrong(devices, "rigid_modes", lambda right: lambda m, J: right(m, (1.0 + 1e-6) * J))
+def test_another_rigid_body_is_seen(scaled, failed):
+    scaled(devices, "rigid_modes", "inertia", 1.0 + 1e-6)
     found = {name for name in failed(devices.device_table_6()) if "rigid body" in name}
     assert len(found) == 8
 
 
 @pytest.mark.parametrize("benchmark", [devices.device_sdll06, devices.device_on_shaking_anchor])
-def test_a_wrong_step_is_seen(wrong, failed, benchmark):
-    wrong(
-        devices,
-        "anchor_force",
-        lambda right: lambda d, a, dt, **rest: right(d, a, 1.001 * dt, **rest),
-    )
+def test_a_wrong_step_is_seen(scaled, failed, benchmark):
+    scaled(devices, "anchor_force", "time_step", 1.001)
     assert len(failed(benchmark())) >= 3
 
 

@@ -103,8 +103,8 @@ def test_the_bar_of_the_page_at_the_wall(damping, epsilon):
         assert 14e-3 < lasts < 18e-3
 
 
-def test_another_damping_is_seen(wrong, failed):
-    wrong(forced, "response", lambda right: lambda t, w, ratio: right(t, w, 1.001 * ratio))
+def test_another_damping_is_seen(scaled, failed):
+    scaled(forced, "response", "ratio", 1.001)
     found = failed(forced.modal_equation())
     pulse = "largest difference over the peak, an oscillating pulse, "
     assert found == {pulse + name for name in DAMPED if name != "undamped"}

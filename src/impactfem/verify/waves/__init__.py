@@ -45,13 +45,9 @@ class MovingModel:
 
         It starts with a velocity of all rows, or from rest (`ShellModel.transient`).
         """
+        loads = list(self.patterns.T)
         return self.model.transient(
-            list(self.patterns.T),
-            amplitudes,
-            time_step,
-            damping=damping,
-            probes=self.rows,
-            velocity=start,
+            loads, amplitudes, time_step, damping=damping, probes=self.rows, velocity=start
         )
 
     def reduced(self, shift: float, vectors: int) -> ReducedMotion:

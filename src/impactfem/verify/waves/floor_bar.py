@@ -93,7 +93,6 @@ def _strip(*, beams: bool) -> BuildingParts:
         levels=(0.0, 5.0),
         slab_thickness=SLAB,
         walls=(),
-        bays=(),
         beams=tuple(
             Beam(name, (1,), (x, 0.0), (x, LENGTH), 0.3, 0.5) for name, x in lines.items() if beams
         ),
@@ -102,9 +101,7 @@ def _strip(*, beams: bool) -> BuildingParts:
             for name, x in lines.items()
             for k, y in enumerate((2.4, 7.8, 13.2))
         ),
-        parapet=None,
-        impact_edge="y+",
-        size=MeshSize(floor=SIZE, storey=SIZE, beam=SIZE, column=SIZE),
+        size=MeshSize.uniform(SIZE),
     )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "strip.msh"
@@ -203,10 +200,7 @@ def _line_in_3d(
     model = assemble_building(MPI.COMM_SELF, parts)
     K = model.take_stiffness(storey_factor)
     basis = build_basis(
-        model,
-        K,
-        loads.patterns(model, mesh),
-        loads.names,
+        *(model, K, loads.patterns(model, mesh), loads.names),
         probes=nodes,
         nodes=np.unique(nodes),
         accuracy=Accuracy(damping, HIGHEST, 1e-3),

@@ -102,18 +102,12 @@ def paper_reduced_against_full(
         K = model.take_stiffness(prepared.storey_factor)
         patterns = loads.patterns(model, prepared.parts.mesh)
         start = time.perf_counter()
+        lightest, highest = next(iter(TABLE_8.values())), max(transient.maximum_frequency, HIGHEST)
         basis = build_basis(
-            model,
-            K,
-            patterns,
-            loads.names,
+            *(model, K, patterns, loads.names),
             probes=nodes,
             nodes=np.unique(nodes),
-            accuracy=Accuracy(
-                next(iter(TABLE_8.values())),
-                max(transient.maximum_frequency, HIGHEST),
-                transient.tolerance,
-            ),
+            accuracy=Accuracy(lightest, highest, transient.tolerance),
             shift=transient.shift,
             largest=transient.largest_basis,
             larger=True,
@@ -127,12 +121,7 @@ def paper_reduced_against_full(
         of_band: list[Effectivity] = []
         for label, damping in TABLE_8.items():
             run = run_full(
-                model,
-                K,
-                loads,
-                patterns,
-                damping,
-                Displacements(model, nodes),
+                *(model, K, loads, patterns, damping, Displacements(model, nodes)),
                 checkpoints=folder / label,
                 key=label,
                 every=len(loads.ground),
