@@ -222,7 +222,7 @@ def test_run(tmp_path, edited):
 
 
 @pytest.mark.slow
-def test_buildings_side_by_side(tmp_path, monkeypatch):
+def test_buildings_side_by_side(tmp_path, monkeypatch, capfd):
     """Each in a process of its own: the same results and messages; one failure is no other's."""
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
     path, one, two = in_3d(tmp_path), tmp_path / "one", tmp_path / "two"
@@ -232,7 +232,9 @@ def test_buildings_side_by_side(tmp_path, monkeypatch):
         shutil.copytree(one, two)
         one_by_one = study.run(path, out=one, stage="reduce")
         patch.setattr("impactfem.run.loop.APART", 0.0)
+        capfd.readouterr()
         at_once = study.run(path, out=two, stage="reduce")
+        assert "DEBUG:" not in capfd.readouterr().err  # what a library's handler would say
         for one_value, other in zip(one_by_one.scalars, at_once.scalars, strict=True):
             assert one_value.name == other.name
             if other.value is not None:

@@ -244,6 +244,7 @@ def _follow_parent(records: Any) -> None:
     """
     if records is not None:
         _LOGGER.setLevel(logging.DEBUG)
+        _LOGGER.propagate = False  # FFCx gives the root logger a handler
         _LOGGER.addHandler(QueueHandler(records))
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent alone answers Ctrl-C
     parent = multiprocessing.parent_process()
