@@ -24,7 +24,7 @@ from impactfem.reduction.orthonormal import Orthonormal
 from impactfem.system.arrays import Array, Index
 from impactfem.system.parallel import meanwhile
 
-AT_ONCE = 32
+AT_ONCE = 64
 """Columns that are solved for and used at once: all vectors are read once for so many of them."""
 
 ROUNDING = 1e-10

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
+import scipy.sparse
 from petsc4py import PETSc
 from scipy.linalg.blas import dgemm, dtrsm
 
@@ -159,7 +160,13 @@ class Orthonormal:
 
         L, shape (n_local, k), is an array or of `scipy.sparse`.
         """
-        pieces = [L.T @ piece for piece in self.pieces(0, last)]
+        pieces: list[Array]
+        if scipy.sparse.issparse(L):
+            # SciPy would copy all of a piece for the few rows that count.
+            rows = np.unique(L.nonzero()[0])
+            pieces = [L.tocsr()[rows].T @ self.rows(rows, 0, last)]
+        else:
+            pieces = [L.T @ piece for piece in self.pieces(0, last)]
         return summed(self.M, np.concatenate([np.empty((L.shape[1], 0)), *pieces], axis=1))
 
     def combination(self, coordinates: Array) -> Array:
