@@ -268,8 +268,9 @@ def _vectors(case: Case) -> dict[str, int]:
         loads += 1 + len(wall.floors)
     if lines:
         loads += len(case.motions) + 2 * lines
-        # What the points of a line share, and each of them.
-        at_wall += 50.0 + (40.0 + 3.5 * _points(structure, case.pounding.contact_spacing)) * lines
+        # What the points of a line share, and each of them; those of the wall are among them.
+        of_line = 40.0 + 4.0 * _points(structure, case.pounding.contact_spacing)
+        at_wall = max(at_wall, of_line * lines)
     if transient is None:
         own = loads * _block_steps(damping, MAXIMUM_FREQUENCY, TOLERANCE)
         return {"reduce": math.ceil(own + at_wall)}
@@ -384,7 +385,7 @@ def _reduced_stages(
         return
     every, reduced = vectors["reduce"], vectors.get("transient", 0)
     # Factor, solutions, and products of all vectors with all before.
-    seconds = dofs / 342_594 * (10.0 + 0.09 * every + 1.1e-4 * every**2)
+    seconds = dofs / 342_594 * (10.0 + 0.06 * every + 8e-5 * every**2)
     room = 8.0 * COPIES * dofs * every
     # Translations at a quarter of the nodes, and coordinates of the bases that tell the error.
     disk = 8.0 * COPIES * 0.125 * dofs * reduced + 64.0 * reduced**2
