@@ -9,7 +9,6 @@ from time import process_time
 
 import numpy as np
 
-from bench.building import peak_memory
 from bench.suite import Figure, timed
 from impactfem.case import load_case
 from impactfem.coupling.from_case import ground_of, system_of
@@ -36,8 +35,11 @@ def pounding_figures(case_file: str = PAIR) -> list[Figure]:
     path = in_source_tree(case_file)
     case = load_case(path)
     with tempfile.TemporaryDirectory() as folder:
-        made = run(path, out=Path(folder), stage="reduce", bar=False)
+        run(path, out=Path(folder), stage="building", bar=False)
+        # Side by side where there are two cores: the times of both stages do not add up.
+        made, reductions = timed(lambda: run(path, out=Path(folder), stage="reduce", bar=False))
         models = models_of_run(case, Path(folder))
+    held = sum(1e-9 * (made.memory[one] or 0.0) for one in made.memory if "reduce" in one)
     if models is None:
         raise ValueError(f"{case.path} has no 3D models that pound")
     h = case.pounding.time_step
@@ -71,14 +73,13 @@ def pounding_figures(case_file: str = PAIR) -> list[Figure]:
     for part in PARTS[1:]:
         fewer = {name: _lowest(one, part) for name, one in models.models.items()}
         measure(f"vectors / {part}", replace(models, models=fewer))
-    reductions = sum(time for name, time in made.times.items() if "reduce" in name)
     return [
         Figure("both reductions", reductions, "s"),
         Figure("both reductions and the pounding", reductions + struck + free, "s", 300.0),
         *figures,
         Figure(f"{DURATION:g} s without contact", free, "s"),
         Figure("a further motion, gap, law or damping", struck + free, "s", 10.0),
-        Figure("peak memory", peak_memory(), "GB"),
+        Figure("memory of both reductions", held, "GB"),
     ]
 
 
