@@ -26,11 +26,14 @@ def product(A: PETSc.Mat, X: Array) -> Array:
     if X.shape[1] == 0:
         return np.zeros(X.shape, order="F")
     # All columns at once: A is read once for four of them.
-    columns = np.asfortranarray(X, dtype=np.float64)
-    size = (A.getSizes()[1], (None, X.shape[1]))
-    block = PETSc.Mat().createDense(size, array=columns, comm=A.getComm())
-    found = A.matMult(block)
-    Y: Array = found.getDenseArray().copy(order="F")
+    X = np.asfortranarray(X, dtype=np.float64)
+    Y = np.empty((A.getLocalSize()[0], X.shape[1]), order="F")
+    sizes = reversed(A.getSizes())
+    block, found = (
+        PETSc.Mat().createDense((rows, (None, X.shape[1])), array=columns, comm=A.getComm())
+        for rows, columns in zip(sizes, (X, Y), strict=True)
+    )
+    A.matMult(block, found)
     found.destroy()
     block.destroy()
     return Y

@@ -234,13 +234,14 @@ def grow_basis(
     *,
     largest: int,
     larger: bool = False,
+    bounded: bool = True,
     progress: Callable[[float], None] = lambda part: None,
 ) -> Grown:
     """Grow a basis with its loads until it is as accurate at probes as required. Collective.
 
     By one accuracy after the other, with so many vectors at most; with models that the one of the
-    first accuracy is nested in, where `larger`. `progress` is called with the part of the work that
-    is done.
+    first accuracy is nested in, where `larger`; with the norms of the probes that a rigorous bound
+    needs, where it is `bounded`. `progress` is called with the part of the work that is done.
 
     Raises:
         SolutionError: An accuracy is not met with the most vectors.
@@ -252,7 +253,9 @@ def grow_basis(
 
     coarse, difference = _grow_until_accurate(basis, probes, None, first, largest, within(0))
     n, gram = basis.size, residual_gram(basis)
-    norm = basis.dual_norm(probes.columns).reshape(-1, DOFS // 2)
+    norm = np.full((probes.count, DOFS // 2), math.inf)
+    if bounded:
+        norm = basis.dual_norm(probes.columns).reshape(norm.shape)
     fine, differences = coarse, [difference]
     for k, accuracy in enumerate(others, 1):
         rows, report = fine.rows, within(k)

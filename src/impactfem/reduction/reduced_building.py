@@ -313,6 +313,7 @@ def reduce_building(
             plan.accuracies,
             largest=plan.largest,
             larger=plan.larger,
+            bounded=not plan.contacts,
             progress=progress,
         )
         LOGGER.debug(
