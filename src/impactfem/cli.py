@@ -302,9 +302,9 @@ def bench(
         typer.Argument(
             metavar="[GROUP]...",
             help="sticks, spectra; on the default mesh basis (factor, solves, orthogonalisation, "
-            "beside BLAS at its peak) and wall; on the paper-size mesh, some minutes each, "
-            "building, transient, dampings (the same with a basis for every damping case). The "
-            "first two when left out.",
+            "beside BLAS at its peak), wall, pounding (two buildings in 3D) and fit (by modes of a "
+            "3D model); on the paper-size mesh, some minutes each, building, transient, dampings "
+            "(the same with a basis for every damping case). The first two when left out.",
         ),
     ] = None,
     json_file: Annotated[
