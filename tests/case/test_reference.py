@@ -225,3 +225,62 @@ def test_a_value_of_two_kinds(with_reference):
     text = GIVEN + GIVEN[GIVEN.index("[[given]]") :].replace("scaled", "fitted", 1)
     with pytest.raises(InputError, match=r"expected motion\.pga in one of them"):
         load_case(with_reference(text))
+
+
+FURTHER = """extends = "published/paper.toml"
+[assumptions.so]
+text = "It is otherwise."
+[given.scaled]
+names = ["frs.floor_3.pfa"]
+[items."figure 1"]
+tells = "Drawn anew."
+[items."figure 1".values."motion.pga"]
+reason = "Another motion."
+"""
+
+
+@pytest.fixture
+def extended(with_reference, tmp_path):
+    def write(text):
+        (tmp_path / "published").mkdir(exist_ok=True)
+        named = GIVEN.replace("[[assumptions]]", '[[assumptions]]\nname = "so"')
+        (tmp_path / "published" / "paper.toml").write_text(named)
+        return with_reference(text)
+
+    return write
+
+
+def test_one_that_extends_another(extended):
+    found = load_case(extended(FURTHER)).report.reference
+    (item,) = found.items
+    (assumption,) = found.assumptions
+    assert (assumption.text, assumption.reason) == ("It is otherwise.", "Nothing is said.")
+    assert (item.title, item.tells) == ("A curve", "Drawn anew.")
+    assert (item.values[0].tolerance, item.values[0].reason) == (0.05, "Another motion.")
+    assert (found.given[0].kind, found.given[0].names) == ("scaled", ("frs.floor_3.pfa",))
+
+
+def test_what_it_extends_is_part_of_the_case(extended, tmp_path):
+    path = extended(FURTHER)
+    before = load_case(path).content_hash()
+    below = tmp_path / "published" / "paper.toml"
+    below.write_text(below.read_text().replace("5 %", "6 %"))
+    assert load_case(path).content_hash() != before
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "file", "words"),
+    [
+        ("published/", "", "paper.toml", "does not extend this one in turn"),
+        ("published/paper", "other", "paper.toml", "what the study stands beside"),
+        ("figure 1", "figure 2", "paper.toml", "did you mean 'figure 1'"),
+        ("motion.pga", "motion.pgv", "paper.toml", "did you mean 'motion.pga'"),
+        ("given.scaled", "given.fitted", "paper.toml", "no table of this name is extended"),
+        ('reason = "Another', 'cause = "Another', "paper.toml", "unknown key"),
+    ],
+)
+def test_what_is_wrong_where_it_extends(extended, old, new, file, words):
+    with pytest.raises(InputError) as error:
+        load_case(extended(FURTHER.replace(old, new)))
+    lines = [str(fault) for fault in error.value.faults]
+    assert any(words in line and file in line for line in lines), lines

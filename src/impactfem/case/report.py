@@ -1,6 +1,7 @@
 """The report: its assumptions, and the publication that it is compared with."""
 
 import fnmatch
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal
@@ -9,15 +10,14 @@ from pydantic import Field, StrictBool, ValidationError, ValidationInfo
 
 from impactfem.case.base import Section, nearest
 from impactfem.case.explain import explain
-from impactfem.case.leaf import Prose, Text
+from impactfem.case.leaf import File, Prose, Text
 from impactfem.case.quantity import Weight
 from impactfem.case.reading import Reading, TableFile, reading_of
-from impactfem.case.source import Source, parse
+from impactfem.case.source import read_source
 from impactfem.case.table import Table, read_table
 from impactfem.case.unit import UnitError, to_si
 from impactfem.records.file import read_number
 from impactfem.system.errors import Fault, InputError
-from impactfem.system.files import LARGEST_TOML, read_text
 
 Relation = Literal["=", ">", "<"]
 Kind = Literal["result", "input", "fitted", "scaled", "selected", "derived"]
@@ -150,6 +150,8 @@ class GivenValues(Section):
 class Assumption(Section):
     """Something that is assumed, and why."""
 
+    name: Text | None = None
+    """What a file that is laid over this one calls it."""
     text: Prose
     """What is assumed."""
     reason: Prose
@@ -159,6 +161,10 @@ class Assumption(Section):
 class Reference(Section):
     """A publication that a case reproduces, place by place."""
 
+    extends: File | None = None
+    """Another file of this kind, which this one is laid over: it says only what differs, as in
+    `[items."figure 1"]`, `[items."table 2".values."building.frequency.1"]`, `[given.fitted]` or
+    `[assumptions.NAME]`."""
     title: Text
     """The publication."""
     assumptions: tuple[Assumption, ...] = ()
@@ -181,12 +187,9 @@ PUBLISHED_FILE = TableFile("a table (CSV)", read_published, {})
 
 def _read_reference(path: Path, faults: list[Fault], info: ValidationInfo) -> Reference | None:
     """Read the places of a publication, which may name the published values of the case."""
-    text = read_text(path, REFERENCE, LARGEST_TOML)
-    if isinstance(text, Fault):
-        faults.append(text)
-        return None
+    reading, before = reading_of(info), len(faults)
     try:
-        source = Source(path, parse(path, text))
+        source = read_source(path, Reference, REFERENCE)
         reference = Reference.model_validate(source.raw, context=Reading(source))
     except InputError as error:
         faults.extend(error.faults)
@@ -194,7 +197,10 @@ def _read_reference(path: Path, faults: list[Fault], info: ValidationInfo) -> Re
     except ValidationError as error:
         faults.extend(explain(error, source, Reference))
         return None
-    reading, before = reading_of(info), len(faults)
+    # Those that it extends are part of the case as well.
+    folder = os.path.relpath(path.parent, reading.source.path.parent)
+    for name in filter(None, source.texts):
+        reading.open(os.path.normpath(Path(folder, name)), REFERENCE)
     seen: set[tuple[str, str]] = set()
     for index, item in enumerate(reference.items):
         if (item.kind, item.number) in seen:

@@ -58,7 +58,7 @@ class Source:
             place: Place = (*table, key)
             below: Any = under.get(key)
             tables = below if isinstance(below, list) and isinstance(value, dict) else []
-            names = [one.get("name") if isinstance(one, dict) else None for one in tables]
+            names = [_name(one) if isinstance(one, dict) else None for one in tables]
             named = {name: k for k, name in enumerate(names) if isinstance(name, str)}
             all_named = named and len(named) == len(names)
             if all_named and value and all(isinstance(entry, dict) for entry in value.values()):
@@ -93,12 +93,18 @@ class Source:
                 self._note(value, (*place, key), self.speakers[*place, key])
 
 
-def read_source(path: Path, model: type[BaseModel]) -> Source:
-    """Read a case file and those it extends, and lay it over them.
+def _name(table: dict[str, Any]) -> Any:
+    """What a table of an array is called: its name, or kind and number, as ``"figure 1"``."""
+    kind, number = table.get("kind"), table.get("number")
+    return table.get("name") or (kind if number is None else f"{kind} {number}")
+
+
+def read_source(path: Path, model: type[BaseModel], what: str = _CASE_FILE) -> Source:
+    """Read a case file and those it extends, and lay it over them; or another file that can extend.
 
     Tables are laid over one another key by key; a list and any other value replaces what the
     extended file says, and so does a table of another ``type``. A table in the place of an array of
-    tables with names is laid over those of its keys: ``[buildings.B1]``. The model of a case file
+    tables with names is laid over those of its keys: ``[buildings.B1]``. The model of the file
     tells the names of files from other texts. InputError where a file cannot be read or is not
     TOML, or a file extends itself.
     """
@@ -106,8 +112,8 @@ def read_source(path: Path, model: type[BaseModel]) -> Source:
     folders: dict[Path, Path] = {}  # of each file, relative to that of the first one
     contents: list[tuple[Path, dict[str, Any]]] = []  # what each file says itself
     file, name = path, Path()
-    what = f"{_CASE_FILE}; 'impactfem new NAME' writes one to start from"
-    text = read_text(path, what, LARGEST_TOML)
+    hint = "; 'impactfem new NAME' writes one to start from" if what == _CASE_FILE else ""
+    text = read_text(path, what + hint, LARGEST_TOML)
     if isinstance(text, Fault):
         raise InputError([text])
     while True:
@@ -121,7 +127,7 @@ def read_source(path: Path, model: type[BaseModel]) -> Source:
         if not isinstance(extended, str) or not extended.strip() or CONTROL.search(extended):
             raise InputError([Fault(file, EXTENDS, extended, f"expected {FileName().phrase}")])
         below, expected = file.parent / extended, ""
-        text = read_text(below, _CASE_FILE, LARGEST_TOML)
+        text = read_text(below, what, LARGEST_TOML)
         if isinstance(text, Fault):
             raise InputError([Fault(file, EXTENDS, extended, text.expected)])
         if len(contents) == MOST_FILES:

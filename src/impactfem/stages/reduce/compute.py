@@ -231,7 +231,10 @@ def reduced_of_run(folder: Path, model_key: str) -> ReducedBuilding:
     """
     found = ReducedBuilding.read(folder / MODEL, model_key)
     if found is None:
-        raise ImpactfemError(f"{folder / MODEL} is missing or of another case: run stage reduce")
+        raise ImpactfemError(
+            f"{folder / MODEL} is missing, or made from another case or by another state of the "
+            "program: run stage reduce"
+        )
     return found
 
 
