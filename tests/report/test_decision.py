@@ -128,7 +128,9 @@ def test_of_sticks_alone(tmp_path):
         "Largest impact",
         "Checks",
     }
-    assert found["Over the case without impact"].value == "× 8"
+    over = found["Over the case without impact"]
+    assert over.value.startswith("× 8 at ")
+    assert "B, floor 1, stick, along y" in over.text
     force = found["Largest impact"]
     assert force.value == "1.759 MN" and "A.floor 2 and B.storey 2 at 0.5" in force.text
     assert (found["Checks"].value, found["Checks"].mark) == ("1 of 2 not met", "warn")
@@ -226,6 +228,65 @@ def test_where_the_ground_hardly_moves_a_building_is_no_headline(share, along):
     run = SimpleNamespace(checks=[], summary=[], ran=lambda stage: False, models={})
     (answer,) = (one for one in answers(run, found) if one.question.startswith("Over"))
     assert f"along {along}" in answer.text
+
+
+@pytest.mark.parametrize(("share", "floor"), [(1.0, 2), (0.1, 3)])
+def test_the_factor_is_that_of_any_floor_whose_ordinates_count(tmp_path, share, floor):
+    """Floor 3 governs; floor 2 is hit harder for what it does without, if not too small for it."""
+    store = sticks()
+    store = store.assign_coords(
+        station_building=("station", ["B"] * 3), station_floor=("station", [1, 2, 3])
+    )
+    store["psa"][0, 1] *= share
+    store["psa_free"][0, 1] = store["psa"][0, 1] / 9.0
+    found = by_question(run_of(tmp_path, pounding=store))
+    assert "floor 3" in found["Floor spectrum that governs"].text
+    assert f"B, floor {floor}, stick" in found["Over the case without impact"].text
+
+
+@pytest.mark.parametrize("vertices", [0, 2])
+def test_whole_floors_govern_where_the_run_has_them(tmp_path, vertices):
+    """And points on no floor; the probes of floors are among those of whole floors."""
+    peaks = xr.DataArray([[[3.0], [30.0]]], dims=("probe", "component", "frequency"))
+    probes = xr.Dataset(
+        {
+            "psa": xr.concat([peaks, 0.5 * peaks], "probe").expand_dims("damping"),
+            "pfa": (("probe", "component"), np.ones((2, 2))),
+        },
+        coords={
+            "damping": [0.05],
+            "component": ["x", "y"],
+            "frequency": [10.0],
+            "probe": ["centre", "wall"],
+            "probe_kind": ("probe", ["centre", "point"]),
+            "probe_floor": ("probe", [1, 0]),
+        },
+        attrs={"building": "B1", "maximum_frequency": 50.0},
+    )
+    found = governing(run_of(tmp_path, transient=probes))
+    assert [(one.direction, one.peak, one.place) for one in found] == [
+        ("y", 30.0, "mass centre"),
+        ("x", 3.0, "mass centre"),
+    ]
+    design = xr.Dataset(
+        {
+            "psa": (("damping", "station", "direction", "frequency"), np.full((1, 1, 1, 1), 45.0)),
+            "zpa": (("station", "direction"), [[20.0]]),
+            "vertex_node": ("vertex", np.zeros(vertices, int)),
+        },
+        coords={
+            "damping": [0.05],
+            "direction": ["y"],
+            "frequency": [10.0],
+            "station_floor": ("station", [1]),
+            "elsewhere": ["wall"],
+        },
+        attrs={"building": "B1"},
+    )
+    first, second = governing(run_of(tmp_path, transient=probes, design=design))
+    where = "over the floor" if vertices else "of its probes"
+    assert first.words == f"B1, floor 1, largest {where}, 3D model"
+    assert (first.peak, first.pfa, second.peak, second.place) == (45.0, 20.0, 1.5, "wall")
 
 
 def test_ten_numbers_of_any_run(tmp_path):

@@ -37,6 +37,8 @@ PURPLE = "#7a4fa3"
 SLIGHT = 0.05
 """Least ratio of the largest ordinate without impact to that of the building along all directions,
 for the factor of the first screen."""
+COUNTS = 0.1
+"""Least ratio of an ordinate to that which governs the building, for the same."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +99,17 @@ class Spectrum:
             both = self.peak / np.array([self.still, float(there)])
         return float(both[0]), float(both[1])
 
+    def largest_factor(self, least: float) -> tuple[float, float]:
+        """The largest ratio to that without impact of ordinates of at least so much, and where.
+
+        0 where there is none, as of points that impacts alone move.
+        """
+        if self.free is None or self.still <= RESIDUAL * self.peak:
+            return 0.0, math.nan
+        counts = (self.psa >= least) & (self.free > RESIDUAL * self.psa)
+        ratio = (self.psa / self.free).where(counts, 0.0)
+        return float(ratio.max()), float(ratio.idxmax("frequency"))
+
     @property
     def words(self) -> str:
         """Where it is."""
@@ -111,7 +124,10 @@ def governing(run: RunFiles) -> list[Spectrum]:
 
     Behind them those of anchors, whose damping is that of the device.
     """
-    found = _of_sticks(run) if run.ran("pounding") else []
+    largest: dict[tuple[str, str], Spectrum] = {}
+    for floor in sorted(_of_sticks(run), key=lambda one: one.peak) if run.ran("pounding") else []:
+        largest[floor.building, floor.direction] = floor
+    found = list(largest.values())
     for one in run.models.values():
         found += _of_model(one) if one.ran("transient") else []
         found += _of_anchors(one) if one.ran("device") else []
@@ -119,33 +135,49 @@ def governing(run: RunFiles) -> list[Spectrum]:
 
 
 def _of_sticks(run: RunFiles) -> list[Spectrum]:
+    """Of each floor along each direction, as it pounded."""
     found, touched = [], in_3d(run.case)
     with run.store("pounding.nc") as store:
         one = store[["psa", "psa_free", "pfa"]].isel(damping=0).load()
-        for name in dict.fromkeys(one["station_building"].values.tolist()):
-            floors = one.isel(station=(one["station_building"] == name).values)
+        for k, name in enumerate(one["station_building"].values.tolist()):
+            model, place = (MODEL, PLACES["centre"]) if name in touched else (STICK, "")
             for direction in names_of(store, "direction"):
-                along = floors.sel(direction=direction)
-                at = along.isel(station=int(np.argmax(along["psa"].max("frequency").values)))
+                at = one.isel(station=k).sel(direction=direction)
                 floor, ratio = int(at["station_floor"]), float(at["damping"])
                 values = at["psa"], float(at["pfa"]), at["psa_free"]
-                model, place = (MODEL, PLACES["centre"]) if name in touched else (STICK, "")
                 found.append(Spectrum(name, model, floor, place, direction, ratio, *values))
     return _moving(found)
 
 
 def _of_model(run: RunFiles) -> list[Spectrum]:
+    """The largest along each direction: over whole floors, if stage `design` has looked there."""
     found = []
+    if run.ran("design"):
+        with run.store("design.nc") as store:
+            one = store[["psa", "zpa"]].isel(damping=0).load()
+            place = f"largest {'over the floor' if store.sizes['vertex'] else 'of its probes'}"
+            for direction in names_of(store, "direction"):
+                at = _largest(one.sel(direction=direction), "station")
+                floor, ratio = int(at["station_floor"]), float(at["damping"])
+                where = (str(store.attrs["building"]), MODEL, floor, place, direction, ratio)
+                found.append(Spectrum(*where, at["psa"], float(at["zpa"]), None))
+            kept = names_of(store, "elsewhere")  # on no floor
     with run.store("transient.nc") as store:
         one = known(store[["psa", "pfa"]].isel(damping=0)).load()
-        for direction in names_of(store, "component"):
-            along = one.sel(component=direction)
-            at = along.isel(probe=int(np.argmax(along["psa"].max("frequency").values)))
+        one = one.sel(probe=kept) if found else one
+        for direction in names_of(store, "component") if one.sizes["probe"] else []:
+            at = _largest(one.sel(component=direction), "probe")
             place = PLACES.get(str(at["probe_kind"].item()), str(at["probe"].item()))
             floor, ratio = int(at["probe_floor"]), float(at["damping"])
             where = (str(store.attrs["building"]), MODEL, floor, place, direction, ratio)
             found.append(Spectrum(*where, at["psa"], float(at["pfa"]), None))
-    return _moving(found)
+    found.sort(key=lambda one: -one.peak)
+    return _moving(list({one.direction: one for one in reversed(found)}.values()))
+
+
+def _largest(some: xr.Dataset, dim: str) -> xr.Dataset:
+    """Of spectra over places that with the largest ordinate."""
+    return some.isel({dim: int(np.argmax(some["psa"].max("frequency").values))})
 
 
 def _of_anchors(run: RunFiles) -> list[Spectrum]:
@@ -211,17 +243,22 @@ def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
         text += f"; {one.peak / G:.3g} g, peak acceleration (ZPA) {one.pfa:.3g} m/s²"
         value = f"{one.peak:.3g} m/s² at {one.at:.3g} Hz"
         found.append(Answer("Floor spectrum that governs", value, text, link="spectra"))
-        own = [other for other in spectra if other.building == one.building]
+        # Of all floors of the building: the impact may be felt most where another one governs.
+        floors = _of_sticks(run) if run.ran("pounding") else []
+        own = [other for other in (*floors, *spectra) if other.building == one.building]
         # A direction in which the ground hardly moves it would have a factor without meaning.
         least = SLIGHT * max((other.still for other in own), default=0.0)
-        if compared := [other for other in own if other.factors[0] > 0.0 and other.still >= least]:
-            one = max(compared, key=lambda other: other.factors[0])
-            peak, there = one.factors
-            text = f"{one.words}, along {one.direction}: peak {one.peak:.3g} against "
-            text += f"{one.still:.3g} m/s²; {there:.3g} times as much at {one.at:.3g} Hz"
-            found.append(
-                Answer("Over the case without impact", f"× {peak:.3g}", text, link="spectra")
-            )
+        top = max((other.peak for other in own), default=0.0)
+        factors = [
+            (*other.largest_factor(COUNTS * top), other) for other in own if other.still >= least
+        ]
+        times, at, one = max(factors, key=lambda factor: factor[0], default=(0.0, math.nan, one))
+        if times > 0.0 and one.free is not None:
+            hit, quiet = (float(psa.sel(frequency=at)) for psa in (one.psa, one.free))
+            text = f"{one.words}, along {one.direction}: {hit:.3g} against {quiet:.3g} m/s² there; "
+            text += f"largest ordinates {one.peak:.3g} against {one.still:.3g} m/s²"
+            value = f"× {times:.3g} at {at:.3g} Hz"
+            found.append(Answer("Over the case without impact", value, text, link="spectra"))
     found += _gap(run) + _anchors(run) + _impacts(run)
     good = [check["good"] for check in run.checks]
     limits, missed = sum(one is not None for one in good), good.count(False)
