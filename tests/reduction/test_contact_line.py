@@ -8,7 +8,7 @@ from impactfem.building.from_case import geometry_of
 from impactfem.building.generate import generate
 from impactfem.building.read_mesh import read_mesh
 from impactfem.case import load_case
-from impactfem.reduction.contact_line import contact_lines
+from impactfem.reduction.contact_line import contact_lines, warn_of_narrow
 from impactfem.reduction.edge_force import EdgeForce, smooth
 from impactfem.run.check import check
 from impactfem.system.errors import InputError
@@ -113,14 +113,23 @@ def before(more):
     return "[pounding]\n", f"{more}[pounding]\n"
 
 
-def test_the_gap_is_straight_between_the_pairs_of_an_edge(tmp_path):
-    """1 mm in the middle and 1.2 mm at 2 m are 0.7 mm at -3 m."""
+def test_the_gap_is_straight_between_the_pairs_of_an_edge(tmp_path, caplog):
+    """1 mm in the middle and 1.2 mm at 2 m are 0.7 mm at -3 m, less than both."""
     case, meshes = with_meshes(in_3d(tmp_path, before(PAIR.format(2, 1.2, "floor"))))
     lines = contact_lines(case, meshes)
     assert len(lines) == 2 and all(len(line.pair_names) == 2 for line in lines)
     for line in lines:
         assert line.gap == pytest.approx(1e-3 + 1e-4 * line.a.offset[:, 0], abs=1e-12)
         assert line.gap.min() < 0.8e-3 and line.gap.max() > 1.2e-3
+    warn_of_narrow(lines, case)
+    assert caplog.text.count("the gap is 0.7") == 2
+    assert "that of its pairs is 1 mm or more" in caplog.text
+
+
+def test_no_word_where_no_gap_is_smaller_than_given(tmp_path, caplog):
+    case, meshes = with_meshes(in_3d(tmp_path, before(PAIR.format(2, 1, "floor"))))
+    warn_of_narrow(contact_lines(case, meshes), case)
+    assert "along the edges" not in caplog.text
 
 
 STOREY = 'storey = [1, 2], relative_height = 0.5, offset = ["0 m", "{} m"'

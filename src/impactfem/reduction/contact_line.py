@@ -33,6 +33,7 @@ from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.sides import PairEnd, Sides
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, InputError
+from impactfem.system.log import LOGGER
 
 Struck = tuple[Facade, float]
 OPPOSITE = 0.01
@@ -149,6 +150,20 @@ def contact_lines(case: Case, meshes: Mapping[str, BuildingMesh]) -> tuple[Conta
     if faults:
         raise InputError(faults)
     return tuple(line for line in made if line is not None)
+
+
+def warn_of_narrow(lines: Sequence[ContactLine], case: Case) -> None:
+    """Log where a gap along a line is smaller than those of all its pairs."""
+    given = {contact.name: contact.gap for contact in case.whole.contacts}
+    for line in lines:
+        k, least = int(line.gap.argmin()), min(given[name] for name in line.pair_names)
+        if line.gap[k] < least - CLOSED:
+            LOGGER.warning(
+                "warning: contacts: %s: %.4g m along the edges from there the gap is %.4g mm, by "
+                "straight lines; that of its pairs is %.4g mm or more (pairs at both ends of the "
+                "edges say it where it is)",
+                *(line.name, line.position[k], 1e3 * line.gap[k], 1e3 * least),
+            )
 
 
 def _along(n: Array) -> Array:

@@ -176,9 +176,9 @@ def further_checks(
             meshes[view.structure.building] = read
     in_3d = {*case.pounding_in_3d}
     if in_3d and in_3d <= {*meshes} and "contacts" not in left_out:
-        from impactfem.reduction.contact_line import contact_lines
+        from impactfem.reduction.contact_line import contact_lines, warn_of_narrow
 
-        attempt(lambda: contact_lines(case, meshes))
+        warn_of_narrow(attempt(lambda: contact_lines(case, meshes)) or (), case)
     if meshes:
         found = estimate(case, longest, meshes).of(stages)
         faults += too_much(case, found) if counted else ()

@@ -25,7 +25,11 @@ from impactfem.system.log import Steps
 
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     case = with_contact_of_run(with_structure_targets(case, folder), folder)
-    study = run_sticks(case, steps.step, models=models_of_run(case, folder))
+    if (models := models_of_run(case, folder)) is not None:
+        from impactfem.reduction.contact_line import warn_of_narrow  # beside dolfinx
+
+        warn_of_narrow(models.lines, case)
+    study = run_sticks(case, steps.step, models=models)
     files = [folder / name for name in POUNDING.stores.values()]
     files.append(folder / "forces.csv")
     with steps.step("stores"):
