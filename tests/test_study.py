@@ -152,6 +152,15 @@ class TestReuse:
         assert before.keys() == after.keys()
         assert load(tmp_path / "run" / "provenance.json")["reused"] == ["pounding"]
 
+    @pytest.mark.parametrize("changed", [True, False])
+    def test_a_report_of_other_results_does_not_stay(
+        self, copied, tmp_path, edited, no_figures, changed
+    ):
+        if changed:
+            edited(copied, ("restitution = 0.65", "restitution = 0.6"))
+        study.run(copied, out=tmp_path / "run", stage="pounding")
+        assert (tmp_path / "run" / "report.html").is_file() is not changed
+
     def test_an_edited_figure_is_drawn_again_and_nothing_is_computed(
         self, copied, tmp_path, finished, monkeypatch
     ):

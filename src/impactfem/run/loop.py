@@ -14,6 +14,7 @@ from impactfem.case import Case, Published, SyntheticMotion
 from impactfem.case.base import nearest
 from impactfem.report.decision import key_results
 from impactfem.report.flowchart import headlines
+from impactfem.report.page import REPORT as PAGE
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY, RunFiles
 from impactfem.run.check import check_mesh, checked, warn_of_implausible
 from impactfem.run.estimate import Estimate
@@ -175,10 +176,13 @@ def run(
             for one in asked_stages(case, None)
             for work in _run_stage(one, result, one in stages, fresh, bar, case, estimate)
         ]
-        on_root(lambda: _write_results(case, result, done, started))
+        changed = on_root(lambda: _write_results(case, result, done, started))
         if stage in (None, REPORT):
             on_root(lambda: _warn_of_published(case, result.scalars))
             on_root(lambda: write_page(folder, bar=bar))
+        elif changed and on_root((folder / PAGE).is_file):
+            LOGGER.info("%s had other results and is removed: 'impactfem report' makes it", PAGE)
+            on_root((folder / PAGE).unlink)
     return result
 
 
@@ -345,11 +349,15 @@ def _log_result(stage: Stage, case: Case, result: Run, seconds: float) -> None:
     LOGGER.info("stage %s: %s", label, ", ".join(words))
 
 
-def _write_results(case: Case, result: Run, done: list[tuple[Stage, Case]], started: str) -> None:
-    """Write the case as it was read, the checks of all stages, the scalars, and what made them."""
+def _write_results(case: Case, result: Run, done: list[tuple[Stage, Case]], started: str) -> bool:
+    """Write the case as it was read, the checks of all stages, the scalars, and what made them.
+
+    Gives whether the scalars are others than before.
+    """
     # `good` of a check is true or false where it is met or not, and null of a number without a
     # limit.
     folder = result.folder
+    before = (folder / SUMMARY).read_bytes() if (folder / SUMMARY).is_file() else b""
     write_json(folder / CASE, case.model_dump(mode="json", exclude={"path"}))
     checks = [(stage, *one) for stage, found in result.checks.items() for one in found]
     heads = ("stage", "good", "text")
@@ -375,6 +383,7 @@ def _write_results(case: Case, result: Run, done: list[tuple[Stage, Case]], star
         files={name: file_digest(folder / name) for name in (CASE, CHECKS, SUMMARY)},
     )
     write_json(folder / PROVENANCE, made)
+    return (folder / SUMMARY).read_bytes() != before
 
 
 def write_summary(
