@@ -262,9 +262,10 @@ def run_design(
     if members:
         duration = own.time_step * (len(own.ground) - 1)
         path = of_run(folder, "forces.nc")
+        given = on_root(lambda: read_forces(path))  # what they were made from is known by now
         history, edges = on_root(
             lambda: checked_forces(
-                read_forces(path), path, case, mesh, duration, impulses=prepared.impulses
+                given, path, case, mesh, duration, given.inputs, prepared.impulses
             )
         )
         names = history.pairs

@@ -57,7 +57,9 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
             lambda: prepare_devices(
                 case,
                 prepare(
-                    case, mesh, forces, storey_factor(folder), "", impulses_of_run(case, folder)
+                    *(case, mesh, forces, storey_factor(folder)),
+                    POUNDING.key(case),
+                    impulses_of_run(case, folder),
                 ),
                 laws,
                 calibrated_restitutions(case, folder),
