@@ -223,7 +223,7 @@ def test_numbers_and_quantities():
 
 
 LAW = {"type": "kelvin-voigt", "stiffness": 1e11, "restitution": None, "damping_ratio": 0.12}
-TAKEN = "Restitution and contact stiffness come from one impact of the 3D model"
+TAKEN = "contact stiffness that the case calls calibrated come from one impact of the 3D model"
 
 
 @pytest.mark.parametrize(
@@ -252,6 +252,7 @@ def test_whether_a_law_takes_values_from_the_wall(laws, wall, taken):
     found = "\n".join(one["text"] for _, group in assumptions(case) for one in group)
     unused = "those of the impact on a rigid wall are not used"
     assert (TAKEN in found, unused in found) == (taken is True, taken is False)
+    assert ("restitution of the contact are chosen" in found) == (taken is None)
     assert ("C = αM + βK" in found, "ratio of each mode" in found) == (not wall, wall)
     assert "One factor on the stiffness" not in found
     case["further_structures"] = [{"building": "B2", "calibration": {"frequency": 1.8}}]

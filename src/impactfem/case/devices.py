@@ -62,7 +62,8 @@ class DeviceSupport(Section):
     point: Point
     """The anchor (x, y, z), on a floor of the building."""
     radius: PositiveLength
-    """Radius around it within which the nodes of the floor are tied to it."""
+    """Radius around it within which the nodes of the floor are tied to it; that of the circle of
+    anchors, too, from which the net tension follows."""
     envelope: tuple[ProbePattern, ...] = ()
     """As for a device with one anchor."""
 
@@ -215,7 +216,8 @@ class DeviceSetup(Section):
     """Its anchor (x, y, z), on a floor of the building."""
     radius: PositiveLength | None = Field(default=None, validate_default=True)
     """Radius around the anchor within which the nodes of the floor are tied to it, as to a rigid
-    plate."""
+    plate; that of the circle of anchors, too, whose net tension has a part of twice the overturning
+    moment over this radius."""
     envelope: tuple[ProbePattern, ...] = ()
     """Probes of [transient] whose spectra, with those of the anchor, make an envelope for further
     response spectrum analyses: names, or patterns with * and ?."""

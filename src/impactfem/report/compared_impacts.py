@@ -11,8 +11,8 @@ from impactfem.plot.style import BLUE, RED
 from impactfem.plot.table import Cell, Table, heads
 from impactfem.report.overview import in_3d
 from impactfem.report.run_files import RunFiles
+from impactfem.stages.check import QUIET
 from impactfem.stages.stores import by_line, names_of
-from impactfem.stages.transient.selection import QUIET
 from impactfem.system.arrays import Array
 
 IMPACTS, FLOORS, FIGURE = "comparison_impacts", "comparison_floors", "comparison_impacts"

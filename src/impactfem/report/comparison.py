@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from impactfem.plot.style import BLUE, RED, figure, letter, span
 from impactfem.plot.table import Cell, Table, heads
 from impactfem.spectra.frequency_list import SAME, interpolate_frequency, merged_frequencies
+from impactfem.stages.check import QUIET
 from impactfem.stages.stores import names_of
-from impactfem.stages.transient.selection import QUIET
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, InputError
 

@@ -23,9 +23,10 @@ from impactfem.report.overview import (
     wall_is_used,
 )
 from impactfem.report.run_files import SPECTRA, RunFiles
+from impactfem.stages.check import QUIET
 from impactfem.stages.device import selection as of_device
 from impactfem.stages.stores import names_of
-from impactfem.stages.transient.selection import QUIET, known
+from impactfem.stages.transient.selection import known
 
 STICK, MODEL = "stick", "3D model"
 G = 9.80665
@@ -218,7 +219,7 @@ def spectra_table(spectra: list[Spectrum]) -> Facts:
         rows.append((*own, free, *factors))
     note = "The largest ordinates of each body along each direction; at anchors along one."
     if any(one.free is None for one in spectra):
-        note += " The 3D models were not computed without impact but for the anchors of devices."
+        note += " Where a 3D model has no peak without impact, it was not computed without."
     return table("Floor spectra that govern", columns, rows, note)
 
 

@@ -322,6 +322,8 @@ def assumptions(case: Mapping[str, Any]) -> list[tuple[str, Sequence[Mapping[str
         "structure": models,
         "fitted": any(one.get("calibration") for one in models),
         wall: case["wall_impact"],
+        "chosen": not case["wall_impact"]
+        and any(one.get("type") != "unilateral" for one in case["contact_laws"].values()),
         "transient": case["transient"] and any(one["building"] not in touched for one in models),
         "devices": case["devices"],
     }

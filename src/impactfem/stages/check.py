@@ -8,6 +8,9 @@ from impactfem.spectra.design import ENDED
 from impactfem.system.arrays import Array
 from impactfem.system.log import LOGGER
 
+QUIET = 0.01
+"""Peak acceleration over the largest one along the same axis up to which a point is at rest."""
+
 Check = tuple[bool | None, str]
 """Whether it is met, None for a number without a limit, and the line with number and limit."""
 
@@ -60,7 +63,8 @@ def end_check(
         return True, text
     return False, (
         f"{text}; so it is at {late.size} of {len(points)} points: raise the highest frequency of "
-        "[spectra]; what the motion has above it may depend on the time step"
+        "[spectra]; under a law whose force begins with a jump (kelvin-voigt) they may end "
+        "nowhere, and what is there depends on the time step"
     )
 
 

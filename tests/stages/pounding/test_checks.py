@@ -205,6 +205,15 @@ def test_the_force_is_that_of_the_impact_it_names(checked):
             ["effective restitution 0.5 to 0.5 in 1 of 2 (the", "in 1 impacts the buildings' own"],
         ),
         ((1.5, 2.0), 1.5, ["in 2 impacts the buildings' own forces part the floors: no"]),
+        # Nor what is below 0, of the middles of floors that a corner stops.
+        (
+            (-0.2, 0.5),
+            -0.2,
+            [
+                "effective restitution 0.5 to 0.5 in 1 of 2 (the",
+                "in 1 impacts the middles of floors",
+            ],
+        ),
     ],
 )
 def test_no_restitution_above_one(checked, restitution, main, lines):

@@ -84,7 +84,8 @@ def test_one_solver_alone(logged):
                 {"end": end},
                 f"spectra at 88.91 Hz over the peak acceleration {end:g} (limit 1.1 or 1/1.1) at "
                 "centre_3, y; so it is at 1 of 12 points: raise the highest frequency of "
-                "[spectra]; what the motion has above it may depend on the time step",
+                "[spectra]; under a law whose force begins with a jump (kelvin-voigt) they may end "
+                "nowhere, and what is there depends on the time step",
             )
             for end in (1.12, 0.89, 2.3)
         ),

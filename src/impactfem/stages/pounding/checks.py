@@ -11,7 +11,7 @@ import xarray as xr
 from impactfem.case import Case
 from impactfem.case.contact_checks import allowed
 from impactfem.case.facing import facing_floors
-from impactfem.stages.check import Check, digits, end_check, limited
+from impactfem.stages.check import QUIET, Check, digits, end_check, limited
 from impactfem.stages.stores import names_of, open_store
 from impactfem.system.scalar import scalars_of
 
@@ -213,17 +213,21 @@ def _impacts(values: Mapping[str, float], restitution: list[float]) -> list[Chec
             f"{1e3 * values['pounding.main_impact_duration']:.3g} ms{apart}",
         )
     ]
-    # Above 1 the buildings' own forces part the floors, not the impact.
-    meant = [one for one in restitution if one <= 1.0]
+    # Above 1 the buildings' own forces part the floors, not the impact; below 0 the places that
+    # touch have parted, and the middles of floors that turn have not.
+    meant = [one for one in restitution if 0.0 <= one <= 1.0]
     if meant:
         main = values.get("pounding.main_impact_restitution", math.inf)
-        largest = f"{main:.3g} in the largest impact, " if main <= 1.0 else ""
+        largest = f"{main:.3g} in the largest impact, " if 0.0 <= main <= 1.0 else ""
         of = f"{len(meant)} of {len(restitution)}" if len(meant) < len(restitution) else "all"
         text = f"pounding: effective restitution {largest}{min(meant):.3g} to {max(meant):.3g}"
         lines.append((None, f"{text} in {of} (the buildings' own forces act meanwhile)"))
-    if len(meant) < len(restitution):
-        text = "the buildings' own forces part the floors: no restitution"
-        lines.append((None, f"pounding: in {len(restitution) - len(meant)} impacts {text}"))
+    for count, text in (
+        (sum(one > 1.0 for one in restitution), "the buildings' own forces part the floors"),
+        (sum(one < 0.0 for one in restitution), "the middles of floors that turn still approach"),
+    ):
+        if count:
+            lines.append((None, f"pounding: in {count} impacts {text}: no restitution"))
     return lines
 
 
@@ -274,9 +278,9 @@ def _accuracy(store: xr.Dataset, values: Mapping[str, float], required: int) -> 
 
 
 def _ended(store: xr.Dataset) -> Check:
-    """Whether the spectra of the floors end at the peak acceleration."""
+    """Whether the spectra of the floors end at the peak acceleration, where they move."""
     pfa, names = store["pfa"], [str(name) for name in store["station"].values]
-    ratio = store["psa"].isel(damping=0, frequency=-1) / pfa.where(pfa > 0.0)
+    ratio = store["psa"].isel(damping=0, frequency=-1) / pfa.where(pfa > QUIET * pfa.max())
     axes = [str(direction) for direction in store["direction"].values]
     last = float(store["frequency"][-1])
     return end_check("pounding", names, axes, ratio.transpose("station", "direction").values, last)

@@ -131,8 +131,8 @@ def _forces(sticks: xr.Dataset, forces: xr.Dataset, published: Mapping[str, floa
         else f"Impact force between {_pair(name)} (a), and its main impact"
     )
     caption = (
-        f"Figure 9: {what} with the computed times (b). Positive in compression; the force pulls "
-        "at the end of an impact when the law allows tension."
+        f"Figure 9: {what} with the computed times (b). Positive in compression"
+        f"{'; the force pulls at the end of an impact' if (force < 0.0).any() else ''}."
     )
     axes = ("time [s]", "impact force [MN]")
     note = "" if near else "no impact"

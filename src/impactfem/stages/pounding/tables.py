@@ -50,7 +50,7 @@ COLUMNS = {
         ("impact_approach", "approach", "m/s"),
         ("impact_separation", "separation", "m/s"),
         ("impact_restitution", "restitution", "-"),
-        ("impact_building_restitution", "of the buildings", "-"),
+        ("impact_building_restitution", "of the whole buildings", "-"),
         ("impact_penetration", "penetration", "mm"),
         ("impact_steps", "steps", "-"),
     ),

@@ -185,7 +185,7 @@ def wave_map(path: Path, response: xr.Dataset) -> None:
     time = 1e3 * (line["time"].values - start)
     values = line["acceleration"].transpose("probe", "time").values
     caption = (
-        f"Figure 17 (e): acceleration along $e_{d}$ of floor {wave_floor(response)} over the "
+        f"Acceleration along $e_{d}$ of floor {wave_floor(response)} over the "
         f"distance d from the impact edge and the time since the first sample of the main impact's "
         f"force, at {start:.4g} s. White: zero, with the thin line. Dots: peak of the wave; "
         f"circles: {100 * HALF:g} % of it. Lines: speed of the slab with beams and added mass "

@@ -5,11 +5,9 @@ import math
 import numpy as np
 import xarray as xr
 
+from impactfem.stages.check import QUIET
 from impactfem.stages.stores import time_step
 from impactfem.system.arrays import Array
-
-QUIET = 0.01
-"""Peak acceleration over the largest one along the same axis up to which a point is at rest."""
 
 
 def shown(store: xr.Dataset) -> xr.Dataset:
@@ -100,7 +98,8 @@ def shown_line(response: xr.Dataset) -> xr.Dataset:
 def between(store: xr.Dataset) -> xr.DataArray:
     """Peak acceleration between the samples, of the histories as the oscillators saw them.
 
-    Over that at the samples, by probe and component [-]; nan where a point is at rest.
+    Over that at the samples, by probe and component [-]; nan where a point is at rest, or all are
+    beside what moves along other axes.
     """
     return _moving(store, store["pfa_interpolated"], store["pfa"])
 
@@ -115,7 +114,8 @@ def ends(store: xr.Dataset) -> xr.DataArray:
 
 
 def _moving(store: xr.Dataset, values: xr.DataArray, over: xr.DataArray) -> xr.DataArray:
-    moves = store["pfa"] > QUIET * store["pfa"].max("probe")
+    largest = store["pfa"].max("probe")
+    moves = (store["pfa"] > QUIET * largest) & (largest > QUIET * largest.max())
     return (values / over.where(moves)).transpose("probe", "component")
 
 
@@ -141,6 +141,7 @@ def beside_note(store: xr.Dataset) -> str:
         "resultant is more than a sixth of the length from the middle",
         "patch": f"a line load on {store.attrs['patch_width']:g} m about each pair",
         "calibrated": "the distribution of the impact on the wall with a linear part",
+        "points": "the forces of the points along the edge, as they were computed",
     }[store.attrs["spread"]]
     return (
         f" Each force acts where its pair is, by {how}; the largest moment F e, e along a side "

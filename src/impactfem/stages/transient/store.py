@@ -171,18 +171,19 @@ def _response(study: TransientStudy, key: str) -> xr.Dataset:
             "transfer_im": found.value.imag,
             "transfer_bound": found.bound,
         }
+    building = case.structure.building if case.structure else ""
     attributes = {
         "title": case.title,
         "inputs": key,
         "case_hash": case.content_hash(),
-        "building": case.structure.building if case.structure else "",
+        "building": building,
         "shown_direction": case.shown_direction,
         "wave_floor": case.wave_floor,
         "solver": transient.solver,
         "maximum_frequency": transient.maximum_frequency,
         "basis_vectors": len(study.basis.model.eigenvalue) if study.basis else 0,
         "main_impact": list(impact) if impact else [],
-        "spread": transient.spread,
+        "spread": "points" if building in case.whole.pounding_in_3d else transient.spread,
         "patch_width": transient.patch_width,
     }
     return dataset(OUTPUTS, values, attributes=attributes, notes=notes)
