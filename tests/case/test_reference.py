@@ -284,3 +284,16 @@ def test_what_is_wrong_where_it_extends(extended, old, new, file, words):
         load_case(extended(FURTHER.replace(old, new)))
     lines = [str(fault) for fault in error.value.faults]
     assert any(words in line and file in line for line in lines), lines
+
+
+def test_the_building_from_printed_data_does_not_count_them():
+    """Tables 2 and 3 are its data; what npp_pair.toml says of itself is not said of it."""
+    case = load_case(GEOMETRY / "npp_pair_reread.toml")
+    kinds = {name: one.kind for name, one in case.published.items()}
+    data = [f"building.{of}.{k}" for of in ("frequency", "effective_mass") for k in (1, 2, 3)]
+    assert {kinds[name] for name in data} == {"fitted"}
+    assert kinds["transient.frs.floor_8.peak"] == "result"
+    said = str(case.report.reference)
+    assert "one factor on walls and columns is fitted" not in said and "spread evenly" not in said
+    said = str(load_case(GEOMETRY / "npp_pair.toml").report.reference)
+    assert "one factor on walls and columns is fitted" in said and "spread evenly" in said
