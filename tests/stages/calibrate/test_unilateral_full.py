@@ -170,7 +170,7 @@ SCRIPT = Path(__file__).with_name("unilateral_on_ranks.py")
 
 @pytest.fixture(scope="module")
 def of_ranks(on_ranks, membrane):
-    model, steps, h = membrane(), 250, 2e-4
+    model, steps, h = membrane(), 120, 2e-4
     n, edge = len(model.K), model.ny + 1
     G, probes = np.zeros((n, edge + 2)), np.zeros((n, 2))
     G[-edge:, :edge] = np.diag(np.linspace(0.03, 0.08, edge))

@@ -106,8 +106,13 @@ def test_goes_on_after_an_interruption(given, alone, tmp_path, caplog):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("ranks", [2, 3])
-def test_ranks(given, alone, on_ranks, tmp_path, ranks):
-    many = on_ranks(SCRIPT, given=given, folder=tmp_path)(ranks)
+def test_ranks(given, on_ranks, tmp_path, ranks):
+    """With the impact, which begins at 0.05 s."""
+    whole = given["loads"]
+    loads = replace(whole, ground=whole.ground[:151], force=whole.force[:151])
+    short = given | {"loads": loads}
+    alone = histories(MPI.COMM_SELF, short, tmp_path)
+    many = on_ranks(SCRIPT, given=short, folder=tmp_path)(ranks)
     for one, other in zip((*many[0], *many[1]), (*alone[0], *alone[1]), strict=True):
         difference = np.abs(one.force - other.force).max() / np.abs(other.force).max()
         assert 0.0 < difference < 1e-8
