@@ -68,7 +68,7 @@ def responses(comm, given, folder):
                 Displacements(model, nodes),
                 checkpoints=folder / name,
                 key="key",
-                every=50,
+                every=25,
                 progress=progress,
             )
         except KilledError:
@@ -99,7 +99,7 @@ def responses(comm, given, folder):
         loads.names,
         probes=nodes,
         nodes=np.unique(nodes),
-        accuracy=Accuracy(damping, 200.0, 0.005),
+        accuracy=Accuracy(damping, 60.0, 0.02),
         shift=60.0,
         largest=1200,
         larger=True,
