@@ -306,6 +306,55 @@ def test_closed_form_slopes(tmp_path):
     assert np.abs(J[2:, 0]).max() < 1e-6 * found.values[2]
 
 
+def modulus(bounds, more="", hertz=3.6):
+    """A fit of the modulus of the small frame to a frequency."""
+    free = f'[free."materials.concrete.young_modulus"]\nbounds = {bounds}\n{more}'
+    target = f'[[targets]]\nresult = "building.frequency.1"\nvalue = "{hertz!r} Hz"\n'
+    return f'starts = 1\n{free}{target}deviation = "1 %"\n'
+
+
+def test_the_same_folder_with_other_bounds(tmp_path):
+    """Values are used again, closed-form slopes not: the ± is that of a folder of its own."""
+    path, fit_path = frame(tmp_path, modulus('["20 GPa", "60 GPa"]'))
+    problem, _ = read_problem(path, fit_path)
+    # What the frame has: the search ends where it starts, at a place that was evaluated before.
+    (has,) = evaluate(problem, problem.start, tmp_path).values
+    fit_path.write_text(modulus('["20 GPa", "60 GPa"]', hertz=has))
+    first = study.fit(path, fit_path, out=tmp_path / "f")
+    for bounds, more in (
+        ('["10 GPa", "90 GPa"]', ""),
+        ('["10 GPa", "90 GPa"]', 'scale = "log"\n'),
+    ):
+        fit_path.write_text(modulus(bounds, more, has))
+        again = study.fit(path, fit_path, out=tmp_path / "f")
+        fresh = study.fit(path, fit_path, out=tmp_path / f"g{len(more)}")
+        assert again.bound == pytest.approx(fresh.bound, rel=1e-3)
+        assert again.bound == pytest.approx(first.bound, rel=0.01)
+        assert again.evaluations > 0
+    # Written in another way, the same bounds: nothing is computed, and the slopes are theirs.
+    fit_path.write_text(modulus('["10000 MPa", "9.0e10 Pa"]', 'scale = "log"\n', has))
+    same = study.fit(path, fit_path, out=tmp_path / "f")
+    assert same.evaluations == 0 and same.bound == pytest.approx(again.bound, rel=1e-9)
+
+
+def test_values_serve_other_bounds(repeated, tmp_path):
+    """Of sticks nothing kept depends on the bounds; another value of a key is another place."""
+    first, u = Evaluator(repeated, tmp_path, None), np.array([0.35, 0.6])
+    first.at(u, slopes=True)
+    free = {
+        key: one.model_copy(update={"step": 5e-4, "scale": "linear"})
+        for key, one in repeated.fit.free.items()
+    }
+    other = replace(repeated, fit=repeated.fit.model_copy(update={"free": free}))
+    place = [one.scaled(x) for one, x in zip(free.values(), repeated.values(u), strict=True)]
+    again = Evaluator(other, tmp_path, None)
+    assert other.scale != repeated.scale
+    assert again.at(np.array(place), slopes=True).values == first.at(u).values
+    assert again.count == 0
+    again.at(u)
+    assert again.count == 1
+
+
 def test_the_storey_factor_of_the_stage(tmp_path):
     """One key to the first bending mode: the factor that the stage `building` fits by itself."""
     case = load_case(GEOMETRY / "frame.toml")

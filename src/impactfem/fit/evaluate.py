@@ -40,6 +40,7 @@ class Evaluation:
     #: differences give. None where they were not requested.
     slopes: list[list[float] | None] | None
     shown: dict[str, float]  #: MAC of each measured mode, and the number of the model's
+    scale: str = ""  #: the scale of the slopes, as `Problem.scale`
 
 
 def evaluate(problem: Problem, u: Array, folder: Path, slopes: bool = False) -> Evaluation:
@@ -79,7 +80,7 @@ def evaluate(problem: Problem, u: Array, folder: Path, slopes: bool = False) -> 
         values, shown = read_off(problem, case, pieces)
         # Without 3D modes there is nothing to compute: the place is not evaluated again for them.
         of_keys = _slopes(problem, u, views) if slopes or not views else None
-        return Evaluation(values, of_keys, shown)
+        return Evaluation(values, of_keys, shown, problem.scale)
 
 
 def _slopes(problem: Problem, u: Array, views: Sequence[View]) -> list[list[float] | None]:

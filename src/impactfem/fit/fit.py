@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from itertools import chain
 from pathlib import Path
 from threading import Lock
@@ -52,9 +52,15 @@ class Evaluator:
         for line in self.file.read_text("utf-8").splitlines() if self.file.is_file() else ():
             try:
                 key, entry = json.loads(line)
-                self.known[key] = Evaluation(**entry)
+                found = Evaluation(**entry)
             except (ValueError, TypeError):  # the last one of a fit that was killed
                 damaged += 1
+                continue
+            # Values serve any fit, slopes one with the same bounds; None holds for all.
+            if found.scale != problem.scale and any(found.slopes or ()):
+                found = replace(found, slopes=None)
+            if found.slopes is not None or key not in self.known:
+                self.known[key] = found
         if damaged:
             LOGGER.warning("warning: %s: damaged lines: %d; computed again", self.file, damaged)
 

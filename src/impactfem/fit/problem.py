@@ -139,8 +139,15 @@ class Problem:
         low[k], high[k] = max(u[k] - step, 0.0), min(u[k] + step, 1.0)
         return low, high
 
+    @property
+    def scale(self) -> str:
+        """Hash of the scale that slopes are of, 0 to 1 between the bounds, and of their steps."""
+        free = self.fit.free.values()
+        every = [(*(end.value for end in one.bounds), one.scale, one.step) for one in free]
+        return hashlib.sha256(repr(every).encode()).hexdigest()
+
     def key(self, u: Array) -> str:
-        """Hash of all that an evaluation at these places depends on."""
+        """Hash of all that the values of an evaluation at these places depend on."""
         variant = self.variant(u)
         given = {axis.key: v for axis, v in zip(variant.axes, variant.values, strict=True)}
         return hashlib.sha256(f"{self.digest} {json.dumps(given)}".encode()).hexdigest()
