@@ -138,6 +138,48 @@ def test_a_key_that_the_data_do_not_see(case, written, tmp_path):
     assert known.identification.deviation[2] * 0.08 == pytest.approx(0.03 * 0.005, rel=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("free", "target", "words"),
+    [
+        # A prior that the data contradict, and the same one where they agree.
+        (
+            'bounds = ["15 GPa", "60 GPa"]\nprior = { mean = "50 GPa", deviation = "1 %" }\n',
+            "0.93 Hz",
+            "data and priors are not met",
+        ),
+        (
+            'bounds = ["15 GPa", "60 GPa"]\nprior = { mean = "33 GPa", deviation = "1 %" }\n',
+            "{before} Hz",
+            "",
+        ),
+        # One datum, one key: missed at a bound, and met.
+        ('bounds = ["30 GPa", "36 GPa"]\n', "0.93 Hz", "the data are not met"),
+        ('bounds = ["15 GPa", "60 GPa"]\n', "0.93 Hz", ""),
+    ],
+)
+def test_what_is_missed(case, written, tmp_path, free, target, words):
+    """Said where χ² of data and priors is too large, with the one that is missed most."""
+    head = f'starts = 1\n[free."materials.concrete.young_modulus"]\n{free}'
+    end = f'[[targets]]\nresult = "sticks.T.frequency.1"\nvalue = "{target}"\ndeviation = "1 %"\n'
+    path = written(head + end.replace("{before}", "1"))
+    problem, _ = read_problem(case, path)
+    (before,) = evaluate(problem, problem.start, tmp_path).values
+    path.write_text(head + end.replace("{before}", f"{before:.6f}"))
+    result = study.fit(case, path, out=tmp_path / "f")
+    found = [text for text in result.warnings if "not met" in text]
+    summary = json.loads((tmp_path / "f" / "fit.json").read_text())["chi_squared"]
+    page = (tmp_path / "f" / "fit.md").read_text("utf-8")
+    χ2 = float(np.square(result.errors[1]).sum()), result.chi_squared_of_priors[1]
+    assert (summary["after"], summary["priors_after"]) == pytest.approx(χ2)
+    assert ("of the priors: " in page) == ("prior" in free) == (summary["priors"] == 1)
+    assert len(found) == bool(words) and (sum(χ2) > 3.84) == bool(words)
+    for text in found:
+        assert text.startswith(words) and text in page
+        of_data = abs(result.errors[1][0]) > χ2[1] ** 0.5
+        name = "" if of_data else "the prior of materials.concrete.young_modulus"
+        assert f"missed most is {name or 'sticks.T.frequency.1'}, by" in text
+
+
 def test_what_is_written(case, written, tmp_path, monkeypatch):
     """The fitted case runs to the data; no place is evaluated twice, nor by the same fit again."""
     folder = tmp_path / "f"

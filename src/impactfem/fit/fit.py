@@ -230,11 +230,11 @@ def search(
 ) -> list[Minimum]:
     """The minima of ½ Σ ((model − datum)/deviation)² and of the priors, the best one first."""
     problem, rows = evaluator.problem, _prior_rows(evaluator.problem)
-    value, deviation, priors = problem.value, problem.deviation, problem.priors
+    value, deviation = problem.value, problem.deviation
 
     def residuals(u: Array) -> Array:
         r = (ratio * evaluator.values(u) + shift - value) / deviation
-        return np.append(r, [(u[k] - mean) / width for k, mean, width in priors])
+        return np.append(r, problem.prior_errors(u))
 
     def jacobian(u: Array) -> Array:
         J = (ratio / deviation)[:, None] * evaluator.slopes(u)
@@ -289,12 +289,27 @@ def _warnings(result: Fit) -> list[str]:
     for k, side in enumerate(result.at_bound):
         if k not in found.unseen and side != "no":
             texts.append(f"{keys[k]} is at its {side} bound")
-    free = max(len(problem.data) - len(keys), 0)
-    χ2 = float(np.square(result.errors[1]).sum())
-    if free and χ2 > scipy.stats.chi2.ppf(0.95, free):
+    errors, of_priors = result.errors[1], problem.prior_errors(result.u)
+    # A key at a bound is not fitted, nor is one that neither data nor a prior determine.
+    free, held = problem.fit.free, result.at_bound
+    fitted = [
+        k
+        for k, key in enumerate(keys)
+        if held[k] == "no" and (k not in found.unseen or free[key].prior is not None)
+    ]
+    freedom = max(len(errors) + len(of_priors) - len(fitted), 1)
+    limit = float(scipy.stats.chi2.ppf(0.95, freedom))
+    both = np.append(errors, of_priors)
+    if float(both @ both) > limit:
+        names = [one.name for one in problem.data]
+        names += [f"the prior of {keys[k]}" for k, *_ in problem.priors]
+        worst = int(np.argmax(np.abs(both)))
+        who = "data and priors" if len(of_priors) else "the data"
+        more = f" of the data and {of_priors @ of_priors:.3g} of the priors" * bool(len(of_priors))
         texts.append(
-            f"the data are not met within their deviations: χ² = {χ2:.3g} with {free} degrees of "
-            "freedom; the ± of the keys do not include the error of the model"
+            f"{who} are not met within their deviations: χ² = {errors @ errors:.3g}{more}, where "
+            f"95 of 100 have at most {limit:.3g}; missed most is {names[worst]}, by "
+            f"{both[worst]:.3g} deviations; the ± of the keys do not include the error of the model"
         )
     if not result.minima[0].met:
         texts.append("the best search ended by its number of steps, not by its tolerances")

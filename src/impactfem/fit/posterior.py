@@ -54,14 +54,13 @@ def sample(problem: Problem, u: Array, found: Identification, folder: Path) -> S
     setup = problem.fit.posterior
     if setup is None:
         raise ValueError("the fit has no posterior")
-    value, deviation, priors = problem.value, problem.deviation, problem.priors
+    value, deviation = problem.value, problem.deviation
 
     def logarithm(place: Array) -> float:
         if np.any(place < 0.0) or np.any(place > 1.0):
             return -math.inf
         r = (np.array(evaluate(problem, place, folder).values) - value) / deviation
-        χ2 = float(r @ r + sum(((place[k] - mean) / width) ** 2 for k, mean, width in priors))
-        return -0.5 * χ2
+        return -0.5 * float(r @ r + np.square(problem.prior_errors(place)).sum())
 
     rng = np.random.default_rng(problem.fit.seed)
     width = np.minimum(found.deviation, 0.3)

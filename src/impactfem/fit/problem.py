@@ -98,6 +98,10 @@ class Problem:
         every = enumerate(key.scaled_prior for key in self.fit.free.values())
         return [(k, *one) for k, one in every if one is not None]
 
+    def prior_errors(self, u: Array) -> Array:
+        """(place − mean)/deviation of each prior at places on the scale of the fit."""
+        return np.array([(u[k] - mean) / width for k, mean, width in self.priors])
+
     def of_floors(self, building: str) -> bool:
         """Whether a target is of floors of the 3D model of a building."""
         return any(isinstance(t, FloorTarget) and t.building == building for t in self.fit.targets)

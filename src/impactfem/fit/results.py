@@ -64,6 +64,12 @@ class Fit:
         return (self.before - value) / deviation, (self.after - value) / deviation
 
     @property
+    def chi_squared_of_priors(self) -> tuple[float, float]:
+        """Sum of squares of (key − mean)/deviation of the priors before and after."""
+        before, after = (self.problem.prior_errors(u) for u in (self.problem.start, self.u))
+        return float(before @ before), float(after @ after)
+
+    @property
     def at_bound(self) -> list[str]:
         """Which of its bounds each key is at: "lower", "upper" or "no"."""
         sides = ("lower" if u < HIT else "upper" if u > 1.0 - HIT else "no" for u in self.u)
@@ -138,7 +144,7 @@ def write_results(result: Fit) -> Fit:
     keys, targets = keys_table(result), targets_table(result, whole=False)
     files = [keys.write_csv(folder), targets_table(result).write_csv(folder)]
     entries = [dict(zip((n for n, _ in keys.columns), row, strict=True)) for row in keys.rows]
-    both = result.errors
+    both, of_priors = result.errors, result.chi_squared_of_priors
     summary: dict[str, Any] = {
         "case": problem.source.path.name,
         "fit": problem.path.name,
@@ -153,6 +159,9 @@ def write_results(result: Fit) -> Fit:
             "after": float(np.square(both[1]).sum()),
             "data": len(problem.data),
             "keys": len(problem.keys),
+            "priors": len(problem.priors),
+            "priors_before": of_priors[0],
+            "priors_after": of_priors[1],
         },
         "shown": result.shown,
         "singular_values": [float(one) for one in found.singular_values],
@@ -197,11 +206,16 @@ def _write_case(result: Fit) -> Path:
 def _page(result: Fit, keys: Table, targets: Table) -> str:
     """The results in Markdown."""
     before, after = (float(np.square(one).sum()) for one in result.errors)
+    priors = ""
+    if result.problem.priors:
+        first, last = result.chi_squared_of_priors
+        priors = f"of the priors: {first:.4g} before, {last:.4g} after; "
+    good = "All keys are seen, none is at a bound; the data are met within their deviations."
     lines = [
         f"# Fit of {result.problem.source.path.name}",
         "",
         f"χ² of {len(result.problem.data)} data: {before:.4g} before, {after:.4g} after; "
-        f"{len(result.problem.keys)} keys, {result.evaluations} evaluations, "
+        f"{priors}{len(result.problem.keys)} keys, {result.evaluations} evaluations, "
         f"{len(result.minima)} starts.",
         "",
         f"## {keys.title}",
@@ -210,7 +224,7 @@ def _page(result: Fit, keys: Table, targets: Table) -> str:
         "",
         "## What to know",
         "",
-        *(f"- {text}" for text in result.warnings or ["All keys are seen, none is at a bound."]),
+        *(f"- {text}" for text in result.warnings or [good]),
         "",
         f"## {targets.title}",
         "",
