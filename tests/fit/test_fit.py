@@ -125,7 +125,8 @@ def test_a_key_that_the_data_do_not_see(case, written, tmp_path):
     free = "starts = 1\n" + FREE + '[free."damping.ratio"]\nbounds = ["1 %", "9 %"]\n'
     result = study.fit(case, written(free + TARGETS), out=tmp_path / "f")
     assert result.identification.unseen == [2]
-    assert any(text.startswith("the data do not see damping.ratio") for text in result.warnings)
+    (text,) = [text for text in result.warnings if "do not see damping.ratio" in text]
+    assert text.endswith("its value says nothing")  # of this case, which fits nothing itself
     assert np.isinf(result.bound[2]) and np.isfinite(result.bound[:2]).all()
     assert result.values[2] == pytest.approx(0.05, abs=1e-6)  # as it was
     rows = (tmp_path / "f" / "fit_keys.csv").read_text().splitlines()
@@ -346,6 +347,15 @@ def test_closed_form_slopes(tmp_path):
         0.5 * np.log(45.0 / 20.0) * np.array(found.values[:2]), rel=1e-6
     )
     assert np.abs(J[2:, 0]).max() < 1e-6 * found.values[2]
+
+
+def test_a_modulus_that_a_factor_hides(tmp_path):
+    """The case fits the factor on walls and columns to the frequency that is the datum: said."""
+    path, fit_path = frame(tmp_path, modulus('["32 GPa", "34 GPa"]', hertz=4.0))
+    shutil.copy(GEOMETRY / "frame.toml", path)  # with its calibration
+    result = study.fit(path, fit_path, out=tmp_path / "f")
+    (text,) = [text for text in result.warnings if "do not see" in text]
+    assert text.endswith("the case fits the factor on walls and columns anew in each evaluation")
 
 
 def modulus(bounds, more="", hertz=3.6):

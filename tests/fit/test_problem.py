@@ -128,6 +128,16 @@ def test_faults_of_the_file_alone(case, written, text, words):
         (FREE.replace('["10 cm", "80 cm"]', '["50 cm", "80 cm"]'), "or a start"),
         (FREE.replace('["10 cm", "80 cm"]', '["10 cm", "4 m"]'), "rigid zones together"),
         (f'[coarse]\n"mesh.size" = 3\n{FREE}', "coarse"),
+        (
+            f'[coarse]\n"buildings[0].rigid_below" = "40 cm"\n{FREE}',
+            'coarse."buildings[0].rigid_below": expected keys that do not hold one another; '
+            'free."buildings[0].rigid_below" is one',
+        ),
+        (
+            f'[coarse]\nmaterials = {{ concrete = {{ density = "2 t/m3" }} }}\n{FREE}',
+            'coarse."materials": expected keys that do not hold one another',
+        ),
+        (f'[coarse]\n"buildings[0].rigid_above" = "10 cm"\n{FREE}', ""),
         (FREE + "[free.title]\nbounds = [1, 2]\n", 'free."title": the case has title'),
         (f'{FREE}[[targets]]\nresult = "pounding.frequency"\nvalue = 3\n', ""),
         (f'{FREE}[[targets]]\nresult = "sticks.T.mass"\nvalue = "520 t"\n', ""),
@@ -158,3 +168,67 @@ def test_faults_with_the_case(case, written, text, words):
     head, bracket, targets = text.partition("[[targets]]")
     path = written(head + TARGETS + bracket + targets)
     assert words in "\n".join(faults(case, path))
+
+
+CALIBRATION = """
+[calibration]
+targets = "calibration.csv"
+direction = "y"
+stiffness_factor = [0.2, 5]
+rigid_depth = "0.5 m"
+height = "12 m"
+"""
+
+
+@pytest.mark.parametrize(
+    ("more", "key", "words"),
+    [
+        (CALIBRATION, "stiffness_factor", "[calibration] fits it in every evaluation"),
+        (CALIBRATION, "rigid_below", "[calibration] fits it in every evaluation"),
+        (CALIBRATION, "second_moment_factor", ""),
+        (f'{CALIBRATION}mode = "given"', "stiffness_factor", ""),
+        ("", "stiffness_factor", ""),
+        (
+            'calibration = { frequency = "1 Hz", direction = "y" }',
+            "structure.storey_stiffness_factor",
+            "the calibration of the 3D model of T fits it",
+        ),
+        ("", "structure.storey_stiffness_factor", ""),
+    ],
+)
+def test_keys_that_the_case_fits(case, written, more, key, words):
+    """Free, they have no say: refused by name, and none that the case takes as it is given."""
+    head, table, rest = case.read_text().partition("[[buildings.structure.materials]]")
+    inside = "" if CALIBRATION in more else f"{more}\n"
+    case.write_text(f"{head}{inside}{table}{rest}{more if CALIBRATION in more else ''}")
+    row = "building,mode,frequency [Hz],effective_mass [t]\nT,1,0.93,400\n"
+    case.with_name("calibration.csv").write_text(row)
+    path = written(f'[free."buildings[0].{key}"]\nbounds = [0.3, 2.0]\n{TARGETS}')
+    if key == "rigid_below":
+        path.write_text(path.read_text().replace("[0.3, 2.0]", '["0.3 m", "0.45 m"]'))
+    if not words:
+        read_problem(case, path)
+        return
+    found = "\n".join(faults(case, path))
+    assert f'free."buildings[0].{key}": {words}' in found
+
+
+def test_a_calibration_by_the_first_building(case, written):
+    """Of two buildings of a calibration the second one has the values of the first."""
+    text = case.read_text() + CALIBRATION + 'mode = "given"\n'
+    second = """
+[[buildings]]
+name = "S"
+material = "concrete"
+floors = "row_of_three_b_floors.csv"
+axis = ["7 m", "40 m"]
+rigid_below = "0.4 m"
+rigid_above = "0.1 m"
+[[motions]]"""
+    case.write_text(text.replace("[[motions]]", second, 1))
+    rows = "building,mode,frequency [Hz],effective_mass [t]\nT,1,0.93,400\nS,1,0.93,400\n"
+    case.with_name("calibration.csv").write_text(rows)
+    free = '[free."buildings[{}].stiffness_factor"]\nbounds = [0.3, 2.0]\n'
+    read_problem(case, written(free.format(0) + TARGETS))
+    found = faults(case, written(free.format(1) + TARGETS))
+    assert len(found) == 1 and "[calibration] gives S the values of T in every" in found[0]

@@ -14,6 +14,7 @@ from threading import Lock
 import numpy as np
 import scipy.stats
 
+from impactfem.case import Case
 from impactfem.fit.evaluate import Evaluation, evaluate
 from impactfem.fit.posterior import sample
 from impactfem.fit.problem import Problem, read_problem
@@ -270,13 +271,14 @@ def identified(problem: Problem, J: Array) -> Identification:
 def _warnings(result: Fit) -> list[str]:
     """What to know of a fit, in words."""
     problem, found = result.problem, result.identification
-    keys, texts = problem.keys, []
+    keys, texts = problem.keys, list[str]()
+    anew = _fitted_anew(problem.case(result.u)) if found.unseen else ""
     for k in found.unseen:
         has_prior = problem.fit.free[keys[k]].prior is not None
-        rest = "its value is that of its prior" if has_prior else "its value is that of the start"
+        rest = "its value is that of its prior" if has_prior else "its value says nothing"
         texts.append(
             f"the data do not see {keys[k]}: across all of its bounds they change by "
-            f"{found.reach[k]:.2g} standard deviations; {rest}"
+            f"{found.reach[k]:.2g} standard deviations; {rest}{anew}"
         )
     for value, parts in found.mixed:
         named = ", ".join(keys[k] for k in parts)
@@ -314,3 +316,11 @@ def _warnings(result: Fit) -> list[str]:
     if not result.minima[0].met:
         texts.append("the best search ended by its number of steps, not by its tolerances")
     return texts
+
+
+def _fitted_anew(case: Case) -> str:
+    """What a case fits itself in each evaluation, which may hide a key, in words."""
+    sticks = case.calibration is not None and case.calibration.mode == "fit"
+    factors = any(one.calibration is not None for one in case.structures)
+    named = ["its sticks"] * sticks + ["the factor on walls and columns"] * factors
+    return f"; the case fits {' and '.join(named)} anew in each evaluation" if named else ""

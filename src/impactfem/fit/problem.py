@@ -9,6 +9,7 @@ import re
 from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import dataclass, replace
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -189,6 +190,8 @@ def read_problem(path: Path, fit_path: Path) -> tuple[Problem, Problem | None]:
             wrong = f"the case has {key} = {written!r}; expected the key of a number"
         elif unit != low.unit:
             wrong = f"the case has {key} = {written!r}; expected bounds of its unit"
+        elif (instead := _overridden(place, case)) is not None:
+            wrong = f"{instead} in every evaluation; expected another key, or a case without that"
         elif entry.start is None and not low.value <= float(value) <= high.value:
             has = "no such key" if written is None else f"{key} = {written!r}"
             wrong = f"the case has {has}; expected bounds around its value, or a start"
@@ -203,6 +206,11 @@ def read_problem(path: Path, fit_path: Path) -> tuple[Problem, Problem | None]:
         place = _place(key, source, fit_path, f'coarse."{key}"', faults)
         if place is not None:
             fixed.append(Axis(key, place, (value,)))
+    every = [("free", axis) for axis in axes] + [("coarse", axis) for axis in fixed]
+    for (table, axis), (other_table, other) in combinations(every, 2):
+        if all(a == b for a, b in zip(axis.place, other.place, strict=False)):
+            expected = f'expected keys that do not hold one another; {table}."{axis.key}" is one'
+            faults.append(Fault(fit_path, f'{other_table}."{other.key}"', None, expected))
     for k, target in enumerate(fit.targets):
         faults += [
             Fault(fit_path, f"targets[{k}]{key}", *one) for key, *one in _wrong(target, case)
@@ -220,6 +228,22 @@ def read_problem(path: Path, fit_path: Path) -> tuple[Problem, Problem | None]:
     rough = replace(problem, fixed=tuple(fixed)) if fixed else None
     _check_corners(problem, rough)
     return problem, rough
+
+
+def _overridden(place: Place, case: Case) -> str | None:
+    """What of the case fits a key itself, or takes another value, in words; None for nothing."""
+    if place[0] != "buildings" or len(place) < 3:
+        return None
+    name, setup = case.buildings[int(place[1])].name, case.calibration
+    if place[2:] == ("structure", "storey_stiffness_factor"):
+        fits = [one.building for one in case.structures if one.calibration is not None]
+        return f"the calibration of the 3D model of {name} fits it" if name in fits else None
+    named = [] if setup is None else [target.building for target in setup.targets]
+    if place[2] not in ("stiffness_factor", "rigid_below", "rigid_above") or name not in named:
+        return None
+    if setup is not None and setup.mode == "fit":
+        return "[calibration] fits it"
+    return None if name == named[0] else f"[calibration] gives {name} the values of {named[0]}"
 
 
 def _place(key: str, source: Source, path: Path, where: str, faults: list[Fault]) -> Place | None:
