@@ -18,9 +18,11 @@ from impactfem import study
 from impactfem.case import load_case
 from impactfem.fit.evaluate import evaluate
 from impactfem.fit.fit import Evaluator, identified, search
+from impactfem.fit.pieces import Pieces, read_off
 from impactfem.fit.problem import read_problem
 from impactfem.stages.building.compute import analysed
 from impactfem.system.errors import InputError
+from impactfem.system.scalar import Scalar
 from no_pictures import no_pictures
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
@@ -248,17 +250,33 @@ spectrum = "psa.csv"
     problem, _ = read_problem(case, written(free + targets))
     assert (problem.level, problem.stages) == ("run", ("pounding",))
     found = evaluate(problem, np.array([0.4]), tmp_path)
-    run = study.open_run(next((tmp_path / "runs").iterdir()))
+    run_folder = next((tmp_path / "runs").iterdir())
+    run = study.open_run(run_folder)
     assert found.values[0] == run.value("motion.pga") == pytest.approx(1.5, rel=1e-6)
     curve = run.pounding.psa.sel(station="T.floor_4", direction="y", damping=0.05)
     for f, value in zip((1.0, 20.0), found.values[1:], strict=True):
         at = float(np.exp(np.interp(np.log(f), np.log(curve.frequency), np.log(curve))))
         assert value == pytest.approx(at, rel=1e-9)
+    # What the run alone knows is refused with the number of the target and its value.
+    scalar, spectrum = problem.fit.targets
+    ordinate = spectrum.spectrum[0].model_copy(update={"frequency": 900.0})
+    for of, update, words in (
+        (scalar, {"result": "motion.pgg"}, "targets[0].result = 'motion.pgg': expected the name"),
+        (spectrum, {"direction": "x"}, "targets[1].direction = 'x': no spectrum of the run"),
+        (spectrum, {"spectrum": (ordinate,)}, "targets[1].spectrum = '900 Hz': expected freq"),
+    ):
+        changed = of.model_copy(update=update)
+        targets = tuple(changed if one is of else one for one in problem.fit.targets)
+        other = replace(problem, fit=problem.fit.model_copy(update={"targets": targets}))
+        pieces = Pieces({"motion.pga": Scalar("motion.pga", 1.5, "m/s2")}, run=run_folder)
+        with pytest.raises(InputError) as error:
+            read_off(other, other.case(np.array([0.4])), pieces)
+        assert words in str(error.value)
 
 
 def test_results_that_are_not_there(case, written, tmp_path):
     for name, value, words in (
-        ("frequency.9", "1 Hz", "did you mean 'sticks.T.frequency."),
+        ("frequency.9", "1 Hz", "expected a mode of T from 1 to 6"),
         ("frequency.1", "1 s", "expected a value in Hz, the unit of the result"),
     ):
         target = f'[[targets]]\nresult = "sticks.T.{name}"\nvalue = "{value}"\n'

@@ -1,13 +1,17 @@
 """The file of a fit: what it says, and every fault of it at once."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from fit_texts import TARGETS
 from impactfem.fit.fit_file import Quantity
 from impactfem.fit.problem import read_problem
+from impactfem.reduction.probes import LINE_POINTS
 from impactfem.system.errors import InputError
 
+GEOMETRY = Path(__file__).parents[2] / "geometry"
 FREE = """
 [free."materials.concrete.young_modulus"]
 bounds = ["15 GPa", "45 GPa"]
@@ -143,6 +147,29 @@ def test_faults_of_the_file_alone(case, written, text, words):
         (f'{FREE}[[targets]]\nresult = "sticks.T.mass"\nvalue = "520 t"\n', ""),
         (f'{FREE}[[targets]]\nresult = "sticks.T.frequency"\nvalue = 3\n', "sticks.T.frequency.1"),
         (f'{FREE}[[targets]]\nresult = "sticks.T.frequency.1"\nvalue = "3 m"\n', "value in Hz"),
+        (
+            f'{FREE}[[targets]]\nresult = "sticks.T.frequency.7"\nvalue = "9 Hz"\n',
+            "targets[2].result = 'sticks.T.frequency.7': expected a mode of T from 1 to 6",
+        ),
+        (f'{FREE}[[targets]]\nresult = "sticks.T.frequency.6"\nvalue = "9 Hz"\n', ""),
+        (
+            f'{FREE}[[targets]]\nresult = "sticks.T.effective_mass.0"\nvalue = "9 t"\n',
+            "targets[2].result = 'sticks.T.effective_mass.0': expected a mode of T from 1 to 6",
+        ),
+        (
+            f'{FREE}[[targets]]\nresult = "pounding.main_impact_forze"\nvalue = "9 kN"\n',
+            "did you mean 'pounding.main_impact_force'?",
+        ),
+        (
+            f'{FREE}[[targets]]\nresult = "pounding.main_impact_force"\nvalue = "9 Hz"\n',
+            "targets[2].value: expected a value in N",
+        ),
+        (f'{FREE}[[targets]]\nresult = "pounding.main_impact_force"\nvalue = "9 kN"\n', ""),
+        (
+            f'{FREE}[[targets]]\nresult = "frs.floor_5.peak"\nvalue = "9 m/s2"\n',
+            "targets[2].result = 'frs.floor_5.peak': expected a floor of the case, [1, 2, 3, 4]",
+        ),
+        (f'{FREE}[[targets]]\nresult = "frs.floor_4.peak"\nvalue = "9 m/s2"\n', ""),
         (f'{FREE}[[targets]]\nresult = "sticks.S.mass"\nvalue = "3 t"\n', "building; known: T"),
         (
             f'{FREE}[posterior]\n[[targets]]\nresult = "building.mass"\nvalue = "3 t"\n',
@@ -232,3 +259,47 @@ rigid_above = "0.1 m"
     read_problem(case, written(free.format(0) + TARGETS))
     found = faults(case, written(free.format(1) + TARGETS))
     assert len(found) == 1 and "[calibration] gives S the values of T in every" in found[0]
+
+
+SPECTRUM = """
+[[targets]]
+type = "spectrum"
+building = "A"
+floor = 1
+direction = "y"
+damping = "5 %"
+spectrum = "psa.csv"
+"""
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("", "", ""),
+        ('"y"', '"z"', "targets[0].direction = 'z': expected a direction of [[motions]]"),
+        ("floor = 1", "floor = 9", "targets[0].floor = 9: expected a floor of A"),
+        ("floor = 1", 'probe = "corner_4"', ""),
+        ("floor = 1", 'probe = "side_4_17"', ""),  # a node of a group, which the mesh numbers
+        ("floor = 1", 'probe = "centre_2"', ""),
+        ("floor = 1", f'probe = "line_{LINE_POINTS}"', ""),
+        ("floor = 1", f'probe = "line_{LINE_POINTS + 1}"', "expected a probe of A; did you mean"),
+        ("floor = 1", 'probe = "corner_3"', "did you mean 'corner_"),
+        ("floor = 1", 'probe = "centre_9"', "targets[0].probe = 'centre_9': expected a probe of A"),
+        (
+            "psa.csv",
+            "low.csv",
+            "targets[0].spectrum = '0.01 Hz': expected frequencies of [spectra]",
+        ),
+        ("psa.csv", "high.csv", "targets[0].spectrum = '900 Hz': expected frequencies of"),
+    ],
+)
+def test_spectra_that_no_run_has(written, old, new, words):
+    """Place, direction and ordinates, by the case; before a run of minutes."""
+    free = '[free."contacts[0].gap"]\nbounds = ["0.1 cm", "9 cm"]\n'
+    path = written(free + SPECTRUM.replace(old, new))
+    for name, row in (("psa", "3,4"), ("low", "0.01,4"), ("high", "900,4")):
+        path.with_name(f"{name}.csv").write_text(f"frequency [Hz],psa [m/s2]\n5,4\n{row}\n")
+    if not words:
+        read_problem(GEOMETRY / "two_frames.toml", path)
+        return
+    assert words in "\n".join(faults(GEOMETRY / "two_frames.toml", path))

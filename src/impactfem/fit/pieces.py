@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from impactfem.case import Case
+from impactfem.case.base import nearest
 from impactfem.fit.fit_file import (
     FloorTarget,
     ModesTarget,
@@ -89,7 +90,7 @@ def read_off(problem: Problem, case: Case, pieces: Pieces) -> tuple[list[float],
                 expected = f"expected a value in {one.unit}, the unit of the result"
                 faults.append(Fault(problem.path, f"{where}.value", None, expected))
             elif one.value is None:
-                raise SolutionError(f"{target.result} has no value. {one.note}".strip())
+                raise SolutionError(f"{where}: {target.result} has no value. {one.note}".strip())
             else:
                 values.append(one.value)
         elif isinstance(target, FloorTarget):
@@ -99,7 +100,7 @@ def read_off(problem: Problem, case: Case, pieces: Pieces) -> tuple[list[float],
         elif isinstance(target, ModesTarget):
             values += _of_modes(target, case, pieces, shown)
         else:
-            values += _of_spectrum(target, problem, case, pieces)
+            values += _of_spectrum(target, where, problem, case, pieces)
     if faults:
         raise InputError(faults)
     return values, shown
@@ -125,28 +126,37 @@ def _of_modes(
 
 
 def _of_spectrum(
-    target: SpectrumTarget, problem: Problem, case: Case, pieces: Pieces
+    target: SpectrumTarget, where: str, problem: Problem, case: Case, pieces: Pieces
 ) -> list[float]:
     if pieces.run is None:
         raise ValueError("a spectrum is read off a run")
+
+    def refused(key: str, value: object, expected: str) -> InputError:
+        return InputError([Fault(problem.path, f"{where}.{key}", value, expected)])
+
     if target.probe is None:
         path = pieces.run / "pounding.nc"
         station = f"{target.building}.floor_{target.floor}"
-        select = {"direction": str(target.direction), "station": station}
+        select = {"direction": ("direction", str(target.direction)), "station": ("floor", station)}
     else:
         view = next(v for v in case.views if v.modelled.building == target.building)
         path = view.folder(pieces.run) / "transient.nc"
-        select = {"component": str(target.direction), "probe": target.probe}
+        select = {
+            "component": ("direction", str(target.direction)),
+            "probe": ("probe", target.probe),
+        }
     frequency = np.array([one.frequency for one in target.spectrum])
     with open_store(path) as store:
-        try:
-            curve = store["psa"].sel(select).sel(damping=target.damping, method="nearest")
-        except KeyError as error:
-            expected = f"{path.name} has no spectrum of {error}"
-            raise InputError([Fault(problem.path, "targets", None, expected)]) from error
+        for name, (key, value) in select.items():
+            known = [str(one) for one in store[name].values]
+            if value not in known:
+                raise refused(key, value, f"no spectrum of the run; {nearest(value, known)}")
+        chosen = {name: value for name, (_, value) in select.items()}
+        curve = store["psa"].sel(chosen).sel(damping=target.damping, method="nearest")
         f, psa = store["frequency"].values, curve.values
-    if frequency.min() < f[0] or frequency.max() > f[-1]:
+    outside = frequency[(frequency < f[0]) | (frequency > f[-1])]
+    if outside.size:
         expected = f"expected frequencies of [spectra], {f[0]:g} to {f[-1]:g} Hz"
-        raise InputError([Fault(problem.path, "targets", None, expected)])
+        raise refused("spectrum", f"{outside[0]:g} Hz", expected)
     found = np.exp(np.interp(np.log(frequency), np.log(f), np.log(psa)))
     return [float(one) for one in found]

@@ -38,12 +38,15 @@ from impactfem.run.stages import asked_stages
 from impactfem.run.variants import COMMAND_LINE, Axis, Variant, check_variants, in_si
 from impactfem.stages.building.targets import from_structure
 from impactfem.stages.inputs import program_key
+from impactfem.stages.pounding.scalars import MAIN_IMPACT
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, InputError
 
 PROGRAM = ("fit.evaluate",)
 """Modules that an evaluation depends on, with all that they import."""
 STICK_MODES = re.compile(r"sticks\.[^.]+\.(frequency\.\d+|effective_mass\.\d+|mass)")
+MOST_MODES = 6
+"""Modes of a stick among the results."""
 
 
 @dataclass(frozen=True)
@@ -266,7 +269,8 @@ def _wrong(target: Any, case: Case) -> list[tuple[str, Any, str]]:
         if word not in STAGE_OF:
             hint = nearest(word, list(STAGE_OF))
             return [(".result", target.result, f"expected the name of a result; {hint}")]
-        return _lacking(case, STAGE_OF[word], ".result", target.result) or _of_stick(target, case)
+        faults = _lacking(case, STAGE_OF[word], ".result", target.result)
+        return faults or _of_stick(target, case) or _of_run(target, case)
     names = [building.name for building in case.buildings]
     if target.building not in names:
         return [
@@ -283,20 +287,44 @@ def _wrong(target: Any, case: Case) -> list[tuple[str, Any, str]]:
         if target.value is None and (target.deviation is None or target.deviation.unit != "%"):
             expected = "expected a percentage, as the value is that of the floor table"
             return [(".deviation", None, expected)]
-    if isinstance(target, SpectrumTarget):
-        stage = "pounding" if target.probe is None else "transient"
-        found = _lacking(case, stage, "", None)
-        if target.damping not in case.spectra.damping:
-            found.append((".damping", target.damping, f"expected one of {case.spectra.damping}"))
-        known = [floor.floor for floor in case.building(target.building).floors]
-        if target.floor is not None and target.floor not in known:
-            found.append(
-                (".floor", target.floor, f"expected a floor of {target.building}, {known}")
-            )
-        if target.probe is not None and target.building not in models:
-            found.append((".building", target.building, "expected a building with a 3D model"))
+    return _of_spectrum(target, case) if isinstance(target, SpectrumTarget) else []
+
+
+def _of_spectrum(target: SpectrumTarget, case: Case) -> list[tuple[str, Any, str]]:
+    """What is wrong with a target that is a spectrum."""
+    stage = "pounding" if target.probe is None else "transient"
+    found, building = _lacking(case, stage, "", None), case.building(target.building)
+    if target.damping not in case.spectra.damping:
+        found.append((".damping", target.damping, f"expected one of {case.spectra.damping}"))
+    f = case.spectra.frequency_values
+    outside = [one.frequency for one in target.spectrum if not f[0] <= one.frequency <= f[-1]]
+    if outside:
+        expected = f"expected frequencies of [spectra], {f[0]:g} to {f[-1]:g} Hz"
+        found.append((".spectrum", f"{outside[0]:g} Hz", expected))
+    floors = [floor.floor for floor in building.floors]
+    if target.floor is not None and target.floor not in floors:
+        found.append((".floor", target.floor, f"expected a floor of {target.building}, {floors}"))
+    if target.probe is None:
+        # A straight stick moves where it is pushed; what soil or a 3D model couples, a run knows.
+        along = [np.eye(3)["xyz".index(motion.direction)] for motion in case.motions]
+        along += [np.array(one.direction) for one in case.loads]
+        along += [np.array(contact.normal) for contact in case.contacts]
+        coupled = case.pounding_in_3d or any(one.soil is not None for one in case.buildings)
+        if not coupled and not any(one["xyz".index(target.direction)] for one in along):
+            expected = "expected a direction of [[motions]], [[loads]] or a normal of [[contacts]]"
+            found.append((".direction", target.direction, expected))
         return found
-    return []
+    view = next((one for one in case.views if one.modelled.building == target.building), None)
+    if view is None:
+        return [*found, (".building", target.building, "expected a building with a 3D model")]
+    known = [f"{kind}_{k}" for kind in ("centre", "edge") for k in floors]
+    known += [f"line_{k}" for k in range(1, 10)]
+    probes = [probe for _, probe in view.numbered_probes]
+    if target.probe not in known and not any(probe.claims(target.probe) for probe in probes):
+        known += [name for probe in probes for name, _ in probe.points]
+        hint = nearest(target.probe, known)
+        found.append((".probe", target.probe, f"expected a probe of {target.building}; {hint}"))
+    return found
 
 
 def _of_stick(target: ScalarTarget, case: Case) -> list[tuple[str, Any, str]]:
@@ -310,8 +338,32 @@ def _of_stick(target: ScalarTarget, case: Case) -> list[tuple[str, Any, str]]:
     if not STICK_MODES.fullmatch(target.result):
         known = ", ".join(f"sticks.{name}.{k}" for k in ("frequency.1", "effective_mass.1", "mass"))
         return [(".result", target.result, f"expected the name of a result, as {known}")]
+    building, modes = case.building(name), MOST_MODES
+    if building.soil is None and all(
+        end.storey is None for one in case.contacts for end, _ in one.ends
+    ):
+        modes = min(modes, 2 * len(building.floors))  # a floor moves along and turns about an axis
+    if quantity != "mass" and target.result.rpartition(".")[2] not in map(str, range(1, modes + 1)):
+        return [(".result", target.result, f"expected a mode of {name} from 1 to {modes}")]
     unit = "Hz" if quantity == "frequency" else "kg"
     if target.value.unit != unit:
+        return [(".value", None, f"expected a value in {unit}, the unit of the result")]
+    return []
+
+
+def _of_run(target: ScalarTarget, case: Case) -> list[tuple[str, Any, str]]:
+    """What is wrong with a target whose name no run of this case makes, as far as that is known."""
+    first = "pounding.main_impact_"
+    units = {f"{first}{name}": unit for name, (_, unit) in MAIN_IMPACT.items()}
+    if target.result.startswith(first) and target.result not in units:
+        hint = nearest(target.result, list(units))
+        return [(".result", target.result, f"expected the name of a result; {hint}")]
+    floors = sorted({floor.floor for building in case.buildings for floor in building.floors})
+    found = re.findall(r"\.floor_(\d{1,9})\b", target.result.removeprefix("device."))
+    if any(int(k) not in floors for k in found):
+        return [(".result", target.result, f"expected a floor of the case, {floors}")]
+    unit = units.get(target.result, target.value.unit)
+    if unit != target.value.unit:
         return [(".value", None, f"expected a value in {unit}, the unit of the result")]
     return []
 
