@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from fit_texts import TARGETS
-from impactfem.fit.fit_file import Quantity
+from impactfem.fit.fit_file import Quantity, read_fit
 from impactfem.fit.problem import read_problem
 from impactfem.reduction.probes import LINE_POINTS
 from impactfem.system.errors import InputError
@@ -19,6 +19,7 @@ scale = "log"
 [free."buildings[0].rigid_below"]
 bounds = ["10 cm", "80 cm"]
 """
+FLOOR = 'type = "floor"\nbuilding = "T"\nfloors = 1\nquantity = "A"\n'
 
 
 def faults(case, path):
@@ -33,7 +34,7 @@ def faults(case, path):
         ("1.80 Hz", 1.8, "Hz", 0.01),
         ("6.3e7 kg m2", 6.3e7, "kg m2", 1e6),
         ("2144 t", 2.144e6, "kg", 1e3),
-        (0.25, 0.25, "-", 0.01),
+        (0.25, 0.25, "-", np.nan),  # which may have been 0.250
         ("0.620", 0.62, "-", 0.001),
         (3, 3.0, "-", 1.0),
     ],
@@ -42,7 +43,29 @@ def test_printed_digits(text, value, unit, digit):
     """A value rounded to a digit is evenly spread over its width: σ = width/√12."""
     given = Quantity().check(text, None)
     assert (given.value, given.unit) == (pytest.approx(value), unit)
-    assert given.rounding == pytest.approx(digit / np.sqrt(12.0))
+    assert given.rounding == pytest.approx(digit / np.sqrt(12.0), nan_ok=True)
+
+
+@pytest.mark.parametrize(
+    ("target", "refused"),
+    [
+        ('result = "motion.misfit_rms"\nvalue = 1.80', True),
+        ('result = "motion.misfit_rms"\nvalue = "1.80"', False),
+        ('result = "motion.misfit_rms"\nvalue = 1.80\ndeviation = "1 %"', False),
+        ('result = "pounding.impacts"\nvalue = 180', False),  # of whole numbers nothing is lost
+        (FLOOR + "value = 1.80", True),
+        (FLOOR + 'value = 1.80\ndeviation = "1 %"', False),
+        (FLOOR + 'value = "1.80"', False),
+    ],
+)
+def test_a_bare_number(written, target, refused):
+    """1.80 and 1.8 are one number to TOML: without a deviation it has to be a text."""
+    path = written(f"{FREE}[[targets]]\n{target}\n")
+    if not refused:
+        read_fit(path)
+        return
+    with pytest.raises(InputError, match=r'targets\[0\].deviation: missing; .* as "1.80"'):
+        read_fit(path)
 
 
 def test_a_fit(case, written):

@@ -43,7 +43,9 @@ class Given:
 
     value: float
     unit: str  #: SI unit; "-" without one
-    rounding: float  #: standard deviation of what its last printed digit leaves open, in SI
+    #: Standard deviation of what its last printed digit leaves open, in SI; nan of a bare number
+    #: with a point, of which TOML keeps no zeros at the end.
+    rounding: float
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,7 @@ class Quantity(Leaf):
             digit = 10.0 ** int(Decimal(match[1]).as_tuple().exponent)
             # Evenly spread over the width of the last digit.
             rounding = abs(to_si(digit, match[2])[0]) / math.sqrt(12.0)
+            rounding = math.nan if isinstance(value, float) else rounding
         except (UnitError, OverflowError) as error:
             raise refuse(f"{error}; expected {self.phrase}") from error
         if not math.isfinite(found):
@@ -190,9 +193,11 @@ class ScalarTarget(Section):
     result: Text
     """Its name, for example building.frequency.1."""
     value: Value
-    """Its value."""
-    deviation: Spread | None = None
-    """Standard deviation; default that of a value rounded to its printed digits."""
+    """Its value, as a text where its digits say how precise it is: "1.80" has two after the point,
+    the bare number 1.80 one."""
+    deviation: Spread | None = Field(default=None, validate_default=True)
+    """Standard deviation; default that of a value rounded to its printed digits, which a bare
+    number with a point has not."""
 
     @rule("deviation", "value")
     @staticmethod
@@ -201,7 +206,12 @@ class ScalarTarget(Section):
 
 
 def _wrong_deviation(deviation: Given | None, value: Given) -> Iterator[str]:
-    if deviation is not None and deviation.unit not in ("%", value.unit):
+    if deviation is None and math.isnan(value.rounding):
+        yield (
+            'missing; expected a deviation, or the value as a text, as "1.80", whose digits say '
+            "how precise it is"
+        )
+    elif deviation is not None and deviation.unit not in ("%", value.unit):
         yield f"expected a percentage, or the unit of the value, {value.unit}"
     elif deviation is not None and spread(deviation, value.value) <= 0.0:
         yield "expected a deviation above zero"
@@ -220,8 +230,8 @@ class FloorTarget(Section):
     """What of them, by the column of the floor table."""
     value: Value | None = None
     """Its value, of all of these floors; default that of the floor table of each."""
-    deviation: Spread | None = None
-    """Standard deviation; with a value by default that of its printed digits."""
+    deviation: Spread | None = Field(default=None, validate_default=True)
+    """Standard deviation; with a value, as a text, by default that of its printed digits."""
 
     @rule("deviation", "value")
     @staticmethod
