@@ -46,6 +46,15 @@ def test_printed_digits(text, value, unit, digit):
     assert given.rounding == pytest.approx(digit / np.sqrt(12.0), nan_ok=True)
 
 
+@pytest.mark.parametrize("text", ["1e400 Hz", "-1e999", "1e-400 m"])
+def test_numbers_out_of_range(text):
+    """Said in our words, not in those of the system."""
+    with pytest.raises(ValueError, match="expected a finite value") as error:
+        Quantity().check(text, None)
+    assert "result out of range" not in str(error.value)
+    assert Quantity().check("1e300 Hz", None).value == 1e300
+
+
 @pytest.mark.parametrize(
     ("target", "refused"),
     [
@@ -121,10 +130,10 @@ type = "modal"
     found = "\n".join(faults(case, path))
     for words in (
         "some_fit.toml: starts = 0: expected a whole number of at least 1",
-        "free.damping.ratio.bounds",
+        """free."damping.ratio".bounds = ['7 %', '3 %']: """,
         "expected bounds in order, the lower one first",
         "scale = 'cubic': expected 'linear' or 'log'",
-        "expected one unit for both bounds",
+        """free."buildings[0].rigid_below".bounds = ['10 cm', '3 kg']: expected one unit""",
         "targets[0].value = '1.8 hz': ",
         "did you mean 'Hz'",
         "targets[1].modes = 'absent.csv'",
@@ -326,3 +335,27 @@ def test_spectra_that_no_run_has(written, old, new, words):
         read_problem(GEOMETRY / "two_frames.toml", path)
         return
     assert words in "\n".join(faults(GEOMETRY / "two_frames.toml", path))
+
+
+def test_bounds_that_the_case_refuses_elsewhere(written):
+    """Named by the key of the file of the fit, and by no folder that is gone."""
+    case = GEOMETRY / "two_frames.toml"
+    free = '[free."buildings[1].axis[1]"]\nbounds = ["{}", "17.05 m"]\n'
+    target = '[[targets]]\nresult = "sticks.B.mass"\nvalue = "500 t"\n'
+    found = faults(case, written(free.format("16 m") + target))
+    where = (
+        """some_fit.toml: free."buildings[1].axis[1]".bounds = '16 m': two_frames.toml: contacts"""
+    )
+    assert found and all(one.startswith(where) and "/tmp" not in one for one in found)
+    read_problem(case, written(free.format("17.04 m") + target))
+
+
+def test_bounds_that_the_case_refuses_together(case, written):
+    """Each alone is good, both are not: said of all of them, with which bounds."""
+    free = '[free."buildings[0].rigid_{}"]\nbounds = ["10 cm", "{}"]\n'
+    for end, words in (("1.6 m", "at all upper bounds together"), ("1.2 m", "")):
+        path = written(free.format("below", end) + free.format("above", end) + TARGETS)
+        if words:
+            assert words in "\n".join(faults(case, path))
+        else:
+            read_problem(case, path)

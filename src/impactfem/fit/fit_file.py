@@ -6,8 +6,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -73,9 +73,11 @@ class Quantity(Leaf):
             # Evenly spread over the width of the last digit.
             rounding = abs(to_si(digit, match[2])[0]) / math.sqrt(12.0)
             rounding = math.nan if isinstance(value, float) else rounding
-        except (UnitError, OverflowError) as error:
+        except UnitError as error:
             raise refuse(f"{error}; expected {self.phrase}") from error
-        if not math.isfinite(found):
+        except OverflowError:
+            found, unit, rounding = math.inf, "", 0.0
+        if not math.isfinite(found) or rounding == 0.0:
             raise refuse(f"expected a finite value: {self.phrase}")
         return Given(found, "%" if self.part and match[2] == "%" else unit, rounding)
 
@@ -448,10 +450,20 @@ def read_fit(path: Path) -> FitFile:
         found = FitFile.model_validate(source.raw, context=reading)
     except ValidationError as error:
         faults = explain(error, source, FitFile)
-    faults += reading.faults
+    faults = [_quoted(fault, source.raw) for fault in [*faults, *reading.faults]]
     if faults or found is None:
         raise InputError(faults)
     return found
+
+
+def _quoted(fault: Fault, raw: Mapping[str, Any]) -> Fault:
+    """A fault of a free key with its name in quotes, as TOML has a key with points in it."""
+    free = raw.get("free")
+    for name in sorted(free, key=len, reverse=True) if isinstance(free, dict) else ():
+        rest = fault.key.removeprefix(f"free.{name}")
+        if rest != fault.key and rest[:1] in ("", ".", "["):
+            return replace(fault, key=f'free."{name}"{rest}')
+    return fault
 
 
 def measured_shape(target: ModesTarget, number: int) -> Array:

@@ -6,7 +6,6 @@ import hashlib
 import json
 import math
 import re
-from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -442,35 +441,49 @@ def _needed(fit: FitFile, case: Case) -> tuple[str, tuple[str, ...]]:
 
 
 def _check_corners(problem: Problem, rough: Problem | None) -> None:
-    """Read the case at its start, at all bounds together, and at each of them alone.
+    """Read the case at its start, at each bound alone, and at all of them together.
 
     Raises:
         InputError: With the faults, in the words of the file of the fit.
     """
     n, start = len(problem.axes), problem.start
-    places = [start, np.zeros(n), np.ones(n)]
-    for k in range(n):
+    faults: dict[str, Fault] = {}
+
+    def read(variant: Variant, where: str, value: object = None, when: str = "") -> None:
+        try:
+            check_variants([variant], problem.source, None)
+        except InputError as error:
+            for fault in error.faults:
+                key, expected, of = _key_of(fault, problem), fault.expected, fault.value
+                if not key:
+                    # Of another value of the case, which was read in a folder that is gone now.
+                    key, of = where, value
+                    if fault.file != COMMAND_LINE:
+                        expected = str(replace(fault, file=Path(fault.file).name))
+                found = Fault(problem.path, key, of, f"{when}{expected}")
+                faults.setdefault(str(found), found)
+
+    read(problem.variant(start), "free")
+    for k, key in enumerate(problem.keys):
         for bound in (0.0, 1.0):
-            places.append(start.copy())
-            places[-1][k] = bound
-    variants = [problem.variant(u) for u in places]
+            u = start.copy()
+            u[k] = bound
+            variant = problem.variant(u)
+            read(variant, f'free."{key}".bounds', variant.values[k])
+    if not faults:
+        for bound, name in ((0.0, "lower"), (1.0, "upper")):
+            read(
+                problem.variant(np.full(n, bound)), "free", when=f"at all {name} bounds together: "
+            )
     if rough is not None:
-        variants.append(rough.variant(start))
-    try:
-        check_variants(variants, problem.source, None)
-    except InputError as error:
-        faults: Mapping[str, Fault] = {
-            str(fault): Fault(problem.path, _key_of(fault, problem), fault.value, fault.expected)
-            if fault.file == COMMAND_LINE
-            else fault
-            for fault in error.faults
-        }
-        raise InputError(faults.values()) from error
+        read(rough.variant(start), "coarse")
+    if faults:
+        raise InputError(faults.values())
 
 
 def _key_of(fault: Fault, problem: Problem) -> str:
-    """Where the file of the fit says a value that `check_variants` refuses."""
-    key = fault.key.removeprefix("--set ")
+    """Where the file of the fit says a value that `check_variants` refuses; "" for nowhere."""
+    key = fault.key.removeprefix("--set ") if fault.file == COMMAND_LINE else ""
     if key in problem.fit.free:
         return f'free."{key}"'
-    return f'coarse."{key}"' if key in problem.fit.coarse else key
+    return f'coarse."{key}"' if key in problem.fit.coarse else ""
