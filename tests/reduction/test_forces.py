@@ -11,7 +11,7 @@ from impactfem.building.mesh import outward_normal
 from impactfem.case import Contact, ContactPoint, load_case
 from impactfem.coupling.force_history import ForceHistory, PairEnds, read_forces
 from impactfem.reduction.edge_force import EdgeForce
-from impactfem.reduction.forces import check_contacts, checked_forces
+from impactfem.reduction.forces import check_contacts, checked_forces, pair_ends
 from impactfem.system.errors import InputError
 
 from .conftest import slabs
@@ -168,6 +168,21 @@ def test_wrong_and_missing_pairs(history, case):
     )
     for text, floor in ((second, 1), (third, 8)):
         assert f"the forces of the pair B1.floor_{floor}-B2.floor_{floor} of the case" in text
+
+
+def test_points_of_lines_without_their_places(history, case):
+    """A CSV of 3D models that touch: what is expected instead is said, once."""
+    first, *others = history.pairs
+    points = [f"{first} at {x:.4f} m" for x in (-1.0, 1.0)]
+    given = replace(history, pairs=(*points, *others[1:]), ends=PairEnds())
+    (fault,) = pair_ends(given, PATH, case, DURATION)[1]
+    assert (fault.key, fault.value) == ("pair", points[0])
+    assert fault.expected.startswith("expected forces.nc of that run")
+    # Of pairs of points a CSV says enough, and a name of no pair is none of a line.
+    assert pair_ends(replace(history, ends=PairEnds()), PATH, case, DURATION)[1] == []
+    strange = replace(history, pairs=("left at 1.0 m", *others), ends=PairEnds())
+    faults = pair_ends(strange, PATH, case, DURATION)[1]
+    assert all("forces.nc" not in fault.expected for fault in faults)
 
 
 @pytest.mark.parametrize(

@@ -89,10 +89,18 @@ def pair_ends(
     contacts = {contact.name: contact for contact in case.contacts}
     ends: Ends = {}
     faults: list[Fault] = []
+    unknown = [name for name in history.pairs if name not in contacts]
+    of_lines = [name for name in unknown if name.rpartition(" at ")[0] in contacts]
     if contacts and history.ends.hat_a is not None and case.pounding_in_3d:
         # Points along which 3D models touch: several of each pair of the case.
         struck = any(building in contact.buildings for contact in contacts.values())
         ends, faults = _ends_by_file(history, path, building if struck else "")
+    elif of_lines and history.ends.hat_a is None:
+        expected = (
+            "expected forces.nc of that run, which says where the points along which 3D models "
+            "touch are; a CSV does not"
+        )
+        faults.append(Fault(path, "pair", of_lines[0], expected))
     elif contacts:
         for j, name in enumerate(history.pairs):
             if name not in contacts:
