@@ -272,7 +272,7 @@ def test_whole_floors_govern_where_the_run_has_them(tmp_path, vertices):
         {
             "psa": (("damping", "station", "direction", "frequency"), np.full((1, 1, 1, 1), 45.0)),
             "zpa": (("station", "direction"), [[20.0]]),
-            "vertex_node": ("vertex", np.zeros(vertices, int)),
+            **({"vertex_node": ("vertex", np.zeros(vertices, int))} if vertices else {}),
         },
         coords={
             "damping": [0.05],

@@ -156,7 +156,7 @@ def _of_model(run: RunFiles) -> list[Spectrum]:
     if run.ran("design"):
         with run.store("design.nc") as store:
             one = store[["psa", "zpa"]].isel(damping=0).load()
-            place = f"largest {'over the floor' if store.sizes['vertex'] else 'of its probes'}"
+            place = f"largest {'over the floor' if 'vertex' in store.dims else 'of its probes'}"
             for direction in names_of(store, "direction"):
                 at = _largest(one.sel(direction=direction), "station")
                 floor, ratio = int(at["station_floor"]), float(at["damping"])

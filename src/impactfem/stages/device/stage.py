@@ -50,16 +50,14 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
 
     mesh = mesh_of_run(case, folder)
     with steps.step("inputs"):
-        laws = calibrated_laws(case)
+        laws, inputs = calibrated_laws(case), on_root(lambda: POUNDING.key(case))
         case = on_root(lambda: with_contact_of_run(with_structure_targets(case, folder), folder))
         forces = of_run(folder, "forces.nc")
         prepared = on_root(
             lambda: prepare_devices(
                 case,
                 prepare(
-                    *(case, mesh, forces, storey_factor(folder)),
-                    POUNDING.key(case),
-                    impulses_of_run(case, folder),
+                    case, mesh, forces, storey_factor(folder), inputs, impulses_of_run(case, folder)
                 ),
                 laws,
                 calibrated_restitutions(case, folder),
