@@ -117,6 +117,25 @@ def test_the_band_is_drawn(transient_folder, monkeypatch):
     assert not widths
 
 
+@pytest.mark.parametrize("count", [3, 30])
+def test_many_points_are_one_curve(transient_folder, count):
+    """A legend of 78 left no room for the curves of figure 13."""
+    folder = transient_folder(maps=False)
+    with (
+        xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
+        xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as sticks,
+    ):
+        response = shown(store.load())
+        other = response.isel(probe=[0] * count)
+        other = other.assign_coords(
+            probe=[f"own_{k}" for k in range(count)], probe_kind=("probe", ["point"] * count)
+        )
+        figure = centre_spectrum(xr.concat([response, other], "probe", data_vars="minimal"), sticks)
+    labels = [curve.label for curve in figure.panels[-1].curves]
+    before = sum(kind == "point" for kind in response["probe_kind"].values.tolist())
+    assert any("largest of" in label for label in labels) is (count + before > 10)
+
+
 def test_forces_inside_storeys_are_called_so(transient_folder):
     """The legend and caption of figure 21, and the title of the film, name what is struck."""
     folder = transient_folder(maps=False)

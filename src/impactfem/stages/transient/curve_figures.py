@@ -49,6 +49,8 @@ DECADES = 5.0
 """Decades of a power spectral density that are shown."""
 POINTS = (RED, ORANGE, "#CC79A7", "#56B4E9", "black")
 """Colours of user-defined points, which no floor has."""
+MOST_POINTS = 10
+"""User-defined points that are shown one by one; the legend has no room for more."""
 PSA = "pseudo-acceleration [m/s²]"
 
 
@@ -348,8 +350,11 @@ def centre_spectrum(
     centres, points = (of_kind(response, kind)["psa"] for kind in ("centre", "point"))
     others = [(f"floor {psa['probe_floor'].item()}", psa) for psa in centres]
     looks = floor_looks(len(others))
-    others += [(str(psa["probe"].item()).replace("_", " "), psa) for psa in points]
-    looks += [{"color": POINTS[k % len(POINTS)], "ls": DASHES[k % 4]} for k in range(len(points))]
+    own = [(str(psa["probe"].item()).replace("_", " "), psa) for psa in points]
+    if len(own) > MOST_POINTS:
+        own = [(f"largest of {len(own)} points", points.max("probe"))]
+    others += own
+    looks += [{"color": POINTS[k % len(POINTS)], "ls": DASHES[k % 4]} for k in range(len(own))]
     if len(others) > 1:
         every = [
             _spectrum(psa, label, tuple(look.values()))
