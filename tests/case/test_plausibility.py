@@ -7,6 +7,7 @@ import pytest
 
 from impactfem.case import load_case
 from impactfem.case.plausibility import USUAL, implausible
+from impactfem.motion.from_case import hardly_meant
 
 from .sections import BLAST, LIGHT, LOADS, WALL
 from .texts import replaced
@@ -17,9 +18,9 @@ FLOORS = "pair_floors.csv"
 
 
 def warnings(path, longest=LONGEST):
-    return [
-        str(one).replace(f"{path.parent}/", "") for one in implausible(load_case(path), longest)
-    ]
+    case = load_case(path)
+    found = (*implausible(case, longest), *hardly_meant(case))
+    return [str(one).replace(f"{path.parent}/", "") for one in found]
 
 
 @pytest.mark.parametrize(
@@ -130,6 +131,23 @@ def test_forces_on_floors_drive_buildings_as_well(broken):
     assert "motions[0].direction" in alone
     path = broken(change, more=LOADS, files=BLAST)
     assert not any("not driven" in one for one in warnings(path))
+
+
+@pytest.mark.parametrize(("pga", "times"), [("0.46 m/s2", "0.2"), ("3.1 m/s2", "1.35")])
+def test_a_peak_that_is_not_that_of_the_target(broken, pga, times):
+    change = (None, 'pga = "2.32 m/s2"', f'pga = "{pga}"')
+    (line,) = warnings(broken(change))
+    assert f"motions[0].pga = '{pga}': {times} times that of its spectrum at zero period" in line
+    assert warnings(broken((None, 'pga = "2.32 m/s2"', 'pga = "2.28 m/s2"'))) == []  # rounded
+
+
+@pytest.mark.parametrize(("last", "told"), [(40, True), (20, False)])
+def test_a_table_that_ends_before_the_peak_says_nothing_of_it(broken, last, told):
+    section = 'amplification = 2.5\ncorner_periods = ["0.05 s", "0.25 s", "2.5 s"]'
+    table = f"frequency [Hz],acceleration [m/s2]\n0.5,2\n2,6\n8,6\n{last},4\n"
+    first = (None, 'ground_acceleration = "2.3 m/s2"', 'type = "table"')
+    path = broken(first, (None, section, 'file = "target.csv"'), files={"target.csv": table})
+    assert [("motions[0].pga" in line) for line in warnings(path)] == ([True] if told else [])
 
 
 def test_damping_cases_that_are_the_same(broken):

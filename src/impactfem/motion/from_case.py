@@ -5,7 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from impactfem.case import Motion, RecordMotion, SyntheticMotion
+from impactfem.case import Case, Motion, RecordMotion, SyntheticMotion
+from impactfem.case.model import CaseFile
+from impactfem.case.place import value_at
+from impactfem.case.source import read_source
 from impactfem.motion.acceptance import Acceptance, Misfit, acceptance
 from impactfem.motion.design_spectrum import DesignSpectrum, TableSpectrum, design_spectrum
 from impactfem.motion.synthesis import default_range, synthesise
@@ -18,6 +21,10 @@ from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.log import quiet
 
 RECORD_DAMPING = 0.05  # of the spectrum that describes a record, by custom
+RIGID = 33.0  # Hz: a spectrum that ends here or above ends at the peak ground acceleration
+PEAK = (0.99, 1.3)
+"""Usual peak of a synthetic motion over that of its target: EN 1998-1, 3.2.3.1.2(4)b, asks for no
+less, but values are rounded; US NRC SRP 3.7.1 has no ordinate above 1.3."""
 SPECTRUM_RANGE = (0.2, 100.0, 200)  # lowest and highest frequency [Hz], points a decade
 
 
@@ -36,6 +43,7 @@ class GroundMotion:
     target: Array | None  #: at the frequencies of the spectrum, (n_f,) [m/s2]
     misfit: Misfit | None
     acceptance: Acceptance | None = None
+    target_pga: float | None = None  #: ordinate of the target at zero period, if known [m/s2]
 
     @property
     def history(self) -> tuple[int, float, Array]:
@@ -55,7 +63,7 @@ def ground_motions(motions: Sequence[Motion], *, accept: bool = False) -> tuple[
     """
     made, frequency = [], logarithmic_frequencies(*SPECTRUM_RANGE)
     for motion in motions:
-        target, misfit, accepted, damping = None, None, None, RECORD_DAMPING
+        target, misfit, accepted, level, damping = None, None, None, None, RECORD_DAMPING
         if isinstance(motion, SyntheticMotion):
             damping = motion.damping
             design = design_spectrum(motion.spectrum, damping)
@@ -70,7 +78,7 @@ def ground_motions(motions: Sequence[Motion], *, accept: bool = False) -> tuple[
                 matched=_matched(design, motion),
             )
             accelerogram, misfit = synthetic.accelerogram, synthetic.misfit
-            target = design.pseudo_acceleration(frequency)
+            target, level = design.pseudo_acceleration(frequency), _at_zero_period(design)
             if accept:
                 highest = min(50.0, 0.5 / accelerogram.time_step)
                 accepted = acceptance(accelerogram, design, maximum=highest)
@@ -82,8 +90,32 @@ def ground_motions(motions: Sequence[Motion], *, accept: bool = False) -> tuple[
         h, a = accelerogram.time_step, accelerogram.acceleration
         spectrum = response_spectra(a, h, frequency, [damping])
         fields = motion.direction, accelerogram, measures(accelerogram), spectrum
-        made.append(GroundMotion(*fields, target, misfit, accepted))
+        made.append(GroundMotion(*fields, target, misfit, accepted, level))
     return tuple(made)
+
+
+def hardly_meant(case: Case) -> list[Fault]:
+    """What is hardly meant of the motions of a case: a peak that is not that of the target.
+
+    As :func:`impactfem.case.plausibility.implausible`, which cannot know them; motions at fault are
+    left out.
+    """
+    source, found = read_source(case.path, CaseFile), list[Fault]()
+    low, high = PEAK
+    for index, motion in enumerate(case.motions):
+        try:
+            if isinstance(motion, SyntheticMotion):
+                level = _at_zero_period(design_spectrum(motion.spectrum, motion.damping))
+                if level is not None and not low <= motion.pga / level <= high:
+                    place = ("motions", index, "pga")
+                    text = (
+                        f"{motion.pga / level:.3g} times that of its spectrum at zero period, "
+                        f"{level:.4g} m/s2 with the soil; usual is the same"
+                    )
+                    found.append(source.fault(place, value_at(place, source.raw), text))
+        except InputError:
+            continue
+    return found
 
 
 def checked_durations(motions: Sequence[Motion]) -> list[float]:
@@ -130,6 +162,13 @@ def treated_record(motion: RecordMotion) -> Accelerogram:
         return record if motion.scale == 1.0 else record.scaled(motion.scale)
     except ImpactfemError as error:
         raise InputError([Fault(motion.file, "", None, str(error))]) from error
+
+
+def _at_zero_period(design: DesignSpectrum | TableSpectrum) -> float | None:
+    """Its ordinate there, with the soil factor [m/s2]; None of a table that ends below 33 Hz."""
+    if isinstance(design, TableSpectrum) and design.range[1] < RIGID:
+        return None
+    return float(design.pseudo_acceleration(np.inf))
 
 
 def _matched(

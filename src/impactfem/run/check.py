@@ -20,7 +20,7 @@ from impactfem.case.motions import RecordMotion, read_force_table
 from impactfem.case.plausibility import implausible
 from impactfem.coupling.force_history import ForceHistory, check_forces
 from impactfem.device.from_case import checked_devices
-from impactfem.motion.from_case import checked_durations
+from impactfem.motion.from_case import checked_durations, hardly_meant
 from impactfem.run.estimate import DAY, Estimate, duration, elements_of, estimate, too_much
 from impactfem.run.stages import STAGES, asked_stages
 from impactfem.stages.check import log_checks
@@ -92,7 +92,7 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
 
 def warn_of_implausible(case: Case, longest: float) -> None:
     """Warn of values that are probably mistakes; the longest motion has this duration [s]."""
-    for one in implausible(case, longest):
+    for one in (*implausible(case, longest), *hardly_meant(case)):
         LOGGER.warning("warning: %s", one)
 
 

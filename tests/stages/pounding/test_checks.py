@@ -117,6 +117,18 @@ def test_a_limit(checked, words, name, limits):
         assert one(checked(**{name: value}), words)[0] is good
 
 
+@pytest.mark.parametrize(
+    ("kind", "low", "high"), [("over_target", 0.9, 1.3), ("pga_over_target", 0.99, 1.3)]
+)
+def test_a_motion_that_is_scaled_away_from_its_target(checked, kind, low, high):
+    """EN 1998-1, 3.2.3.1.2(4), and SRP 3.7.1; a record has no target, and no such line."""
+    for value, good in ((low, True), (low - 0.01, False), (high, True), (high + 0.01, False)):
+        for name in ("motion", "motion.x"):
+            met, text = one(checked(**{f"{name}.{kind}": value}), "of the target's")
+            assert met is good and text.startswith(f"{name}: its ")
+    assert not any("of the target's" in text for _, text in checked())
+
+
 @pytest.mark.parametrize(("left", "good"), [(0.9e-4, True), (1.1e-4, False)])
 def test_what_waves_that_pass_leave(checked, left, good):
     """At most 1 % of the gap of 1 cm, by the velocity at the end of the motions."""

@@ -59,6 +59,25 @@ def test_motion(study, scalars):
     assert "motion.misfit_rms" in scalars
 
 
+def test_a_motion_over_its_target(study, scalars):
+    """Where the buildings answer: from 0.2 of the shortest to 2 of the longest first period."""
+    misfit = study.motions[0].misfit
+    firsts = [one.frequency[one.of_family("y")[0]] for one in study.modes]
+    meant = (misfit.frequency >= min(firsts) / 2.0) & (misfit.frequency <= 5.0 * max(firsts))
+    assert 0 < meant.sum() < meant.size
+    assert scalars["motion.over_target"].value == pytest.approx(misfit.ratio[meant].mean())
+    assert "along y" in scalars["motion.over_target"].note
+    assert scalars["motion.pga_over_target"].value == pytest.approx(1.0, rel=1e-6)
+    # Half of the motion is half of its target; without a target nothing is said.
+    halved = replace(misfit, computed=0.5 * misfit.computed)
+    motion = replace(study.motions[0], misfit=halved)
+    made = {s.name: s.value for s in stick_scalars(replace(study, motions=(motion,)))}
+    assert made["motion.over_target"] == pytest.approx(0.5 * scalars["motion.over_target"].value)
+    record = replace(study.motions[0], misfit=None, target_pga=None)
+    made = {s.name for s in stick_scalars(replace(study, motions=(record,)))}
+    assert not {name for name in made if "over_target" in name}
+
+
 @pytest.mark.parametrize(
     ("share", "word"), [(0.15, "met"), (-0.15, "met"), (0.17, "missed"), (-0.17, "missed")]
 )

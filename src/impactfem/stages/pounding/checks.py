@@ -11,9 +11,10 @@ import xarray as xr
 from impactfem.case import Case
 from impactfem.case.contact_checks import allowed
 from impactfem.case.facing import facing_floors
+from impactfem.motion.from_case import PEAK
 from impactfem.stages.check import QUIET, Check, digits, end_check, limited
 from impactfem.stages.stores import names_of, open_store
-from impactfem.system.scalar import scalars_of
+from impactfem.system.scalar import Scalar, scalars_of
 
 IDENTITY = 1e-9
 """Largest residual of the discrete energy identity."""
@@ -25,6 +26,10 @@ COMPLEMENTARITY = 1e-10
 """Largest residual of unilateral contact."""
 BETWEEN = 0.05
 """Part of a peak of a spectrum that may be lost between two samples."""
+TARGET = (0.9, 1.3)
+"""Spectrum of a motion over its target where the buildings answer, as a mean. EN 1998-1,
+3.2.3.1.2(4)c, has 0.9 for each ordinate of the mean of three motions or more, US NRC SRP 3.7.1 has
+1.3 for each of one; the ordinates of one motion scatter, and tell no more than their mean."""
 LEFT = 0.01
 """What the ground may leave of its motion between two buildings, in parts of the least gap."""
 PENETRATION = 0.5
@@ -123,6 +128,7 @@ def stick_checks(
         )
         return [
             *([(None, text)] if criteria else []),
+            *_on_target(scalars),
             *_passage(values, pairs[1]),
             *distance_check(*pairs),
             *_calibration(store, values, tolerances),
@@ -132,6 +138,24 @@ def stick_checks(
             *_linearity(values),
             *_foundations(store, values),
         ]
+
+
+def _on_target(scalars: Sequence[Scalar]) -> list[Check]:
+    """Whether synthetic motions are those of their targets, and not scaled away from them."""
+    lines: list[Check] = []
+    for kind, words, (low, high) in (
+        ("over_target", "spectrum", TARGET),
+        ("pga_over_target", "peak ground acceleration", PEAK),
+    ):
+        for one in scalars:
+            of, _, last = one.name.rpartition(".")
+            if of.startswith("motion") and last == kind and one.value is not None:
+                text = (
+                    f"{of}: its {words} is {digits(100.0 * one.value)} % of the target's, "
+                    f"{one.note} (at least {100 * low:g} %, at most {100 * high:g} %)"
+                )
+                lines.append((low <= one.value <= high, text))
+    return lines
 
 
 def _passage(values: Mapping[str, float], gaps: Sequence[float]) -> list[Check]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from impactfem.case import Case
 from impactfem.motion import CORRELATION_LIMIT, pair_correlation
+from impactfem.motion.from_case import GroundMotion
 from impactfem.stages.pounding.compute import StickStudy
 from impactfem.stages.pounding.foundation import DIRECTIONS
 from impactfem.sticks.element import COMPONENTS
@@ -48,6 +49,9 @@ DEMANDS = {
 }
 """What an impact asks of the buildings, with its unit."""
 LARGEST = "of the largest values"
+SHORT, LONG = 0.2, 2.0
+"""Periods in which a motion stands for its target, in first periods of the buildings: EN 1998-1,
+3.2.3.1.2(4)c."""
 
 
 def stick_scalars(study: StickStudy) -> list[Scalar]:
@@ -83,6 +87,7 @@ def _motion(study: StickStudy) -> list[Row]:
                 (f"{name}.misfit_rms", motion.misfit.rms, "-", f"{note}, less 1"),
                 (f"{name}.misfit_largest", motion.misfit.largest_ratio, "-", note),
                 (f"{name}.misfit_smallest", motion.misfit.smallest_ratio, "-", note),
+                *_over_target(study, motion, name),
             ]
         for verdict in motion.acceptance.verdicts if motion.acceptance is not None else ():
             limit = f"{'at least' if verdict.at_least else 'at most'} {verdict.limit:g}"
@@ -115,6 +120,30 @@ def _motion(study: StickStudy) -> list[Row]:
                 "of it, by the velocity at the end",
             ),
         ]
+    return rows
+
+
+def _over_target(study: StickStudy, motion: GroundMotion, name: str) -> list[Row]:
+    """A synthetic motion over its target, where the buildings answer and at zero period."""
+    direction, rows = motion.direction, list[Row]()
+    firsts = [float(one.frequency[k]) for one in study.modes for k in one.of_family(direction)[:1]]
+    if direction in DIRECTIONS:
+        k = DIRECTIONS.index(direction)
+        firsts += [float(one.frequency[k]) for one in study.foundations]
+    if motion.misfit is not None and firsts:
+        f, r = motion.misfit.frequency, motion.misfit.ratio
+        meant = (f >= min(firsts) / LONG) & (f <= max(firsts) / SHORT)
+        if meant.any():
+            low, high = f[meant][[0, -1]]
+            note = (
+                f"mean from {low:.3g} Hz to {high:.3g} Hz, {SHORT:g} to {LONG:g} of the first "
+                f"periods along {direction}"
+            )
+            rows.append((f"{name}.over_target", float(r[meant].mean()), "-", note))
+    level = motion.target_pga
+    if level is not None:
+        note = f"{level:.4g} m/s2 at zero period"
+        rows.append((f"{name}.pga_over_target", motion.measures.pga / level, "-", note))
     return rows
 
 
