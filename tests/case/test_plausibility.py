@@ -119,6 +119,15 @@ def test_the_mesh(structured, file, old, new, key):
     assert key in line and "usual is 0." in line
 
 
+def test_an_edge_where_nothing_strikes(structured):
+    """The pairs of B1 are on y+; results at its edges would be those of another side."""
+    for edge in ("y-", "x+"):
+        (line,) = warnings(structured((None, 'impact_edge = "y+"', f'impact_edge = "{edge}"')))
+        key = f"buildings[1].structure.mesh.impact_edge = '{edge}': the pairs of B1 are on its side"
+        assert f"{key} y+; results at the edges of floors are those of side {edge}" in line
+    assert warnings(structured((None, "normal = [0, 1, 0]", "normal = [0.1, 1, 0]"))) == []
+
+
 def test_all_at_once(broken):
     path = broken((None, '"33 GPa"', '"33 Pa"'), (None, "0.3358 ms", "5 ms"))
     assert len(warnings(path)) == 2

@@ -13,8 +13,10 @@ from typing import Any
 
 import numpy as np
 
+from impactfem.case.buildings import GeneratedMesh
 from impactfem.case.contacts import KelvinVoigtLaw, UnilateralLaw
 from impactfem.case.damping import Damping
+from impactfem.case.facade import GRAZING, side_of
 from impactfem.case.facing import LEVEL, facing_floors, levels_of
 from impactfem.case.floors import Floor
 from impactfem.case.model import Case, CaseFile
@@ -151,6 +153,7 @@ def implausible(case: Case, longest: float) -> list[Fault]:
         *_rafts(source, case),
         *_floors(case, source),
         *_pairs(source, case),
+        *_edges(source, case),
         *_passage(source, case),
         *_pounding(source, case, longest),
         *_wall(source, case),
@@ -304,6 +307,29 @@ def _pairs(source: Source, case: Case) -> Iterator[Fault]:
                 f"that meet are level, within {LEVEL:g} m"
             )
             yield source.fault(("contacts", index), None, text)
+
+
+def _edges(source: Source, case: Case) -> Iterator[Fault]:
+    """Impact edges of 3D models on a side where no pair strikes: the results at edges are there."""
+    for k, building in enumerate(case.buildings):
+        mesh = None if building.structure is None else building.structure.mesh
+        if not isinstance(mesh, GeneratedMesh):
+            continue
+        edge = mesh.impact_edge
+        axis, sign = "xy".index(edge[0]), float(f"{edge[1]}1")
+        struck = [
+            (out * contact.normal[0], out * contact.normal[1], 0.0)
+            for contact in case.contacts
+            for end, out in contact.ends
+            if end.building == building.name
+        ]
+        if struck and all(sign * outward[axis] < GRAZING for outward in struck):
+            sides = " and ".join(dict.fromkeys(side_of(outward) for outward in struck))
+            text = (
+                f"the pairs of {building.name} are on its side {sides}; results at the edges of "
+                f"floors are those of side {edge}, which nothing strikes"
+            )
+            yield _written(source, ("buildings", k, "structure", "mesh", "impact_edge"), text)
 
 
 def _passage(source: Source, case: Case) -> Iterator[Fault]:
