@@ -23,6 +23,7 @@ from impactfem.dynamics.columns import product
 from impactfem.dynamics.modes import Modes, modes
 from impactfem.stages.building import compute
 from impactfem.stages.building.compute import analysed, fit_storey_factor
+from impactfem.stages.building.store import bending_direction
 from impactfem.stages.building.targets import bending_modes
 from impactfem.system.errors import InputError, SolutionError
 
@@ -59,6 +60,23 @@ def parts():
 
 def scalars(run):
     return {entry.name: entry.value for entry in run.scalars}
+
+
+def test_bending_modes_are_those_across_the_edges_that_face_others(parts):
+    """Unless a fit has a direction; y where nothing is known of neighbours."""
+
+    def direction(edges=parts.mesh.edges, turned=False, fit=None):
+        nodes = parts.mesh.nodes[:, [1, 0, 2]] if turned else parts.mesh.nodes
+        mesh = replace(parts.mesh, nodes=nodes, edges=edges)
+        return bending_direction(
+            SimpleNamespace(
+                structure=SimpleNamespace(calibration=fit), parts=SimpleNamespace(mesh=mesh)
+            )
+        )
+
+    assert (direction(), direction(turned=True)) == ("y", "x")
+    assert direction(edges={}, turned=True) == "y"
+    assert direction(fit=SimpleNamespace(direction="x")) == "x"
 
 
 def test_first_bending_mode_is_where_it_was_asked(frame_run, store):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from impactfem.coupling.contact import UNILATERAL, kelvin_voigt
-from impactfem.stages.pounding.scalars import stick_scalars
+from impactfem.stages.pounding.scalars import mode_rows, stick_scalars
 from impactfem.sticks.calibration import Calibration, Parameters, Target
 from impactfem.sticks.element import COMPONENTS
 
@@ -110,6 +110,19 @@ def test_modes_are_those_bending_about_x_in_natural_order(study, scalars):
     # Building east bends more easily.
     assert scalars["sticks.east.frequency.1"].value < scalars["sticks.west.frequency.1"].value
     assert "e_x" in scalars["sticks.west.frequency.1"].note
+
+
+@pytest.mark.parametrize(("pounds", "along"), [("x", "x"), ("y", "y"), ("z", "y")])
+def test_modes_are_along_the_direction_of_the_pounding(study, pounds, along):
+    """Without a calibration, which has a direction of its own."""
+    motion = study.case.motions[0].model_copy(update={"direction": pounds})
+    case = study.case.model_copy(update={"motions": (motion,), "contacts": ()})
+    rows = {name: value for name, value, *_ in mode_rows(case, study.system.sticks, study.modes)}
+    first, other = (
+        study.modes[0].frequency[study.modes[0].of_family(axis)[0]]
+        for axis in (along, "xy".replace(along, ""))
+    )
+    assert rows["sticks.west.frequency.1"] == first != other
 
 
 def test_pounding(study, scalars):

@@ -19,9 +19,16 @@ DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def bending_direction(study: BuildingStudy) -> str:
-    """Direction in which the bending modes of the summary move: that of the fit, else y."""
-    fit = study.structure.calibration
-    return fit.direction if fit is not None else "y"
+    """Direction in which the bending modes of the summary move.
+
+    That of the fit, else the one in which the building pounds: across the edges that face other
+    buildings, or y without any.
+    """
+    fit, mesh = study.structure.calibration, study.parts.mesh
+    if fit is not None:
+        return fit.direction
+    across = [1 - mesh.edge_axis(floor) for floor, lines in mesh.edges.items() if lines.size]
+    return "xy"[across[-1]] if across else "y"
 
 
 def bending_of(study: BuildingStudy) -> Index:
