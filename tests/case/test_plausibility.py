@@ -9,12 +9,13 @@ from impactfem.case import load_case
 from impactfem.case.plausibility import USUAL, implausible
 from impactfem.motion.from_case import hardly_meant
 
-from .sections import BLAST, LIGHT, LOADS, WALL
+from .sections import BEAM, BLAST, LIGHT, LOADS, PUMP, TRANSIENT, WALL
 from .texts import replaced
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 LONGEST = 16.79
 FLOORS = "pair_floors.csv"
+SHAPE = 'shape = { type = "cylinder", radius = "50 cm", length = "1 m" }'
 
 
 def warnings(path, longest=LONGEST):
@@ -126,6 +127,36 @@ def test_an_edge_where_nothing_strikes(structured):
         key = f"buildings[1].structure.mesh.impact_edge = '{edge}': the pairs of B1 are on its side"
         assert f"{key} y+; results at the edges of floors are those of side {edge}" in line
     assert warnings(structured((None, "normal = [0, 1, 0]", "normal = [0.1, 1, 0]"))) == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        (SHAPE, 'inertia = ["300 t m2", "250 kg m2", "190 kg m2"]',
+         "inertia[0] = '300 t m2': √(J/mass) is 14.1 m; usual is at most the size of the device"),
+        (SHAPE, 'inertia = ["190 kg m2", "250 kg m2", "450 kg m2"]',
+         "inertia[2] = '450 kg m2': more than the sum of the other two"),
+        (SHAPE, 'inertia = ["190 kg m2", "250 kg m2", "440 kg m2"]', None),
+        ('y = "1.2e8 N/m"', 'y = "1.4e4 N/m"', "stiffness.y = '1.4e4 N/m': 0.49 Hz of the body on"),
+        ('y = "1.2e8 N/m"', 'y = "1.6e4 N/m"', None),
+        ('rx = "30 MN m/rad"', 'rx = "3 kN m/rad"', "stiffness.rx = '3 kN m/rad': 0.49 Hz of the"),
+        ('bending = ["80 MN m2", "60 MN m2"]', 'bending = "400 N m2"',
+         "beam.bending = '400 N m2': 0.46 Hz of the body on it alone; usual is 1 to 50 Hz"),
+    ],
+)  # fmt: skip
+def test_a_device(structured, old, new, told):
+    found = warnings(structured((None, old, new), more=TRANSIENT + PUMP + BEAM))
+    assert ["devices[0]." + told in line for line in found] == [True] if told else found == []
+
+
+def test_a_device_that_is_part_of_the_building(structured):
+    """From a tenth of its floor on: US NRC SRP 3.7.2."""
+    for mass, told in ((14, False), (16, True)):
+        light = (FLOORS, "8,3014,", "8,150,"), (None, 'mass = "1.5 t"', f'mass = "{mass} t"')
+        found = [one for one in warnings(structured(*light, more=TRANSIENT + PUMP)) if "t':" in one]
+        assert [f"mass = '{mass} t': 0.107 times the mass of floor 8" in one for one in found] == (
+            [True] if told else []
+        )
 
 
 def test_all_at_once(broken):

@@ -124,6 +124,14 @@ GYRATION = (0.3, 150.0)
 DURATION = (0.5, 5.0)
 """Usual time of the sticks over the longest motion: below, much of it is not computed, above, there
 is little left to see."""
+HEAVY = 0.1
+"""Mass of a device over that of its floor from which on it belongs into the model of the building:
+US NRC SRP 3.7.2 (II.3.B); below 0.01 it may be left out."""
+WIDE = 3.0
+"""Largest usual radius of gyration of a device over its size: the radius of its anchor or the
+height of its mass centre."""
+SLOW = 0.5
+"""Least usual frequency of a device on one of its springs [Hz]."""
 BESIDE = 0.1
 """How far a point of contact may be outside of the plan [m]."""
 SPEED = 0.5
@@ -154,6 +162,7 @@ def implausible(case: Case, longest: float) -> list[Fault]:
         *_floors(case, source),
         *_pairs(source, case),
         *_edges(source, case),
+        *_devices(source, case),
         *_passage(source, case),
         *_pounding(source, case, longest),
         *_wall(source, case),
@@ -330,6 +339,52 @@ def _edges(source: Source, case: Case) -> Iterator[Fault]:
                 f"floors are those of side {edge}, which nothing strikes"
             )
             yield _written(source, ("buildings", k, "structure", "mesh", "impact_edge"), text)
+
+
+def _devices(source: Source, case: Case) -> Iterator[Fault]:
+    """Devices that are heavy for their floor, do not go with their moments of inertia, or sway."""
+    for k, device in enumerate(case.devices):
+        place: Place = ("devices", k)
+        m, anchors = device.mass, device.anchors
+        if m is None or device.mass_height is None or not anchors:
+            continue
+        building = case.building(device.building)
+        z = anchors[0].point[2]
+        levels = zip(building.floors, building.elevations, strict=True)
+        floor = min(levels, key=lambda one: abs(one[1] - z))[0]
+        if m > HEAVY * floor.mass:
+            text = (
+                f"{m / floor.mass:.3g} times the mass of floor {floor.floor} of {building.name}, "
+                f"{1e-3 * floor.mass:.4g} t; usual is below a hundredth. From a tenth on a device "
+                "is part of the building (SRP 3.7.2), and the sticks have the masses of the floor "
+                "table alone"
+            )
+            yield _written(source, (*place, "mass"), text)
+        h, J = abs(device.mass_height), device.inertia or (0.0, 0.0, 0.0)
+        size = max(h, anchors[0].radius)
+        for c, own in enumerate(J):
+            if math.sqrt(own / m) > WIDE * size:
+                text = (
+                    f"√(J/mass) is {math.sqrt(own / m):.3g} m; usual is at most the size of the "
+                    f"device, and its anchor and mass_height are within {size:.3g} m"
+                )
+                yield _written(source, (*place, "inertia", c), text)
+            elif own > (sum(J) - own) * (1.0 + SAME):
+                text = "more than the sum of the other two, which no body can have"
+                yield _written(source, (*place, "inertia", c), text)
+        springs, beam = device.stiffness, device.beam
+        moved = (m, m, m, J[0] + m * h**2, J[1] + m * h**2, J[2])
+        swaying: list[tuple[Place, float | str, float]] = []
+        if springs is not None:
+            pairs = zip(springs, moved, strict=True)
+            swaying += [(("stiffness", name), stiff, of) for (name, stiff), of in pairs]
+        if beam is not None:
+            swaying.append((("beam", "bending"), 3.0 * min(beam.bending) / beam.length**3, m))
+        for key, stiff, of in swaying:
+            if isinstance(stiff, float) and stiff < of * (2.0 * math.pi * SLOW) ** 2:
+                frequency = math.sqrt(stiff / of) / (2.0 * math.pi)
+                text = f"{frequency:.2g} Hz of the body on it alone; usual is 1 to 50 Hz"
+                yield _written(source, (*place, *key), text)
 
 
 def _passage(source: Source, case: Case) -> Iterator[Fault]:
