@@ -9,7 +9,7 @@ from impactfem.case import load_case
 from impactfem.case.plausibility import USUAL, implausible
 from impactfem.motion.from_case import hardly_meant
 
-from .sections import BEAM, BLAST, LIGHT, LOADS, PUMP, TRANSIENT, WALL
+from .sections import BEAM, BLAST, LIGHT, LOADS, MOTION, PUMP, RECORD, TRANSIENT, WALL
 from .texts import replaced
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
@@ -157,6 +157,58 @@ def test_a_device_that_is_part_of_the_building(structured):
         assert [f"mass = '{mass} t': 0.107 times the mass of floor 8" in one for one in found] == (
             [True] if told else []
         )
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "kept", "told", "usual"),
+    [
+        (None, '"33 GPa"', '"5.5 GPa"', '"3.1 GPa"', "with a density of 2400 kg/m3; usual is"),
+        (None, '"33 GPa"', '"55 GPa"', '"210 GPa"', "with a density of 2400 kg/m3; usual is"),
+        (None, '"33 GPa"', '"33000 MPa"', '"310 GPa"', "usual is concrete 20 to 45 GPa, masonry"),
+        (None, '"30 MPa"', '"150 MPa"', '"300 MPa"', "usual is concrete 12 to 100 MPa"),
+        (None, 'gap = "1 cm"', 'gap = "50 cm"', 'gap = "90 cm"', "usual is 0 to 30 cm"),
+        (None, 'ratio = "7 %"', 'ratio = "15 %"', 'ratio = "29 %"', "usual is 1 % to 10 %"),
+        (None, 'minimum = "0.5 Hz"', 'minimum = "0.05 Hz"', 'minimum = "0.001 Hz"',
+         "usual is 0.1 to 1 Hz"),
+        (FLOORS, "62,3.60,3.50,4.80", "62,15,3.5,15", "62,40,3.5,40", "usual is 2.5 to 8 m"),
+    ],
+)  # fmt: skip
+def test_from_where_on_a_value_is_hardly_meant(broken, file, old, kept, told, usual):
+    """Beyond what is usual, but short of what no building has."""
+    assert not [line for line in warnings(broken((file, old, kept))) if "usual is" in line]
+    found = [line for line in warnings(broken((file, old, told))) if "usual is" in line]
+    assert len(found) == 1 and usual in found[0]
+
+
+def test_moduli_of_what_is_not_as_dense_as_concrete(broken):
+    """Steel and timber have others, and where no density is given it says nothing."""
+    for density, modulus in ((7850, 210), (450, 11), (1900, 3.1)):
+        edits = (None, '"33 GPa"', f'"{modulus} GPa"'), (None, "2400 kg", f"{density} kg")
+        assert warnings(broken(*edits)) == []
+
+
+@pytest.mark.parametrize(
+    ("step", "peak", "keys", "told"),
+    [
+        (0.01, 3.0, "", None),
+        (0.01, 294.0, "", "peak ground acceleration = '294 m/s2': as the case uses it; usual"),
+        (0.01, 1e-3, "", "peak ground acceleration = '0.001 m/s2': as the case uses it; usual is"),
+        (0.01, 294.0, "scale = 0.01", None),
+        (0.01, 294.0, 'pga = "3 m/s2"', None),
+        (0.01, 3.0, 'pga = "19 m/s2"', "motions[0].pga = '19 m/s2': usual is 0.5 to 10 m/s2"),
+        (0.5, 3.0, "", "time step = '0.5 s': as the case uses it; usual is 1 to 20 ms"),
+        (0.5, 3.0, 'resample = "5 ms"', None),
+    ],
+)  # fmt: skip
+def test_a_record(broken, step, peak, keys, told):
+    lines = (f"{k * step:g},{peak * (-1) ** k:g}" for k in range(1679))
+    record = RECORD.replace('"x"', '"y"').replace("\n\n", f"\n{keys}\n\n")
+    path = broken(
+        (None, MOTION, record),
+        files={"motion.csv": "\n".join(("time [s],a [m/s2]", *lines))},
+    )
+    found = [line for line in warnings(path) if "longest" not in line]
+    assert [told in line for line in found] == [True] if told else found == []
 
 
 def test_all_at_once(broken):

@@ -1,7 +1,8 @@
 """What is written as it should be and hardly meant: values far from what is usual.
 
-Each is a warning with the file, the key, the value and what is usual; nothing is refused. The usual
-ranges are wide, so that a warning is worth reading: they hold buildings from sheds to reactors.
+Each is a warning with the file, the key, the value and what is usual; nothing is refused. Most
+ranges reach about twice as far as what is usual, so that a warning is worth reading: they hold
+buildings from sheds to reactors.
 """
 
 import itertools
@@ -40,28 +41,35 @@ class Usual:
     words: str  #: what is usual
 
 
+CONCRETE = ((2200.0, 2600.0), (5e9, 6e10))
+"""Densities of concrete [kg/m3], and its moduli, from cracked to of high strength [Pa]."""
 MODEL = "buildings.*.structure."
 SOIL = "buildings.*.soil."
-MASS = Usual("buildings.*.floors.row.mass", 100.0, 1e8, "20 to 5000 t")
+MODULUS = Usual(
+    "materials.*.young_modulus", 3e8, 2.5e11, "concrete 20 to 45 GPa, masonry 1 to 15 GPa"
+)
+PGA = Usual("motions.*.pga", 0.05, 15.0, "0.5 to 10 m/s2")
+STEP = Usual("motions.*.time_step", 1e-4, 0.05, "1 to 20 ms")
+MASS = Usual("buildings.*.floors.row.mass", 1e3, 3e7, "20 to 5000 t")
 USUAL = (
-    Usual("materials.*.young_modulus", 1e8, 5e11, "concrete 20 to 45 GPa, masonry 1 to 15 GPa"),
-    Usual("materials.*.density", 100.0, 2e4, "concrete 2200 to 2600 kg/m3, steel 7850 kg/m3"),
-    Usual("materials.*.compressive_strength", 1e5, 1e9, "concrete 12 to 100 MPa"),
+    MODULUS,
+    Usual("materials.*.density", 300.0, 1e4, "concrete 2200 to 2600 kg/m3, steel 7850 kg/m3"),
+    Usual("materials.*.compressive_strength", 1e6, 2e8, "concrete 12 to 100 MPa"),
     *(
         Usual(f"{place}.{key}", low, high, words)
         for place in ("damping", "damping_cases.*", "buildings.*.damping")
         for key, low, high, words in (
-            ("ratio", 1e-3, 0.3, "1 % to 10 %"),
-            ("ratios.*", 1e-3, 0.3, "1 % to 10 %"),
-            ("mass_coefficient", 0.0, 20.0, "below 5 1/s"),
-            ("stiffness_coefficient", 0.0, 0.05, "below 10 ms"),
+            ("ratio", 2e-3, 0.2, "1 % to 10 %"),
+            ("ratios.*", 2e-3, 0.2, "1 % to 10 %"),
+            ("mass_coefficient", 0.0, 10.0, "below 5 1/s"),
+            ("stiffness_coefficient", 0.0, 0.03, "below 10 ms"),
         )
     ),
-    Usual("damping_cases.*.restitution", 0.05, 1.0, "0.4 to 0.9"),
-    Usual("buildings.*.stiffness_factor", 1e-2, 20.0, "0.1 to 1: cracked or fitted storeys"),
-    Usual("buildings.*.second_moment_factor", 1e-2, 20.0, "0.1 to 1"),
-    Usual("buildings.*.length", 1.0, 1e3, "5 to 200 m"),
-    Usual("buildings.*.width", 1.0, 1e3, "5 to 200 m"),
+    Usual("damping_cases.*.restitution", 0.1, 1.0, "0.4 to 0.9"),
+    Usual("buildings.*.stiffness_factor", 0.02, 5.0, "0.1 to 1: cracked or fitted storeys"),
+    Usual("buildings.*.second_moment_factor", 0.02, 5.0, "0.1 to 1"),
+    Usual("buildings.*.length", 2.0, 400.0, "5 to 200 m"),
+    Usual("buildings.*.width", 2.0, 400.0, "5 to 200 m"),
     Usual(f"{SOIL}shear_velocity", 50.0, 5e3, "150 to 3000 m/s"),
     Usual(f"{SOIL}density", 1e3, 3500.0, "1600 to 2700 kg/m3"),
     Usual(f"{SOIL}damping_ratio", 0.0, 0.3, "0 to 15 %"),
@@ -72,54 +80,56 @@ USUAL = (
     Usual(f"{SOIL}raft.thickness", 0.1, 20.0, "0.5 to 6 m"),
     Usual(f"{SOIL}raft.density", 500.0, 8e3, "2400 kg/m3"),
     Usual(f"{SOIL}raft.mass", 1e3, 1e9, "20 to 50,000 t"),
-    Usual(f"{MODEL}storey_stiffness_factor", 1e-2, 20.0, "0.1 to 1: cracked or fitted"),
-    Usual(f"{MODEL}mesh.length", 1.0, 1e3, "5 to 200 m"),
-    Usual(f"{MODEL}mesh.width", 1.0, 1e3, "5 to 200 m"),
-    Usual(f"{MODEL}mesh.slab_thickness", 0.03, 5.0, "0.1 to 1 m"),
-    Usual(f"{MODEL}mesh.slabs.*.thickness", 0.03, 5.0, "0.1 to 1 m"),
-    Usual(f"{MODEL}mesh.wall_setback.*", 0.0, 5.0, "0 to 0.5 m"),
-    Usual(f"{MODEL}mesh.parapet.height", 0.05, 10.0, "0.2 to 2 m"),
-    Usual(f"{MODEL}mesh.parapet.thickness", 0.03, 5.0, "0.1 to 0.5 m"),
+    Usual(f"{MODEL}storey_stiffness_factor", 0.02, 5.0, "0.1 to 1: cracked or fitted"),
+    Usual(f"{MODEL}mesh.length", 2.0, 400.0, "5 to 200 m"),
+    Usual(f"{MODEL}mesh.width", 2.0, 400.0, "5 to 200 m"),
+    Usual(f"{MODEL}mesh.slab_thickness", 0.05, 3.0, "0.1 to 1 m"),
+    Usual(f"{MODEL}mesh.slabs.*.thickness", 0.05, 3.0, "0.1 to 1 m"),
+    Usual(f"{MODEL}mesh.wall_setback.*", 0.0, 2.0, "0 to 0.5 m"),
+    Usual(f"{MODEL}mesh.parapet.height", 0.1, 5.0, "0.2 to 2 m"),
+    Usual(f"{MODEL}mesh.parapet.thickness", 0.05, 2.0, "0.1 to 0.5 m"),
     *(
         Usual(f"{MODEL}mesh.{key}", 0.05, 4.0, "0.3 to 1.5 m")
         for key in ("size", "floor_size", "storey_size", "beam_size", "column_size")
     ),
-    Usual(f"{MODEL}mesh.shells.*.thickness", 0.003, 5.0, "0.1 to 1 m"),
-    Usual(f"{MODEL}mesh.beams.*.width", 0.01, 10.0, "0.2 to 2 m"),
-    Usual(f"{MODEL}mesh.beams.*.depth", 0.01, 10.0, "0.2 to 2 m"),
-    Usual("contacts.*.gap", 0.0, 1.0, "0 to 30 cm"),
-    Usual("contacts.*.bearing_area", 1e-4, 1e3, "0.1 to 50 m2"),
-    Usual("contact_laws.*.stiffness", 1e6, 1e14, "1e8 to 1e11 N/m, 1e9 to 1e12 N/m^1.5"),
-    Usual("contact_laws.*.restitution", 0.05, 1.0, "0.4 to 0.9"),
-    Usual("contact_laws.*.damping_ratio", 0.0, 0.7, "5 % to 35 %"),
-    Usual("pounding.contact_spacing", 0.1, 20.0, "0.5 to 3 m"),
-    Usual("motions.*.pga", 0.01, 20.0, "0.5 to 10 m/s2"),
-    Usual("motions.*.duration", 1.0, 600.0, "5 to 60 s"),
+    Usual(f"{MODEL}mesh.shells.*.thickness", 0.003, 3.0, "0.1 to 1 m"),
+    Usual(f"{MODEL}mesh.beams.*.width", 0.02, 5.0, "0.2 to 2 m"),
+    Usual(f"{MODEL}mesh.beams.*.depth", 0.02, 5.0, "0.2 to 2 m"),
+    Usual("contacts.*.gap", 0.0, 0.6, "0 to 30 cm"),
+    Usual("contacts.*.bearing_area", 1e-2, 200.0, "0.1 to 50 m2"),
+    Usual("contact_laws.*.stiffness", 1e7, 1e13, "1e8 to 1e11 N/m, 1e9 to 1e12 N/m^1.5"),
+    Usual("contact_laws.*.restitution", 0.1, 1.0, "0.4 to 0.9"),
+    Usual("contact_laws.*.damping_ratio", 0.0, 0.6, "5 % to 35 %"),
+    Usual("pounding.contact_spacing", 0.1, 10.0, "0.5 to 3 m"),
+    PGA,
+    STEP,
+    Usual("motions.*.resample", STEP.low, STEP.high, STEP.words),
+    Usual("motions.*.duration", 2.0, 300.0, "5 to 60 s"),
     Usual("wave_passage.apparent_velocity", 200.0, 2e4, "500 to 5000 m/s"),
-    Usual("spectra.damping.*", 1e-3, 0.3, "0.5 % to 10 %"),
-    Usual("spectra.frequencies.minimum", 1e-3, 20.0, "0.1 to 1 Hz"),
-    Usual("spectra.frequencies.maximum", 10.0, 2e3, "33 to 500 Hz"),
-    Usual("spectra.frequencies.per_decade", 10.0, 1e3, "30 to 100"),
-    Usual("devices.*.mass", 1.0, 2e5, "10 kg to 50 t"),
-    Usual("wall_impact.gap", 0.0, 1.0, "0 to 30 cm"),
-    Usual("wall_impact.displacement", -1.0, 1.0, "-10 to -1 cm"),
+    Usual("spectra.damping.*", 2e-3, 0.2, "0.5 % to 10 %"),
+    Usual("spectra.frequencies.minimum", 0.02, 10.0, "0.1 to 1 Hz"),
+    Usual("spectra.frequencies.maximum", 20.0, 1e3, "33 to 500 Hz"),
+    Usual("spectra.frequencies.per_decade", 10.0, 500.0, "30 to 100"),
+    Usual("devices.*.mass", 1.0, 1e5, "10 kg to 50 t"),
+    Usual("wall_impact.gap", 0.0, 0.6, "0 to 30 cm"),
+    Usual("wall_impact.displacement", -0.6, 0.6, "-10 to -1 cm"),
     MASS,
-    Usual("buildings.*.floors.row.storey_height", 0.5, 50.0, "2.5 to 8 m"),
+    Usual("buildings.*.floors.row.storey_height", 1.5, 20.0, "2.5 to 8 m"),
     Usual("buildings.*.floors.row.A", 1e-4, 1e4, "0.1 to 300 m2"),
     Usual("buildings.*.floors.row.Avy", 1e-5, 1e4, "1e-3 to 200 m2"),
     Usual("buildings.*.floors.row.Avz", 1e-5, 1e4, "1e-3 to 200 m2"),
     Usual("buildings.*.floors.row.Ix", 1e-6, 1e7, "0.1 to 1e5 m4"),
     Usual("buildings.*.floors.row.Iy", 1e-6, 1e7, "0.1 to 1e5 m4"),
     Usual("buildings.*.floors.row.Iz", 1e-6, 1e7, "0.1 to 1e5 m4"),
-    Usual(f"{MODEL}mesh.walls.row.thickness", 0.03, 10.0, "0.1 to 2 m"),
-    Usual(f"{MODEL}mesh.beams.row.width", 0.03, 10.0, "0.2 to 2 m"),
-    Usual(f"{MODEL}mesh.beams.row.depth", 0.03, 10.0, "0.2 to 2 m"),
-    Usual(f"{MODEL}mesh.columns.row.width_x", 0.03, 10.0, "0.2 to 2 m"),
-    Usual(f"{MODEL}mesh.columns.row.width_y", 0.03, 10.0, "0.2 to 2 m"),
+    Usual(f"{MODEL}mesh.walls.row.thickness", 0.05, 5.0, "0.1 to 2 m"),
+    Usual(f"{MODEL}mesh.beams.row.width", 0.05, 5.0, "0.2 to 2 m"),
+    Usual(f"{MODEL}mesh.beams.row.depth", 0.05, 5.0, "0.2 to 2 m"),
+    Usual(f"{MODEL}mesh.columns.row.width_x", 0.05, 5.0, "0.2 to 2 m"),
+    Usual(f"{MODEL}mesh.columns.row.width_y", 0.05, 5.0, "0.2 to 2 m"),
 )
 """Keys of the case file, and columns of its tables; no damping at all is another warning."""
 
-GYRATION = (0.3, 150.0)
+GYRATION = (0.5, 80.0)
 """Usual radius of gyration of a floor, √(J/m) [m]."""
 DURATION = (0.5, 5.0)
 """Usual time of the sticks over the longest motion: below, much of it is not computed, above, there
@@ -156,6 +166,7 @@ def implausible(case: Case, longest: float) -> list[Fault]:
     )
     return [
         *ranges,
+        *_concretes(source, case),
         *_dampings(source, case),
         *_plans(source, case),
         *_rafts(source, case),
@@ -200,6 +211,19 @@ def _outside(
             else:
                 below = value[part]
             yield from _outside(usual, keys[1:], (*place, part), step(raw, part), below, source)
+
+
+def _concretes(source: Source, case: Case) -> Iterator[Fault]:
+    """Materials as dense as concrete that are softer or stiffer, where both are possible."""
+    (light, dense), (soft, stiff) = CONCRETE
+    for name, material in case.materials.items():
+        rho, E = material.density, material.young_modulus
+        # What no material has was told already.
+        told = not MODULUS.low <= E <= MODULUS.high
+        if rho is not None and light <= rho <= dense and not (told or soft <= E <= stiff):
+            place = ("materials", name, "young_modulus")
+            text = f"with a density of {rho:g} kg/m3; usual is concrete 20 to 45 GPa"
+            yield _written(source, place, text)
 
 
 def _dampings(source: Source, case: Case) -> Iterator[Fault]:

@@ -8,6 +8,7 @@ import numpy as np
 from impactfem.case import Case, Motion, RecordMotion, SyntheticMotion
 from impactfem.case.model import CaseFile
 from impactfem.case.place import value_at
+from impactfem.case.plausibility import PGA, STEP
 from impactfem.case.source import read_source
 from impactfem.motion.acceptance import Acceptance, Misfit, acceptance
 from impactfem.motion.design_spectrum import DesignSpectrum, TableSpectrum, design_spectrum
@@ -95,10 +96,10 @@ def ground_motions(motions: Sequence[Motion], *, accept: bool = False) -> tuple[
 
 
 def hardly_meant(case: Case) -> list[Fault]:
-    """What is hardly meant of the motions of a case: a peak that is not that of the target.
+    """What is hardly meant of the motions of a case, beside the values of its file.
 
-    As :func:`impactfem.case.plausibility.implausible`, which cannot know them; motions at fault are
-    left out.
+    Of a synthetic motion a peak that is not that of its target, of a record its peak, as the case
+    uses it, and its time step. Motions at fault are left out.
     """
     source, found = read_source(case.path, CaseFile), list[Fault]()
     low, high = PEAK
@@ -113,6 +114,18 @@ def hardly_meant(case: Case) -> list[Fault]:
                         f"{level:.4g} m/s2 with the soil; usual is the same"
                     )
                     found.append(source.fault(place, value_at(place, source.raw), text))
+            elif isinstance(motion, RecordMotion):
+                with quiet():
+                    record = treated_record(motion)
+                # What the case itself says of either is warned of as its own.
+                peak = float(np.abs(record.acceleration).max())
+                for what, value, unit, usual, given in (
+                    ("peak ground acceleration", peak, "m/s2", PGA, motion.pga),
+                    ("time step", record.time_step, "s", STEP, motion.resample),
+                ):
+                    if given is None and not usual.low <= value <= usual.high:
+                        text = f"as the case uses it; usual is {usual.words}"
+                        found.append(Fault(motion.file, what, f"{value:.4g} {unit}", text))
         except InputError:
             continue
     return found
