@@ -1,6 +1,6 @@
 """What a case file refuses: sections, motions, laws, loads, ensembles."""
 
-from .faults import check_row, each_row
+from .faults import check_row, each_row, own_faults
 from .sections import (
     BLAST,
     DECREE,
@@ -133,7 +133,11 @@ SECTIONS = [
     ('rigid_depth = "0.85 m"', 'rigid_depth = "2.7 m"', "calibration.rigid_depth",
      "the storey below floor 2 of B1 may become 2.62 m high"),
     ('rigid_above = "0.79 m"', 'rigid_above = "2.6 m"', "buildings[1].rigid_above",
-     "the storey below floor 2 is 2.62 m high", "buildings[0].rigid_above"),
+     "2.62 m high by the floor table; expected rigid zones together of less, not rigid_below, 0.06 "
+     "m, and rigid_above, 2.6 m", "buildings[0].rigid_above"),
+    ('rigid_below = "0.06 m"', 'rigid_below = "4.5 m"', "buildings[1].rigid_below",
+     "the storey below floor 1 is 3.26 m high by the floor table; expected rigid zones together "
+     "of less, not rigid_below, 4.5 m", "buildings[0].rigid_below"),
     (GRID, '["2 Hz", "1 Hz"]', "spectra.frequencies", "expected increasing frequencies"),
     (GRID, '["2 Hz", 3]', "spectra.frequencies[1]", "the unit is missing; expected a frequency"),
     (GRID, "[]", "spectra.frequencies", "expected a list that is not empty"),
@@ -310,3 +314,16 @@ TABLES = [
 @each_row(TABLES)
 def test_refused(written, base, file, key, row):
     check_row(written, base, file, key, row)
+
+
+def test_storeys_of_a_few_millimetres_are_the_fault_of_their_table(broken):
+    """And not of rigid zones that go with storeys as they are."""
+    columns = "storey_height [m],storey_height_min [m],storey_height_max [m]"
+    path = broken(("pair_floors.csv", columns, columns.replace("[m]", "[mm]")))
+    found = own_faults(path)
+    for k in (0, 1):
+        assert not {f"buildings[{k}].rigid_below", f"buildings[{k}].rigid_above"} & {*found}
+        assert found[f"buildings[{k}].floors"] == (
+            "pair_floors.csv the storey below floor 1 is 0.00326 m high by the floor table; "
+            "expected more than its rigid zones together, rigid_below, 0.06 m"
+        )

@@ -441,20 +441,6 @@ class Building(Section):
     structure: Structure | None = Field(default=None, exclude=True)
     """The 3D model of the building; left out, there is none."""
 
-    @rule("rigid_above", "floors", "rigid_below", sited=True)
-    @staticmethod
-    def _flexible_storeys(
-        above: float, floors: tuple[Floor, ...], below: float, info: ValidationInfo
-    ) -> Iterator[str]:
-        """Each storey keeps a flexible part between the rigid zones of its two floors."""
-        for index, floor in enumerate(floors if info.context is not None else ()):
-            rigid = below + (above if index else 0.0)
-            if floor.storey_height <= rigid:
-                yield (
-                    f"the storey below floor {floor.floor} is {floor.storey_height:g} m high; "
-                    f"expected less than that of its rigid zones together, not {rigid:g} m"
-                )
-
     @field_validator("damping", mode="before")
     @classmethod
     def _own_or_that_of_all(cls, value: Any, info: ValidationInfo) -> Any:

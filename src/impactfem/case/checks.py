@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterator
 
 from impactfem.case.base import nearest
-from impactfem.case.buildings import GeneratedMesh
+from impactfem.case.buildings import Building, GeneratedMesh
 from impactfem.case.contact_checks import Finding, of_contacts, of_struck_sides
 from impactfem.case.contacts import KelvinVoigtLaw, UnilateralLaw
 from impactfem.case.damping import Damping
@@ -29,6 +29,8 @@ REDUCED = {
     "damping_cases": "the damping cases",
 }
 """Sections that use the reduced basis, by name, and what they are."""
+LOWEST = 1.0
+"""Height of a storey that no building has less of [m]."""
 FOLDERS = ("figures", "tables", "products", "ensemble", "design")
 """Folders of a run, in which those of further buildings with a 3D model are."""
 UNIQUE = (
@@ -213,6 +215,9 @@ def _of_buildings_in_3d(case: Case, reading: Reading) -> Iterator[Finding]:
 def _of_buildings(case: Case, reading: Reading) -> Iterator[Finding]:
     """3D models whose building does not go with them, and a calibration that has none."""
     models = reading.three_d
+    for index, building in enumerate(case.buildings):
+        for key, expected in _rigid_storeys(building):
+            yield (*reading.original(("buildings", index)), key), expected
     # Floors are named by their number in the mesh: there is no gap between 1 and the top.
     for building in case.buildings:
         numbers = [floor.floor for floor in building.floors]
@@ -251,6 +256,29 @@ def _of_buildings(case: Case, reading: Reading) -> Iterator[Finding]:
             target.building in named for target in calibration.targets
         ):
             yield place, f"expected targets of the building with a 3D model, {' or '.join(named)}"
+
+
+def _rigid_storeys(building: Building) -> Iterator[tuple[str, str]]:
+    """Storeys without a flexible part between the rigid zones of their floors: which key, and why.
+
+    The table of floors is at fault where a storey is too low for people, else the larger zone.
+    """
+    told = set()
+    for index, floor in enumerate(building.floors):
+        below, above, height = building.rigid_below, building.rigid_above, floor.storey_height
+        rigid = below + (above if index else 0.0)
+        if height > rigid:
+            continue
+        zones = f"rigid_below, {below:g} m" + (f", and rigid_above, {above:g} m" if index else "")
+        expected = f"the storey below floor {floor.floor} is {height:g} m high by the floor table; "
+        if height < LOWEST:
+            key, more = "floors", f"expected more than its rigid zones together, {zones}"
+        else:
+            key = "rigid_above" if index and above > below else "rigid_below"
+            more = f"expected rigid zones together of less, not {zones}"
+        if key not in told:
+            told.add(key)
+            yield key, expected + more
 
 
 def _of_soil(case: Case, reading: Reading) -> Iterator[Finding]:

@@ -237,6 +237,13 @@ class Levels(Leaf):
             raise refuse(f"expected {self.phrase}")
         return tuple(levels)
 
+    @staticmethod
+    def written(levels: tuple[int, ...]) -> str:
+        """The shortest way to write ascending numbers: ``1 3 5-7``."""
+        runs = itertools.groupby(enumerate(levels), lambda one: one[1] - one[0])
+        ends = ([k for _, k in run] for _, run in runs)
+        return " ".join(str(k[0]) if len(k) == 1 else f"{k[0]}-{k[-1]}" for k in ends)
+
     def schema(self) -> dict[str, Any]:
         return {"type": "string", "pattern": r"^\s*[0-9-]+(\s+[0-9-]+)*\s*$"}
 

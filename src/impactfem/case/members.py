@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Annotated, ClassVar, TypeVar
 
 from impactfem.case.base import Section, nearest, rule
-from impactfem.case.leaf import LONGEST_NAME, Floors, Storeys, Text, Whole, Words
+from impactfem.case.leaf import LONGEST_NAME, Floors, Levels, Storeys, Text, Whole, Words
 from impactfem.case.quantity import Depth, Length, PositiveLength
 from impactfem.case.table import Table, read_table
 from impactfem.system.errors import Fault
@@ -121,7 +121,8 @@ def read_members(
             unknown = [str(k) for k in row.levels if site.heights and k not in site.heights]
             if unknown:
                 expected = f"the building has the {row.levels_column} {known}"
-                yield table.fault(line, row.levels_column, ", ".join(unknown), expected)
+                expected += f", not {', '.join(unknown)}"
+                yield table.fault(line, row.levels_column, Levels.written(row.levels), expected)
             for column, value in row.coordinates.items():
                 name, limit = limits[column[0]]
                 if limit is not None and not -TOUCH <= value <= limit + TOUCH:
