@@ -211,6 +211,14 @@ def test_a_record(broken, step, peak, keys, told):
     assert [told in line for line in found] == [True] if told else found == []
 
 
+def test_points_of_contact_that_no_edge_has(broken):
+    spacing = (None, "[pounding]", '[pounding]\ncontact_spacing = "2 m"')
+    (line,) = warnings(broken(spacing))
+    assert "pounding.contact_spacing = '2 m': not used: sticks touch at the points of" in line
+    # With an edge in 3D it is used.
+    assert warnings(GEOMETRY / "npp_pair_coupled.toml") == []
+
+
 def test_all_at_once(broken):
     path = broken((None, '"33 GPa"', '"33 Pa"'), (None, "0.3358 ms", "5 ms"))
     assert len(warnings(path)) == 2

@@ -430,7 +430,13 @@ def _passage(source: Source, case: Case) -> Iterator[Fault]:
 
 
 def _pounding(source: Source, case: Case, longest: float) -> Iterator[Fault]:
-    """A time that is long for the motions, a step for the shortest impact, of two free floors."""
+    """Times that are long for motions or the shortest impact, of two free floors; unused points."""
+    if case.pounding.contact_spacing is not None and not case.pounding_in_3d:
+        text = (
+            "not used: sticks touch at the points of [[contacts]], edges in 3D have such distances "
+            "(models of [pounding], 'structure')"
+        )
+        yield _written(source, ("pounding", "contact_spacing"), text)
     computed = case.pounding.duration
     low, high = (part * longest for part in DURATION)
     if computed is not None and longest > 0.0 and not low <= computed <= high:
