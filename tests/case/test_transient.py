@@ -12,7 +12,7 @@ from impactfem.building.mesh import parse_group
 from impactfem.case import Probe, Transient, load_case, transient_files
 from impactfem.system.errors import InputError
 
-from .faults import own_faults, refused
+from .faults import all_faults, own_faults, refused
 from .sections import EVERY_KEY, GROUP, LINE, OTHERS, POINT, RECORDED, TRANSIENT
 from .texts import replaced
 
@@ -249,6 +249,31 @@ def test_a_building_without_a_3d_model_cannot_pound_in_3d(tmp_path):
     load_case(path)
     path.write_text(case.format("A"), encoding="utf-8")
     assert list(own_faults(path)) == ["pounding.models.A"]
+
+
+@pytest.mark.parametrize(
+    ("models", "key"),
+    [
+        ('{ Bee = "structure" }', "pounding.models.Bee"),
+        ('{ A = "structure" }', "pounding.models.A"),
+        ('{ B = "frame" }', "pounding.models.B"),
+        ('{ B = "stick" }', "contacts[0].law"),
+    ],
+)
+def test_a_wrong_model_is_no_fault_of_the_law(tmp_path, models, key):
+    """That edges are unilateral is at fault where it is known that nothing pounds in 3D."""
+    for file in GEOMETRY.glob("row_of_three*"):
+        (tmp_path / file.name).symlink_to(file)
+    path = tmp_path / "models.toml"
+    path.write_text(
+        f'extends = "row_of_three_3d.toml"\n[pounding]\nmodels = {models}\n'
+        '[contact_laws.slab]\ntype = "unilateral"\n'
+        '[contact_laws.column]\ntype = "unilateral"\n',
+        encoding="utf-8",
+    )
+    first, *others = all_faults(path)
+    assert first.key == key
+    assert not others or key == "contacts[0].law"
 
 
 def test_without_the_3d_building_in_time_any_pair_will_do(structured):

@@ -126,12 +126,17 @@ def _of_damping(case: Case, reading: Reading) -> Iterator[Finding]:
 def _of_models(case: Case, reading: Reading) -> Iterator[Finding]:
     """What of [pounding] models is not there, and what edges that touch in 3D cannot do."""
     known = [one.name for one in case.buildings]
+    wrong = "pounding" in reading.left_out  # what pounds in 3D is not known then
     for name, model in case.pounding.models.items():
         place: Place = ("pounding", "models", name)
+        expected = ""
         if name not in known:
-            yield place, f"expected names of buildings, {nearest(name, known)}"
+            expected = f"expected names of buildings, {nearest(name, known)}"
         elif model == "structure" and name not in reading.three_d:
-            yield place, f"expected 'stick', or a [buildings.structure] of {name}: it has none"
+            expected = f"expected 'stick', or a [buildings.structure] of {name}: it has none"
+        if expected:
+            wrong = True
+            yield place, expected
     kinds: dict[bool, str] = {}
     reported: set[int] = set()
     for contact in case.contacts:
@@ -141,7 +146,7 @@ def _of_models(case: Case, reading: Reading) -> Iterator[Finding]:
         kinds.setdefault(unilateral, contact.law)
         if contact.table in reported:
             continue
-        if unilateral and not touches:
+        if unilateral and not (touches or wrong):
             reported.add(contact.table)
             expected = (
                 f"'{contact.law}' is unilateral, and nothing of {contact.words} pounds in 3D: "
