@@ -257,8 +257,12 @@ def _of_buildings(case: Case, reading: Reading) -> Iterator[Finding]:
         place = ("calibration", "from_structure")
         if not named:
             yield place, "expected a [buildings.structure], whose modes are the targets"
-        elif calibration.targets and not any(  # none: of a table at fault
-            target.building in named for target in calibration.targets
+        elif (
+            calibration.targets
+            and reading.names("buildings")
+            and not any(  # as far as known
+                target.building in named for target in calibration.targets
+            )
         ):
             yield place, f"expected targets of the building with a 3D model, {' or '.join(named)}"
 

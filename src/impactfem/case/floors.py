@@ -153,9 +153,10 @@ def read_floors(path: Path, faults: list[Fault]) -> Table[Floor] | None:
 
 
 def entry_of(building: Any, info: ValidationInfo) -> dict[str, Any]:
-    """The table of a building in the case file that is read; empty where there is none."""
+    """The table of a building in the case file that is read; empty where none, or two, are it."""
     tables = [] if info.context is None else info.context.tables("buildings")
-    return next((entry for _, entry in tables if entry.get("name") == building), {})
+    found = [entry for _, entry in tables if entry.get("name") == building]
+    return found[0] if len(found) == 1 else {}
 
 
 def floors_of(building: Any, info: ValidationInfo) -> tuple[Floor, ...]:

@@ -86,14 +86,18 @@ class Reading:
         return [(index, entry) for index, entry in enumerate(entries) if isinstance(entry, dict)]
 
     def names(self, group: str) -> tuple[str, ...] | None:
-        """The names of the tables of a section; None where one is not known, so that any may be."""
+        """The names of the tables of a section; None where one is not known, so that any may be.
+
+        Of two with one name, which is a fault of its own, one was to have another.
+        """
         entries = self.source.raw.get(group, {})
         if isinstance(entries, dict) and group != "buildings":
             return tuple(name for name, entry in entries.items() if isinstance(entry, dict))
         names = [entry.get("name") for _, entry in self.tables(group)]
         if not names or not all(isinstance(name, str) for name in names):
             return None
-        return tuple(dict.fromkeys(map(str, names)))
+        known = tuple(map(str, names))
+        return known if len({name.lower() for name in known}) == len(known) else None
 
     def path(self, name: str) -> Path:
         """A file relative to the working folder, by its name in the case file."""
