@@ -13,7 +13,7 @@ under the union of all load patterns (`krylov`), which is completed for contacts
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -56,9 +56,11 @@ from impactfem.reduction.reduced_basis import (
 from impactfem.reduction.wall import Wall, WallModel, WallPatterns
 from impactfem.system.arrays import Array, Index
 from impactfem.system.files import read_archive, write_archive
-from impactfem.system.log import LOGGER
+from impactfem.system.log import LOGGER, Steps
 from impactfem.system.memory import give_back
 
+STEPS = "basis", "contacts and anchors", "modes"
+"""Names of the steps of a reduction."""
 PUSH = "push"
 """Name of the load pattern that holds the displaced floor of the wall experiment."""
 FURTHER_SHIFTS = (3.0, 9.0, 27.0)
@@ -263,8 +265,7 @@ def reduce_building(
     mesh: BuildingMesh,
     storey_factor: float,
     plan: ReductionPlan,
-    *,
-    progress: Callable[[float], None] = lambda part: None,
+    steps: Steps | None = None,
 ) -> ReducedBuilding:
     """Reduce a building with its devices' base plates. Collective.
 
@@ -273,11 +274,12 @@ def reduce_building(
         mesh: Its mesh.
         storey_factor: Factor on walls and columns.
         plan: What it is reduced for.
-        progress: Called with the part of the work that is done.
+        steps: Shows how far its `STEPS` are.
 
     Raises:
         SolutionError: An accuracy is not reached with the most vectors; base plates overlap.
     """
+    steps = steps or Steps(dict.fromkeys(STEPS, 1.0), quiet=True)
     links = [plate.link for plate in plan.base_plates]
     model, T = linked(building, links, mesh.nodes)
     for matrix in (building.fixed, building.storeys, building.mass):
@@ -307,15 +309,16 @@ def reduce_building(
     probes = Displacements(model, plan.probes, links, mesh.nodes)
     with KrylovBasis(K, model.mass, (2.0 * math.pi * plan.shift) ** 2) as basis:
         basis.add(np.column_stack([patterns[name] for name in plan.loads]))
-        grown = grow_basis(
-            basis,
-            probes,
-            plan.accuracies,
-            largest=plan.largest,
-            larger=plan.larger,
-            bounded=not plan.contacts,
-            progress=progress,
-        )
+        with steps.step("basis"):
+            grown = grow_basis(
+                basis,
+                probes,
+                plan.accuracies,
+                largest=plan.largest,
+                larger=plan.larger,
+                bounded=not plan.contacts,
+                progress=lambda part: steps.within("basis", part),
+            )
         LOGGER.debug(
             "reduce: basis of %d vectors for %s; of these %d within %.2g %%",
             basis.size,
@@ -323,23 +326,27 @@ def reduce_building(
             len(grown.coarse.models[0].eigenvalue),
             100.0 * grown.differences[0],
         )
-        if plan.contacts:
-            append_chain(basis, touching @ varying, steps=SMOOTH_RESPONSES)
-            walls = [] if wall is None else [wall.contact]
-            contacts = independent([*walls, touching], model.mass.getComm().tompi4py())
-            append_responses(basis, contacts, steps=1)
-        elif wall is not None:
-            append_contacts(basis, wall.contact)
-        anchors = _components(model, [(p.master, p.carried) for p in plan.base_plates])
-        append_responses(basis, anchors)
-        if state is not None:
-            basis.vectors.append(np.asfortranarray(state[:, None]))
-    # The factor is gone now: there may not be room for it and what follows.
-    shifts = tuple(basis.shift * ratio**2 for ratio in (1.0, *FURTHER_SHIFTS))
-    if plan.contacts:
-        for shift in shifts[1:]:
-            append_at_shift(basis, contacts, shift)
-    modes = GalerkinModes.of(basis)
+        shifts = tuple(basis.shift * ratio**2 for ratio in (1.0, *FURTHER_SHIFTS))
+        with steps.step("contacts and anchors"):
+            anchors = _components(model, [(p.master, p.carried) for p in plan.base_plates])
+            if plan.contacts:
+                append_chain(basis, touching @ varying, steps=SMOOTH_RESPONSES)
+                walls = [] if wall is None else [wall.contact]
+                contacts = independent([*walls, touching], model.mass.getComm().tompi4py())
+                append_responses(basis, contacts, steps=1)
+            elif wall is not None:
+                append_contacts(basis, wall.contact)
+            append_responses(basis, anchors)
+            if state is not None:
+                basis.vectors.append(np.asfortranarray(state[:, None]))
+            # The factor goes now: there may not be room for it and what follows.
+            basis.destroy()
+            if plan.contacts:
+                for k, shift in enumerate(shifts[1:], 1):
+                    steps.within("contacts and anchors", k / len(shifts))
+                    append_at_shift(basis, contacts, shift)
+    with steps.step("modes"):
+        modes = GalerkinModes.of(basis)
     kept = (
         Displacements(model, plan.nodes, links, mesh.nodes),
         Displacements(model, plan.probes, links, mesh.nodes, rotations=True),

@@ -206,14 +206,7 @@ def run_reduce(
         return stored
     with steps.step("matrices"):
         building = assemble_building(comm, prepared.parts)
-    with steps.step("basis"):
-        reduced = reduce_building(
-            building,
-            prepared.parts.mesh,
-            prepared.storey_factor,
-            plan,
-            progress=lambda part: steps.within("basis", part),
-        )
+    reduced = reduce_building(building, prepared.parts.mesh, prepared.storey_factor, plan, steps)
     on_root(lambda: reduced.write(folder / MODEL, model_key))
     return reduced if comm.rank == 0 else None
 
