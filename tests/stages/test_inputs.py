@@ -15,6 +15,7 @@ from impactfem.stages.ensemble import stage as ensemble
 from impactfem.stages.inputs import imported_by, inputs_key, matrices_key, program_key, tolerances
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.transient.stage import TRANSIENT
+from impactfem.system.errors import ImpactfemError
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 LIGHT = DampingCase(name="light", mass_coefficient=0.8, stiffness_coefficient=2e-4)
@@ -138,20 +139,32 @@ GIRDER = "E = 2.1e11\n"
 
 
 @pytest.fixture
-def key(tmp_path, monkeypatch):
-    """The key of a small program of two modules."""
+def kept(tmp_path, monkeypatch):
+    """The folder in which what was read of sources is kept, a new one."""
+    (tmp_path / "kept").mkdir()
+    monkeypatch.setattr(inputs, "cache_folder", lambda name: tmp_path / "kept")
+    yield tmp_path / "kept"
+    _forget()
+
+
+def _forget():
+    """As another process."""
+    for cached in (program_key, inputs._file, inputs._source, inputs._known):
+        cached.cache_clear()
+
+
+@pytest.fixture
+def key(tmp_path, monkeypatch, kept):
+    """The key of a small program of two modules, in a process of its own each time."""
     monkeypatch.setattr(inputs, "ROOT", tmp_path)
 
     def of(steel=STEEL, girder=GIRDER):
-        for cached in (program_key, inputs._tree, inputs._imports, inputs._statements):
-            cached.cache_clear()
+        _forget()
         (tmp_path / "steel.py").write_text(steel, encoding="utf-8")
         (tmp_path / "girder.py").write_text(girder, encoding="utf-8")
         return program_key(("steel",))
 
-    yield of
-    for cached in (program_key, inputs._tree, inputs._imports, inputs._statements):
-        cached.cache_clear()
+    return of
 
 
 @pytest.mark.parametrize(
@@ -178,6 +191,29 @@ def test_an_import_in_a_function_counts(key):
         "    return", "    from impactfem.girder import E\n    return"
     )
     assert key(within, "E = 2.0e11\n") != key(within)
+
+
+def test_sources_are_read_once(key, kept, monkeypatch):
+    first = key()
+    with monkeypatch.context() as only_kept:
+        only_kept.setattr(inputs, "ast", None)
+        assert key() == first
+        with pytest.raises(AttributeError):
+            key(girder="E = 2.0e11\n")
+    (path,) = kept.iterdir()
+    for damaged in ("", "[]", '{"steel": 1}', '{"steel": ["a", "b"]}'):
+        path.write_text(damaged, encoding="utf-8")
+        assert key() == first
+    assert "girder" in path.read_text(encoding="utf-8")
+
+
+def test_without_a_folder_sources_are_read_each_time(key, monkeypatch):
+    def nowhere(name):
+        raise ImpactfemError("no folder can be written")
+
+    first = key()
+    monkeypatch.setattr(inputs, "cache_folder", nowhere)
+    assert key() == first
 
 
 def test_a_module_that_is_not_there(key):

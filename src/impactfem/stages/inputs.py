@@ -5,13 +5,20 @@ The sources of the program count, too: a changed program may change a result.
 
 import ast
 import hashlib
+import json
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import impactfem
 from impactfem.case import Case, motion_files
 from impactfem.case.buildings import structure_files
+from impactfem.system.cache import cache_folder
+from impactfem.system.errors import ImpactfemError
+from impactfem.system.files import write_json
 
 ROOT = Path(impactfem.__file__).parent
 MATRICES = ("materials", "buildings", "structure")
@@ -26,9 +33,14 @@ def program_key(modules: tuple[str, ...]) -> str:
     count. Sources are read once: their changes during a run are not seen. ValueError where there is
     no such module.
     """
+    path, known = _known()
+    before = dict(known)
     digest = hashlib.sha256(impactfem.__version__.encode())
     for module in sorted(imported_by(modules)):
-        digest.update(f"{module} {_statements(module)}".encode())
+        digest.update(f"{module} {_source(module).statements}".encode())
+    if path is not None and known != before:
+        with suppress(ImpactfemError):  # the next run reads the sources again
+            write_json(path, known)
     return digest.hexdigest()
 
 
@@ -40,10 +52,35 @@ def imported_by(modules: tuple[str, ...]) -> set[str]:
         module = ahead.pop()
         if module not in found:
             found.add(module)
-            ahead += _imports(module)
+            ahead += [name for name in _source(module).names if _file(name) is not None]
     return found
 
 
+class Source(NamedTuple):
+    """What counts of a module's source, kept between runs: reading all of them takes seconds."""
+
+    digest: str  #: Hash of the file.
+    names: Sequence[str]  #: Of the program, that it imports: modules, and names within them.
+    statements: str  #: Hash of its statements.
+
+
+@cache
+def _known() -> tuple[Path | None, dict[str, Source]]:
+    """The file in which sources are kept, None where none can be, and those found there."""
+    # This module and Python decide what the hash of a source is.
+    kind = f"{ROOT} {sys.version_info[:2]}".encode() + Path(__file__).read_bytes()
+    try:
+        path = cache_folder("sources") / f"{hashlib.sha256(kind).hexdigest()[:16]}.json"
+    except ImpactfemError:
+        return None, {}
+    try:
+        content = json.loads(path.read_bytes())
+        return path, {module: Source(*entry) for module, entry in content.items()}
+    except (OSError, ValueError, TypeError, AttributeError):
+        return path, {}
+
+
+@cache
 def _file(module: str) -> Path | None:
     """The file of a dotted name; None where it is no module, but a name within one."""
     path = ROOT.joinpath(*module.split("."))
@@ -52,29 +89,31 @@ def _file(module: str) -> Path | None:
 
 
 @cache
-def _tree(module: str) -> ast.Module:
+def _source(module: str) -> Source:
     file = _file(module)
     if file is None:
         raise ValueError(f"impactfem has no module {module}")
-    return ast.parse(file.read_bytes())
+    text = file.read_bytes()
+    digest = hashlib.sha256(text).hexdigest()
+    _, known = _known()
+    if module not in known or known[module].digest != digest:
+        tree = ast.parse(text)
+        known[module] = Source(digest, _names(tree), _statements(tree))
+    return known[module]
 
 
-@cache
-def _imports(module: str) -> tuple[str, ...]:
+def _names(tree: ast.Module) -> list[str]:
     names = set()
-    for node in ast.walk(_tree(module)):
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module is not None:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-    below = {name.removeprefix("impactfem.") for name in names if name.startswith("impactfem.")}
-    return tuple(sorted(name for name in below if _file(name) is not None))
+    prefix = "impactfem."
+    return sorted(name.removeprefix(prefix) for name in names if name.startswith(prefix))
 
 
-@cache
-def _statements(module: str) -> str:
-    """Hash of a module's statements."""
-    tree = _tree(module)
+def _statements(tree: ast.Module) -> str:
     for node in ast.walk(tree):
         body = getattr(node, "body", None)
         if isinstance(body, list):

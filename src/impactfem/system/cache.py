@@ -1,4 +1,4 @@
-"""Folders for compiled code and fonts that later runs use again."""
+"""Folders for what later runs use again: compiled code, fonts, hashes of sources."""
 
 import os
 import stat
