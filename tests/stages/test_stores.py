@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 from impactfem.stages.check import limited, log_checks
-from impactfem.stages.stores import Output, dataset, number_of, open_store
+from impactfem.stages.stores import Output, dataset, number_of, open_store, stores_kept_open
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, scalars_of
@@ -66,6 +66,32 @@ def test_a_store_of_an_earlier_version(tmp_path):
         open_store(tmp_path / "a.nc"),
     ):
         pass
+
+
+def test_a_store_stays_open(tmp_path, monkeypatch):
+    """Until the block ends, unless its file is written again; a fault stays a fault."""
+    opened = []
+    to_open = xr.open_dataset
+
+    def noticed(path, **how):
+        opened.append(path)
+        return to_open(path, **how)
+
+    monkeypatch.setattr(xr, "open_dataset", noticed)
+    path = stored(tmp_path / "a.nc")
+    with stores_kept_open():
+        for _ in range(2):
+            with open_store(path) as first:
+                assert first["pfa"].values[1] == 2.5
+        assert opened == [path]
+        stored(path, VALUES | {"pfa": [1.5, 3.5]})
+        with open_store(path) as second:
+            assert second["pfa"].values[1] == 3.5
+        assert opened == [path, path]
+        with pytest.raises(ImpactfemError, match="cannot read"), open_store(tmp_path / "b.nc"):
+            raise AssertionError
+    with open_store(path):
+        assert len(opened) == 4
 
 
 def test_numbers_that_others_compute_with(tmp_path):

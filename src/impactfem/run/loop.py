@@ -34,7 +34,7 @@ from impactfem.stages.manifest import (
     read_manifest,
 )
 from impactfem.stages.stage import DRAWING, Stage
-from impactfem.stages.stores import open_store
+from impactfem.stages.stores import open_store, stores_kept_open
 from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.files import write_json
 from impactfem.system.log import LOGGER, Steps, mirrored
@@ -78,7 +78,8 @@ class Run:
     @property
     def key_results(self) -> list[tuple[str, str]]:
         """Up to ten results with their units, each with what it is, read off the run's folder."""
-        return key_results(RunFiles(self.folder))
+        with stores_kept_open():
+            return key_results(RunFiles(self.folder))
 
 
 def _warn_of_published(case: Case, scalars: list[Scalar]) -> None:
@@ -322,7 +323,8 @@ def _finish_stage(
         if faults:
             raise InputError(faults)
 
-    scalars, seconds = on_root(finish)
+    with stores_kept_open():
+        scalars, seconds = on_root(finish)
     result.scalars += scalars
     result.times |= seconds
     if asked and rank() == 0:

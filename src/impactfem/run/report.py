@@ -29,7 +29,7 @@ from impactfem.report.scene_page import write_scene
 from impactfem.run.folder import locked
 from impactfem.run.stages import REPORT, STAGES
 from impactfem.stages.manifest import mark_finished
-from impactfem.stages.stores import open_stores
+from impactfem.stages.stores import open_stores, stores_kept_open
 from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.files import write_netcdf
 from impactfem.system.log import LOGGER, Steps
@@ -53,7 +53,7 @@ def make_report(folder: Path) -> Path:
 def write_page(folder: Path, *, bar: bool = True) -> Path:
     """Make the page and the overview in a folder that this process has locked."""
     LOGGER.info("stage %s: starts", REPORT)
-    with Steps(STEPS, f"stage {REPORT}", bar=bar) as steps:
+    with Steps(STEPS, f"stage {REPORT}", bar=bar) as steps, stores_kept_open():
         with steps.step("overview"):
             # Those of an earlier run show other results.
             run = RunFiles(folder)
