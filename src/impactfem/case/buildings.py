@@ -417,9 +417,10 @@ class Building(Section):
     base: Length = 0.0
     """Elevation of the base: where it is clamped, or the top of the raft on soil."""
     length: PositiveLength | None = None
-    """Length of the floors along x, with the axis in the middle. Only the search for facing floors
-    that are in no pair uses it; left out, offsets of [[contacts]] and a generated mesh say how far
-    the edges are."""
+    """Length of the floors along x, with the axis in the middle: for the search for facing floors
+    that are in no pair (left out, offsets of [[contacts]] and a generated mesh say how far the
+    edges are), and for how long a stick's floor is along a 3D model that it strikes (left out, as
+    long as what it strikes)."""
     width: PositiveLength | None = None
     """Width of the floors along y, as length."""
     setback: Depth = 0.0
