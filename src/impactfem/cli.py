@@ -34,6 +34,13 @@ LastStage = Annotated[
         "for when left out.",
     ),
 ]
+NoFigures = Annotated[
+    bool,
+    typer.Option(
+        "--no-figures",
+        help="Results alone: tables, figures and the report are for the next run without it.",
+    ),
+]
 
 
 def _show(table: Table) -> None:
@@ -81,11 +88,13 @@ def run(
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Compute finished stages again, too.")
     ] = False,
+    no_figures: NoFigures = False,
 ) -> None:
     """Run a case: finished stages with the same inputs are reused."""
     from impactfem import study
 
-    result = study.run(case, out=out, stage=stage, resume=resume, fresh=fresh)
+    draw = not no_figures
+    result = study.run(case, out=out, stage=stage, resume=resume, fresh=fresh, draw=draw)
     if rank() != 0:
         return
     heads = ("result", "value", "published", "unit", "ours is")
@@ -139,6 +148,7 @@ def sweep(
         ),
     ] = "",
     processes: Annotated[int, typer.Option(min=1, help="Variants that run at a time.")] = 1,
+    no_figures: NoFigures = False,
 ) -> None:
     """Run a case over values of one key or several, into one table; also over ranks."""
     from impactfem import study
@@ -151,6 +161,7 @@ def sweep(
         stage=stage,
         out=out,
         show=[name.strip() for name in show.split(",") if name.strip()],
+        draw=not no_figures,
         processes=processes,
     )
     if rank() == 0:

@@ -1,9 +1,10 @@
-"""A run that is killed: what was written is whole, and `--resume` gives the same results."""
+"""A run that is killed, one that draws nothing, and what is written of results."""
 
 import json
 import math
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -15,7 +16,7 @@ import pytest
 import xarray as xr
 
 from impactfem.case import Published
-from impactfem.run.loop import write_summary
+from impactfem.run.loop import run, write_summary
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, scalars_of, values_of, with_scalars
 
@@ -39,13 +40,13 @@ def test_kills_at_random_moments(finished, tmp_path):
     silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
     for kill in range(2):
         again = ["--resume"] if kill else []
-        with subprocess.Popen([*command, *again], **silent, start_new_session=True) as run:
+        with subprocess.Popen([*command, *again], **silent, start_new_session=True) as work:
             # The lock of the run before stays when it was killed: this one has its own number.
-            mine = f"process {run.pid} on "
-            while run.poll() is None and not _says(folder / ".lock", mine):
+            mine = f"process {work.pid} on "
+            while work.poll() is None and not _says(folder / ".lock", mine):
                 time.sleep(0.01)
             time.sleep(random_numbers.uniform(0.0, 2.0))
-            os.killpg(run.pid, signal.SIGKILL)
+            os.killpg(work.pid, signal.SIGKILL)
     last = subprocess.run(
         [*command, "--resume"], capture_output=True, text=True, check=False, timeout=300
     )
@@ -58,6 +59,33 @@ def test_kills_at_random_moments(finished, tmp_path):
     assert scalars == expected_scalars
     for name in stores:
         xr.testing.assert_identical(found[name], expected[name])
+
+
+def test_results_alone(finished, edited, tmp_path):
+    """Nothing is drawn, what was drawn of other results goes, and the next run draws."""
+    shutil.copytree(finished.case.parent, tmp_path, dirs_exist_ok=True)
+    case, folder = tmp_path / finished.case.name, tmp_path / "other"
+    shutil.copytree(finished.folder, folder)
+
+    def drawn():
+        return {
+            path.relative_to(folder)
+            for place in ("figures", "tables", "products")
+            for path in (folder / place).iterdir()
+            if path.stem not in ("decision_spectra", "figure_04_flowchart")  # the page's
+        }
+
+    before = drawn()
+    assert before and (folder / "report.html").is_file()
+    run(case, out=folder, draw=False)  # with nothing to compute it stays as it is
+    assert drawn() == before and (folder / "report.html").is_file()
+    edited(case, ('gap = "2 cm"', 'gap = "2.5 cm"'))
+    other = run(case, out=folder, draw=False)
+    assert not other.reused and not drawn() and not (folder / "report.html").exists()
+    assert other.key_results != finished.run.key_results
+    again = run(case, out=folder)
+    assert again.reused == ["pounding"] and drawn() == before
+    assert again.scalars == other.scalars and (folder / "report.html").is_file()
 
 
 def _says(path, words):

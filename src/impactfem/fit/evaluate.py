@@ -137,7 +137,7 @@ def _run(problem: Problem, case: Case, u: Array, folder: Path, pieces: Pieces) -
     variant = problem.variant(u)
     write_case(variant, problem.source, folder)
     for stage in problem.stages:
-        outcome = run_variant(variant, folder, stage, apart=True)
+        outcome = run_variant(variant, folder, stage, draw=False, apart=True)
         if outcome.error:
             raise SolutionError(f"{variant.title}: {outcome.error}")
         pieces.scalars |= {one.name: one for one in outcome.scalars}

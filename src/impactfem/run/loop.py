@@ -32,6 +32,7 @@ from impactfem.stages.manifest import (
     mark_finished,
     provenance,
     read_manifest,
+    remove_drawings,
 )
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import open_store, stores_kept_open
@@ -118,6 +119,7 @@ def run(
     stage: str | None = None,
     resume: bool = False,
     fresh: bool = False,
+    draw: bool = True,
     bar: bool = True,
 ) -> Run:
     """Run a case up to a stage and write its folder.
@@ -132,6 +134,7 @@ def run(
             the same inputs stay in the record of the run.
         resume: Go on with the run in the folder; it must hold one, of the same case.
         fresh: Compute everything again.
+        draw: Whether tables, figures and the page are made; else the next run that does makes them.
         bar: Whether a bar shows on a terminal how far the run is; lines do where there is none.
 
     Raises:
@@ -175,11 +178,12 @@ def run(
         done = [
             work
             for one in asked_stages(case, None)
-            for work in _run_stage(one, result, one in stages, fresh, bar, case, estimate)
+            for work in _run_stage(one, result, one in stages, fresh, draw, bar, case, estimate)
         ]
         changed = on_root(lambda: _write_results(case, result, done, started))
         if stage in (None, REPORT):
             on_root(lambda: _warn_of_published(case, result.scalars))
+        if draw and stage in (None, REPORT):
             on_root(lambda: write_page(folder, bar=bar))
         elif changed and on_root((folder / PAGE).is_file):
             LOGGER.info("%s had other results and is removed: 'impactfem report' makes it", PAGE)
@@ -188,7 +192,14 @@ def run(
 
 
 def _run_stage(
-    stage: Stage, result: Run, asked: bool, fresh: bool, bar: bool, case: Case, estimate: Estimate
+    stage: Stage,
+    result: Run,
+    asked: bool,
+    fresh: bool,
+    draw: bool,
+    bar: bool,
+    case: Case,
+    estimate: Estimate,
 ) -> list[tuple[Stage, Case]]:
     """Run a stage for the case, or for each view in the folder of its building. Collective.
 
@@ -216,7 +227,7 @@ def _run_stage(
         label = stage.label(view)
         if label in todo and label not in done:
             _compute(stage, *todo[label], folder, bar)
-        _finish_stage(stage, view, result, asked, label not in todo, bar)
+        _finish_stage(stage, view, result, asked, label not in todo, draw, bar)
     return [(stage, view) for view in kept]
 
 
@@ -227,6 +238,7 @@ def _compute(stage: Stage, case: Case, key: str, folder: Path, bar: bool) -> Non
     give_back()  # what the stage before had
     forget_peak()
     on_root(lambda: own.mkdir(exist_ok=True))
+    on_root(lambda: remove_drawings(folder, label))  # they show other results
     names = {name: share for name, share in stage.steps.items() if name != DRAWING}
     with Steps(names, f"stage {label}", quiet=rank() != 0, bar=bar) as steps:
         compute = partial(stage.compute, case, own, key, steps)
@@ -281,7 +293,7 @@ def _compute_named(name: str, case: Case, key: str, folder: Path) -> None:
 
 
 def _finish_stage(
-    stage: Stage, case: Case, result: Run, asked: bool, reused: bool, bar: bool
+    stage: Stage, case: Case, result: Run, asked: bool, reused: bool, draw: bool, bar: bool
 ) -> None:
     """Draw what a stage computed where it has to be, check it and read its results. Collective."""
     folder, label = result.folder, stage.label(case)
@@ -291,7 +303,7 @@ def _finish_stage(
     def finish() -> tuple[list[Scalar], dict[str, float]]:
         manifest = read_manifest(folder, label)
         whole = reused and changed_file(folder, manifest.drawings) is None
-        if asked and (not whole or manifest.drawn_from != drawing):
+        if asked and draw and (not whole or manifest.drawn_from != drawing):
             if reused:
                 LOGGER.info("stage %s: tables and figures are drawn again", label)
             with Steps({DRAWING: 1.0}, f"stage {label}", bar=bar) as steps, steps.step(DRAWING):

@@ -244,6 +244,7 @@ def sweep(
     stage: str | None = None,
     out: Path | None = None,
     show: Sequence[str] = (),
+    draw: bool = True,
     processes: int = 1,
 ) -> Sweep:
     """Run a case with one key or several over their values.
@@ -264,6 +265,7 @@ def sweep(
         stage: The last stage to run; all stages when None.
         out: The sweep's folder; ``runs/<name of the case file>_sweep`` when None.
         show: Names of the results to show, with * for any letters.
+        draw: Whether tables, figures and the page of each variant are made, as of `run`.
         processes: How many variants run at a time, each in a process of its own. Without meaning
             under `mpirun`.
 
@@ -295,7 +297,7 @@ def sweep(
         case, axes, variants = on_root(prepare)
         opened.enter_context(mirrored(folder / LOG, rank()))
         opened.enter_context(file_errors())  # within the log, which keeps what was refused
-        outcomes = _outcomes(variants, folder, stage, processes)
+        outcomes = _outcomes(variants, folder, stage, draw, processes)
 
         def write() -> Sweep:
             published = published_values(case)
@@ -313,7 +315,7 @@ def sweep(
 
 
 def _outcomes(
-    variants: list[Variant], folder: Path, stage: str | None, processes: int
+    variants: list[Variant], folder: Path, stage: str | None, draw: bool, processes: int
 ) -> list[Outcome]:
     """The outcomes of the variants, in their order; none on the ranks that worked for rank 0."""
     LOGGER.info("%d variants", len(variants))
@@ -331,14 +333,14 @@ def _outcomes(
     if world() is None and processes == 1:
         for k, variant in enumerate(variants):
             LOGGER.info("variant %d of %d, %s: starts", k + 1, len(variants), variant.name)
-            ended(k, run_variant(variant, folder, stage))
+            ended(k, run_variant(variant, folder, stage, draw=draw))
         return list(found.values())
     start_solvers()
     with workers(min(processes, len(variants))) as executor:
         if executor is None:
             return []
         futures = {
-            executor.submit(run_variant, variant, folder, stage, apart=True): k
+            executor.submit(run_variant, variant, folder, stage, draw=draw, apart=True): k
             for k, variant in enumerate(variants)
         }
         with Steps({VARIANTS: 1.0}, "sweep") as steps, steps.step(VARIANTS):
@@ -355,7 +357,7 @@ def _outcomes(
 
 
 def run_variant(
-    variant: Variant, folder: Path, stage: str | None, *, apart: bool = False
+    variant: Variant, folder: Path, stage: str | None, *, draw: bool = True, apart: bool = False
 ) -> Outcome:
     """Run a variant, whose case file is in the folder of the sweep; a failure is an outcome.
 
@@ -385,7 +387,7 @@ def run_variant(
                             LOGGER.debug(
                                 "stage %s: the reduced building of %s copied", label, origin
                             )
-            scalars = run(path, out=target, stage=stage, bar=not apart).scalars
+            scalars = run(path, out=target, stage=stage, draw=draw, bar=not apart).scalars
         except ImpactfemError as error:
             failure = str(error)
         except Exception as error:

@@ -8,6 +8,7 @@ import platform
 import shutil
 import sys
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -105,6 +106,13 @@ def mark_finished(
     found = digests(folder, files)
     written = Manifest(inputs=key, seconds=seconds, peak_memory=memory, files=found)
     write_json(manifest_file(folder, stage), written.model_dump())
+
+
+def remove_drawings(folder: Path, stage: str) -> None:
+    """Remove the tables and figures of a stage whose results are about to change."""
+    with suppress(OSError, ValueError):  # not finished, or damaged: what it drew is not known
+        for name in read_manifest(folder, stage).drawings:
+            (folder / name).unlink(missing_ok=True)
 
 
 def digests(folder: Path, files: list[Path]) -> dict[str, str]:
