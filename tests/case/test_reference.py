@@ -297,3 +297,23 @@ def test_the_building_from_printed_data_does_not_count_them():
     assert "one factor on walls and columns is fitted" not in said and "spread evenly" not in said
     said = str(load_case(GEOMETRY / "npp_pair.toml").report.reference)
     assert "one factor on walls and columns is fitted" in said and "spread evenly" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "of", "changes"),
+    [
+        ("npp_pair", "", ()),
+        ("npp_pair_reread", "", ()),
+        ("npp_pair_soil", "npp_pair.toml", ("buildings[0].soil", "buildings[1].soil")),
+        (
+            "npp_pair_both",
+            "npp_pair.toml",
+            ("buildings[1].structure", "wall_impact.building", "devices[0].building"),
+        ),
+        ("two_frames", "", ()),
+    ],
+)
+def test_whose_reference_it_is(name, of, changes):
+    """One that extends a case has its reference, which speaks of that case."""
+    case = load_case(GEOMETRY / f"{name}.toml")
+    assert (case.reference_of, case.changes) == (of, changes)

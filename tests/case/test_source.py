@@ -101,6 +101,22 @@ def test_chain(write):
     assert case.pounding.time_step == pytest.approx(0.3358e-3)
 
 
+def test_what_the_files_above_another_one_change(write):
+    """A table that they say alone counts as one key, one that they change by its keys."""
+    path = write(
+        middle=f'{BASE}title = "middle"\n[buildings.B2]\nbase = "1 m"\n',
+        top='extends = "middle.toml"\n[pounding]\nupdate = "lagged"\n[contact_laws.soft]\n'
+        'type = "hertz"\nstiffness = "1e10 N/m^1.5"\n[damping]\ntype = "constant"\n'
+        'ratio = "5 %"\n[spectra]\ndamping = ["2 %"]\n',
+    )
+    source = read_source(path, CaseFile)
+    above = ["damping", "spectra.damping", "contact_laws.soft", "pounding.update"]
+    assert sorted(source.changes(path.with_name("middle.toml"))) == sorted(above)
+    below = path.parent / "base" / "pair.toml"
+    assert sorted(source.changes(below)) == sorted([*above, "title", "buildings[1].base"])
+    assert source.changes(path) == []
+
+
 def test_a_table_of_another_type_replaces(write):
     path = write(top=f'{BASE}[contact_laws.floor]\ntype = "hertz"\nstiffness = "1e10 N/m^1.5"\n')
     assert load_case(path).contact_laws["floor"].type == "hertz"

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from impactfem import study
 from impactfem.cli import app
 from impactfem.report.overview import number, quantity
-from impactfem.report.page import assumptions, write_report
+from impactfem.report.page import assumptions, of_another_case, write_report
 from impactfem.report.run_files import FLOWCHART, SCENE, SPECTRA
 from impactfem.report.sections import ROWS
 from impactfem.stages.manifest import file_digest
@@ -269,6 +269,17 @@ def test_whether_a_law_takes_values_from_the_wall(laws, wall, taken):
     (_, method), *_ = assumptions(case | {"wave_passage": {"direction": (0.0, 1.0)}})
     assert any("one after the other" in one["text"] for one in method)
     assert not any(alike in one["text"] for one in method)
+
+
+def test_the_reference_of_another_case():
+    case = {"reference_of": "pair.toml", "changes": ["buildings[0].soil", "damping"]}
+    assert of_another_case(case).endswith("Here buildings[0].soil, damping differ.")
+    many = [f"materials.{k}" for k in range(15)]
+    assert of_another_case(case | {"changes": many}).endswith(
+        "materials.11 and 3 more keys differ."
+    )
+    for other in ({}, case | {"reference_of": ""}, case | {"changes": []}):
+        assert of_another_case(other) == ""
 
 
 @pytest.mark.parametrize(

@@ -33,6 +33,7 @@ _NEED_OTHERS = {
 """Sections without which others are of no use."""
 _OPTIONAL = {"wall_impact", "transient", "devices", "calibration", "ensemble", "loads"}
 _OPTIONAL |= {"wave_passage"}
+_REFERENCE: Place = ("report", "reference")
 """Sections that are left out as a whole where further checks would look at what is at fault."""
 
 
@@ -168,11 +169,15 @@ def _completed(sections: CaseFile, reading: Reading) -> Case:
     """The case of the sections of its file, with what follows from other sections."""
     values = {name: getattr(sections, name) for name in CaseFile.model_fields}
     structures = [one.structure for one in sections.buildings if one.structure]
+    source = reading.source
+    names_it = source.path if sections.report.reference is None else source.file_of(_REFERENCE)
     case = Case.model_construct(
         structure=next(iter(structures), None),
         further_structures=tuple(structures[1:]),
-        path=reading.source.path,
+        path=source.path,
         digest=reading.digest,
+        reference_of="" if names_it == source.path else names_it.name,
+        changes=tuple(name for name in source.changes(names_it) if name != "title"),
         input_files={
             name or reading.source.path.name: hashlib.sha256(content).hexdigest()
             for name, content in reading.inputs

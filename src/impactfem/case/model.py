@@ -89,6 +89,9 @@ class Case(CaseFile):
         digest: SHA-256 of the case text, of those it extends and of all files they name, as
             hexadecimal digits.
         input_files: SHA-256 of each of these texts and files by its name there.
+        reference_of: Name of the file below this one that names the reference of the report; ""
+            where the case file does itself, or there is none.
+        changes: Keys in which the case differs from that file, with dots.
         part: Of a view of a further building its name, by which its files and results are known;
             those of the first one have the short names that they have alone.
         complete: Of a view the whole case.
@@ -99,6 +102,8 @@ class Case(CaseFile):
     path: Path
     digest: str
     input_files: dict[str, str] = Field(default={}, exclude=True)
+    reference_of: str = ""
+    changes: tuple[str, ...] = ()
     part: str = Field(default="", exclude=True)
     complete: Case | None = Field(default=None, exclude=True, repr=False)
 

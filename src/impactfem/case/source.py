@@ -47,6 +47,24 @@ class Source:
                 return self.speakers[place[:end]]
         return self.path
 
+    def changes(self, below: Path) -> list[str]:
+        """Keys with dots that files laid over one say; a table that they say alone is one key."""
+        files = [self.path.parent / name if name else self.path for name in self.texts]
+        over = set(files[: files.index(below)])
+
+        def of(table: Any, place: Place) -> tuple[list[str], bool]:
+            """Those in a table or an array, and whether they are all of it."""
+            found, all_of_it = list[str](), True
+            for key, value in table.items() if isinstance(table, dict) else enumerate(table):
+                at: Place = (*place, key)
+                inside = any(one[: len(at)] == at != one for one in self.speakers)
+                names, whole = of(value, at) if inside else ([], self.file_of(at) in over)
+                found += [dotted(at)] if whole else names
+                all_of_it &= whole
+            return found, all_of_it
+
+        return of(self.raw, ())[0]
+
     def fault(self, place: Place, value: Any, expected: str) -> Fault:
         """A fault in the file that says a key, with the value as it is written there, or None."""
         return Fault(self.file_of(place), dotted(place), self.written.get(place, value), expected)

@@ -38,6 +38,8 @@ STATUSES = (REPRODUCED, DIFFERS, GIVEN, UNPUBLISHED, SHOWN, ABSENT)
 KINDS = ("equation", "figure", "table")
 FARTHEST = 8
 """Number of results that differ on the first page."""
+MOST_CHANGES = 12
+"""Number of keys that are named where a case differs from the one that its reference is of."""
 
 
 @dataclass(frozen=True)
@@ -245,6 +247,7 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
             for stage in run.stages
         },
         publication={"title": "", "given": []} | (reference or {}),
+        of_another_case=of_another_case(run.case),
         places=compared,
         kinds=[kind for kind in KINDS if any(place.item["kind"] == kind for place in compared)],
         statuses=STATUSES,
@@ -303,6 +306,18 @@ def conventions(run: RunFiles) -> list[tuple[str, str]]:
     return said
 
 
+def of_another_case(case: Mapping[str, Any]) -> str:
+    """That the reference of a case is of one that it extends, in words; "" where it is its own."""
+    name, changes = case.get("reference_of"), list(case.get("changes", ()))
+    if not name or not changes:
+        return ""
+    more = f" and {len(changes) - MOST_CHANGES} more keys" if len(changes) > MOST_CHANGES else ""
+    return (
+        f"What the reference says, as of reasons and of what was fitted or selected, is said of "
+        f"{name}, which this case extends. Here {', '.join(changes[:MOST_CHANGES])}{more} differ."
+    )
+
+
 def assumptions(case: Mapping[str, Any]) -> list[tuple[str, Sequence[Mapping[str, str]]]]:
     """What was assumed by a case (`text`) and why (`reason`), in groups with a title."""
     method = tomllib.loads((TEMPLATES / "assumptions.toml").read_text("utf-8"))
@@ -329,12 +344,12 @@ def assumptions(case: Mapping[str, Any]) -> list[tuple[str, Sequence[Mapping[str
     }
     keys = [key for key, holds in used.items() if holds]
     own, reference = case["report"]["assumptions"], case["report"]["reference"] or {}
+    published = list(reference.get("assumptions", ()))
+    if words := of_another_case(case):
+        published = [{"text": words, "reason": "It was written for that case."}, *published]
     groups = (
         ("The method", sum((method[key] for key in keys), method["always"])),
         ("This case", own),
-        (
-            "What the publication leaves out, and what is taken in its place",
-            reference.get("assumptions", ()),
-        ),
+        ("What the publication leaves out, and what is taken in its place", published),
     )
     return [(title, entries) for title, entries in groups if entries]
