@@ -238,13 +238,13 @@ def _compute(stage: Stage, case: Case, key: str, folder: Path, bar: bool) -> Non
     give_back()  # what the stage before had
     forget_peak()
     on_root(lambda: own.mkdir(exist_ok=True))
-    on_root(lambda: remove_drawings(folder, label))  # they show other results
     names = {name: share for name, share in stage.steps.items() if name != DRAWING}
     with Steps(names, f"stage {label}", quiet=rank() != 0, bar=bar) as steps:
         compute = partial(stage.compute, case, own, key, steps)
         files = compute() if stage.collective else on_root(compute)
         times = {f"{label}: {name}": round(t, 3) for name, t in steps.times.items()}
         memory = total(peak_memory())
+        on_root(lambda: remove_drawings(folder, label))  # they show what it had before
         on_root(lambda: mark_finished(folder, label, key, files, times, memory))
 
 

@@ -109,7 +109,7 @@ def mark_finished(
 
 
 def remove_drawings(folder: Path, stage: str) -> None:
-    """Remove the tables and figures of a stage whose results are about to change."""
+    """Remove the tables and figures of a stage whose results are others now."""
     with suppress(OSError, ValueError):  # not finished, or damaged: what it drew is not known
         for name in read_manifest(folder, stage).drawings:
             (folder / name).unlink(missing_ok=True)
