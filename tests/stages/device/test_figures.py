@@ -14,6 +14,7 @@ from impactfem.stages.device.figures import device_figures
 from impactfem.stages.device.model_figures import device_size, drawing_of, model_figure
 from impactfem.stages.device.pictures import Floor, draw_pictures
 from impactfem.stages.device.selection import input_variants
+from impactfem.system.files import write_netcdf
 from impactfem.system.own_process import in_own_process
 
 from ..figure_file import assert_drawn
@@ -258,6 +259,19 @@ def test_a_rigid_spring(tmp_path):
     assert drawing.value("base_stiffness", component=drawing.axis) == np.inf
     model_figure(tmp_path / "model.png", store, "pump", drawing)
     assert (tmp_path / "model.png").is_file()
+
+
+def test_a_device_that_follows_the_floor(tmp_path, monkeypatch):
+    store = device_store(WantedDevice(dampings=1))
+    store["effective_mass"].loc[{"component": "y"}] = 0.0
+    write_netcdf(tmp_path / "device.nc", store)
+    (tmp_path / "figures").mkdir()
+    monkeypatch.setattr(figures, "in_own_process", lambda *given: [])
+    drawn = {path.stem: path for path in device_figures(tmp_path)}
+    assert {"figure_24_elements", "figure_26_model"} <= set(drawn)
+    assert "figure_25_modes" not in drawn
+    text = drawn["figure_26_model"].read_text("utf-8")
+    assert "no mode in use moves it along y: it follows the floor" in text
 
 
 def test_plan_of_a_floor():

@@ -8,9 +8,19 @@ import pytest
 
 from impactfem.case.report import read_published
 from impactfem.stages.device.tables import device_tables
+from impactfem.system.files import write_netcdf
 
 from ..figure_file import rows
-from .device_store import DETAILED, FREQUENCIES, HEIGHT, MASSES, SHARES, device_folder
+from .device_store import (
+    DETAILED,
+    FREQUENCIES,
+    HEIGHT,
+    MASSES,
+    SHARES,
+    WantedDevice,
+    device_folder,
+    device_store,
+)
 
 PUBLISHED = Path(__file__).parents[3] / "geometry" / "npp_pair_published.csv"
 
@@ -51,6 +61,16 @@ def test_a_second_device_has_its_own_modes_and_names(tmp_path, paper):
     assert [row["published f [Hz]"] for row in fan] == ["", "", "", "", "118.0"]
     forces = [float(r["force [N]"]) for r in found["demand"] if r["analysis"] == "detailed"]
     assert forces == [*DETAILED[0], *(2.0 * force for force in DETAILED[0])]
+
+
+def test_a_mode_that_only_turns_moves_along_no_axis(tmp_path):
+    store = device_store(WantedDevice())
+    store["effective_mass"][0, :, 3] = [0.0, 0.0, 0.0, 0.0, 0.0, 40.0]
+    write_netcdf(tmp_path / "device.nc", store)
+    device_tables(tmp_path, {})
+    *_, one = rows(tmp_path / "tables" / "device_modes.csv")
+    assert (one["along"], one["effective mass [kg]"], one["about z [kg m2]"]) == ("", "", "40.0")
+    assert one["of the modes along it [%]"] == ""
 
 
 def test_demand_beside_table_7(tmp_path, paper):

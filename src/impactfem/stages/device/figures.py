@@ -93,7 +93,8 @@ def device_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[
                 makers["figure_23_position"] = partial(position_figure, building=building)
             if (drawing := drawing_of(store, device)) is not None:
                 makers["figure_24_elements"] = partial(elements_figure, drawn=drawing)
-                makers["figure_25_modes"] = partial(modes_figure, drawn=drawing)
+                if shown_modes(store, device, drawing.axis).sizes["mode"]:
+                    makers["figure_25_modes"] = partial(modes_figure, drawn=drawing)
                 makers["figure_26_model"] = partial(model_figure, drawn=drawing)
             for stem, draw in makers.items():
                 path = target / f"{file_stem(store, stem, device)}.svg"

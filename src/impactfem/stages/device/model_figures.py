@@ -202,7 +202,7 @@ def model_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> 
             modes["mode_damping"].values,
             strict=True,
         )
-    ]
+    ] or [f"no mode in use moves it along {axis}: it follows the floor"]
     seen = (
         f"A mass of {drawn.value('body_mass'):.5g} kg, {drawn.height:g} m above a spring along "
         f"{axis} and one about {about}, on a {drawn.carrier}; {'; '.join(lines)}."

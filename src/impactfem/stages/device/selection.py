@@ -36,6 +36,8 @@ INPUTS = {
     "supports-envelope": "supports in step by their envelope",
 }
 """The same of the input of an analysis, in words."""
+MOVES = 1e-6
+"""A mode moves along an axis that has more than this part of the mass of all modes along it."""
 
 
 def loaded(store: xr.Dataset) -> xr.Dataset:
@@ -208,7 +210,7 @@ def shown_modes(store: xr.Dataset, device: str, axis: str | None = None) -> xr.D
     """Those of them that carry mass along an axis; along the shown direction when None."""
     modes = modes_of(store, device)
     mass = modes["effective_mass"].sel(component=axis or direction(store))
-    return modes.isel(mode=(mass > 1e-6 * mass.sum()).values)
+    return modes.isel(mode=(mass > MOVES * mass.sum()).values)
 
 
 def anchor_of(store: xr.Dataset, device: str) -> tuple[Array, int, int]:

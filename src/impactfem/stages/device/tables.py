@@ -11,6 +11,7 @@ import xarray as xr
 from impactfem.plot.table import Cell, Table, heads, write_tables
 from impactfem.stages.device.selection import (
     LOADS,
+    MOVES,
     ROTATIONS,
     Load,
     direction,
@@ -84,16 +85,19 @@ def _modes(store: xr.Dataset, published: Published) -> Table:
         for mode in modes["mode"]:
             one, axis = modes.sel(mode=mode), axes.sel(mode=mode).item()
             mass, start = one["effective_mass"], f"{scalar_start(store, device)}."
+            carried, whole = (float(m.sel(component=axis).sum()) for m in (mass, along))
+            # A mode that only turns moves along no axis.
+            moves = carried > MOVES * whole
             rows.append(
                 (
                     device,
                     mode.item(),
                     one["mode_frequency"].item(),
                     published.get(f"{start}frequency.{mode.item()}"),
-                    axis,
-                    mass.sel(component=axis).item(),
+                    axis if moves else "",
+                    carried if moves else None,
                     published.get(f"{start}effective_mass.{mode.item()}"),
-                    100.0 * float(mass.sel(component=axis) / along.sel(component=axis).sum()),
+                    100.0 * carried / whole if moves else None,
                     *mass.sel(component=["rx", "ry", "rz"]).values.tolist(),
                     100.0 * one["mode_damping"].item(),
                 )
