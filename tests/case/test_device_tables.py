@@ -96,6 +96,8 @@ def test_which_motion_is_whose():
 @pytest.mark.parametrize(
     ("names", "supports", "message"),
     [
+        (("1.y", "1.RZ", "tip"), 1, "1.RZ is no motion of a support; expected numbers from 1"),
+        (("0.y", "1.y", "tip"), 1, "0.y is no motion of a support; expected numbers from 1"),
         (("1.y", "tip"), 2, "no motion of support 2; expected at least one of 2.x, 2.y"),
         (("1.y", "2.y", "3.y", "tip"), 2, "have a support 3, the device has 2"),
         (("1.y", "2.y"), 2, "expected motions of the device's own"),

@@ -183,13 +183,24 @@ def test_every_fault_at_once(paper):
     assert len(checked_devices(with_devices(paper, setups[-1], combination=("srss",)))) == 1
 
 
+def test_a_maximum_frequency_below_all_modes(paper):
+    with pytest.raises(InputError) as refused:
+        checked_devices(with_devices(paper, setup(maximum_frequency=9.0)))
+    (fault,) = refused.value.faults
+    assert fault.key == "devices[0].maximum_frequency"
+    assert str(fault).endswith("= '9 Hz': expected one above the first mode of the device, 10 Hz")
+
+
 def test_overdamped_above_the_maximum_frequency(paper, caplog):
-    rigid = setup(damping=OVER, maximum_frequency=9.0)
+    # 10 Hz by 10 %, and 200 Hz by 200 %.
+    law = Damping(mass_coefficient=0.0, stiffness_coefficient=0.2 / (20.0 * math.pi))
+    springs = RIGID | {"y": 100.0 * (20.0 * math.pi) ** 2, "z": 100.0 * (400.0 * math.pi) ** 2}
+    rigid = setup(stiffness=BaseStiffness(**springs), damping=law, maximum_frequency=100.0)
     assert len(checked_devices(with_devices(paper, rigid))) == 1
     assert not caplog.records
     # Without the missing mass these modes are in no response: said, not refused.
     assert len(checked_devices(with_devices(paper, rigid, missing_mass=False))) == 1
-    assert "1 of its modes are above maximum_frequency, 9 Hz" in caplog.text
+    assert "1 of its modes are above maximum_frequency, 100 Hz" in caplog.text
 
 
 def pipe(held=0.0, **keys):

@@ -62,6 +62,7 @@ MODES_FILE = TableFile(
 )
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 _ANCHORED = re.compile(r"([1-9][0-9]*)\.(r?[xyz])")
+_MISWRITTEN = re.compile(r"[0-9]+\.r?[xyz]", re.IGNORECASE)
 MOST = 1000
 """Largest number of degrees of freedom of a matrix in a file."""
 SYMMETRIC = 1e-6
@@ -156,6 +157,13 @@ class DeviceMatrices(Section):
 
     def lacks(self, supports: int) -> Iterator[str]:
         """What does not go together with a number of supports of the device, in words."""
+        wrong = [name for name in self.own if _MISWRITTEN.fullmatch(name)]
+        if wrong:
+            yield (
+                f"{wrong[0]} is no motion of a support; expected numbers from 1 and small letters, "
+                "as 1.x or 2.rz"
+            )
+            return
         anchored = {column // 6 + 1 for column in self.anchored.values()}
         strange = sorted(number for number in anchored if number > supports)
         if strange:

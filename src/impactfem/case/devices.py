@@ -233,7 +233,8 @@ class DeviceSetup(Section):
     """Mass of the body, with mass_height and either inertia or shape; beside modes that of the
     whole device, whose rest follows the anchor."""
     mass_height: Length | None = Field(default=None, validate_default=True)
-    """Height of the mass centre above the anchor."""
+    """Height of the mass centre above the anchor; where it is below, too, net tension is that of a
+    device that stands on the floor."""
     inertia: tuple[_Moment, _Moment, _Moment] | None = None
     """Moments of inertia of the body about x, y, z through its mass centre."""
     shape: Cylinder | None = Field(default=None, validate_default=True)
@@ -247,7 +248,7 @@ class DeviceSetup(Section):
     """Damping of the device alone, of its mass and stiffness; not needed where each row of modes
     has its own."""
     maximum_frequency: Frequency = 1000.0
-    """Modes of the device above it follow the anchor rigidly."""
+    """Modes of the device above it follow the anchor rigidly; its first mode is below it."""
 
     @property
     def anchors(self) -> tuple[DeviceSupport, ...]:

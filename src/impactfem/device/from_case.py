@@ -121,6 +121,12 @@ def checked_devices(case: Case) -> list[Device]:
             device.refuse_held_ground()
             every = device_modes(device)
             used = every.below(setup.maximum_frequency)
+            if not used.frequency.size:
+                lowest = f"{every.frequency[0]:.4g} Hz"
+                expected = f"expected one above the first mode of the device, {lowest}"
+                highest = f"{setup.maximum_frequency:g} Hz"
+                faults.append(Fault(case.path, f"{key}.maximum_frequency", highest, expected))
+                continue
             used.refuse_overdamped(device)
             left_out = every.frequency.size - used.frequency.size
             if analysis is not None and left_out and not analysis.missing_mass:
