@@ -9,7 +9,7 @@ from impactfem.case import load_case
 from impactfem.case.plausibility import USUAL, implausible
 from impactfem.motion.from_case import hardly_meant
 
-from .sections import BEAM, BLAST, LIGHT, LOADS, MOTION, PUMP, RECORD, TRANSIENT, WALL
+from .sections import BEAM, BLAST, CABINET, LIGHT, LOADS, MOTION, PUMP, RECORD, TRANSIENT, WALL
 from .texts import replaced
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
@@ -89,6 +89,8 @@ def test_a_generated_mesh_gives_none(structured):
          "7.8 m from the axis along y, and the plan of B1 reaches 5 m"),
         (None, 'damping = ["5 %"]', 'damping = ["90 %"]', "spectra.damping[0] = '90 %'",
          "usual is 0.5 % to 10 %"),
+        (None, "per_decade = 100 }", "per_decade = 100 }\nbroadening = 0.9",
+         "spectra.broadening = 0.9", "usual is 10 % to 15 %"),
         (None, "per_decade = 100", "per_decade = 1", "spectra.frequencies.per_decade = 1",
          "usual is 30 to 100"),
         (None, "0.3358 ms", "5 ms", "pounding.time_step = '5 ms'",
@@ -132,6 +134,12 @@ def test_an_edge_where_nothing_strikes(structured):
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
+        ('mass_height = "46 cm"', 'mass_height = "-46 cm"',
+         "mass_height = '-46 cm': the mass centre is below the anchor; net tension is that of a"),
+        ('radius = "0.5 m"\nmass', 'radius = "500 m"\nmass',
+         "radius = '500 m': usual is 0.1 to 2 m"),
+        ('damping = { ratio = "2 %"', 'damping = { ratio = "50 %"',
+         "damping.ratio = '50 %': usual is 1 % to 10 %"),
         (SHAPE, 'inertia = ["300 t m2", "250 kg m2", "190 kg m2"]',
          "inertia[0] = '300 t m2': √(J/mass) is 14.1 m; usual is at most the size of the device"),
         (SHAPE, 'inertia = ["190 kg m2", "250 kg m2", "450 kg m2"]',
@@ -288,3 +296,44 @@ def test_plans_that_overlap(tmp_path):
 def test_the_usual_ranges_are_ranges():
     for usual in USUAL:
         assert usual.low < usual.high and usual.words
+
+
+@pytest.mark.parametrize(
+    ("row", "told"),
+    [
+        ("10,y,300,1200", "pair_modes.csv: row 1, height = 1200.0: in SI; usual is 0.2 to 5 m"),
+        ("10,y,600000,1.2", "times the mass of floor"),
+        ("10,y,300,1.2", None),
+    ],
+)
+def test_a_device_of_modes(structured, row, told):
+    path = structured(more=TRANSIENT + CABINET)
+    header = "frequency [Hz],direction,effective_mass [kg],height [m]\n"
+    (path.parent / "pair_modes.csv").write_text(header + row, "utf-8")
+    found = warnings(path)
+    assert any(told in line for line in found) if told else found == []
+
+
+@pytest.mark.parametrize(
+    ("analysis", "told"),
+    [
+        ('duration = "5 s"', "duration = '5 s': not used: only the combinations 'dsc' and"),
+        ('combination = ["dsc"]\nduration = "40 s"', "duration = '40 s': the strong motion is"),
+        ('combination = ["dsc"]\nduration = "9 s"', None),
+        ("broadening = 0.9", "broadening = 0.9: usual is 10 % to 15 %"),
+    ],
+)
+def test_the_analysis_of_devices(structured, analysis, told):
+    found = warnings(structured(more=f"{TRANSIENT}{PUMP}\n[device_analysis]\n{analysis}\n"))
+    assert ["device_analysis." + told in line for line in found] == [True] if told else found == []
+
+
+def test_given_spectra_without_the_direction_of_the_ground(structured):
+    path = structured(more=TRANSIENT + PUMP.replace("mass =", 'spectra = "floor.csv"\nmass =', 1))
+    rows = "".join(f"{f},5,x,{xi}\n" for xi in (0.01, 0.1) for f in (1, 500))
+    header = "frequency [Hz],acceleration [m/s2],direction,damping [-]\n"
+    (path.parent / "floor.csv").write_text(header + rows, "utf-8")
+    (line,) = warnings(path)
+    assert "devices[0].spectra = 'floor.csv': no spectrum along y, along which the ground" in line
+    (path.parent / "floor.csv").write_text(header + rows.replace("x", "y"), "utf-8")
+    assert warnings(path) == []

@@ -57,7 +57,7 @@ USUAL = (
     Usual("materials.*.compressive_strength", 1e6, 2e8, "concrete 12 to 100 MPa"),
     *(
         Usual(f"{place}.{key}", low, high, words)
-        for place in ("damping", "damping_cases.*", "buildings.*.damping")
+        for place in ("damping", "damping_cases.*", "buildings.*.damping", "devices.*.damping")
         for key, low, high, words in (
             ("ratio", 2e-3, 0.2, "1 % to 10 %"),
             ("ratios.*", 2e-3, 0.2, "1 % to 10 %"),
@@ -110,7 +110,16 @@ USUAL = (
     Usual("spectra.frequencies.minimum", 0.02, 10.0, "0.1 to 1 Hz"),
     Usual("spectra.frequencies.maximum", 20.0, 1e3, "33 to 500 Hz"),
     Usual("spectra.frequencies.per_decade", 10.0, 500.0, "30 to 100"),
+    Usual("spectra.broadening", 0.0, 0.3, "10 % to 15 %"),
     Usual("devices.*.mass", 1.0, 1e5, "10 kg to 50 t"),
+    Usual("devices.*.mass_height", -20.0, 20.0, "0.2 to 5 m"),
+    Usual("devices.*.radius", 0.02, 5.0, "0.1 to 2 m"),
+    Usual("devices.*.supports.*.radius", 0.02, 5.0, "0.1 to 2 m"),
+    Usual("devices.*.modes.row.frequency", 0.3, 1e3, "1 to 100 Hz"),
+    Usual("devices.*.modes.row.effective_mass", 0.0, 1e5, "10 kg to 50 t"),
+    Usual("devices.*.modes.row.height", -20.0, 20.0, "0.2 to 5 m"),
+    Usual("devices.*.modes.row.damping", 2e-3, 0.2, "1 % to 10 %"),
+    Usual("device_analysis.broadening", 0.0, 0.3, "10 % to 15 %"),
     Usual("wall_impact.gap", 0.0, 0.6, "0 to 30 cm"),
     Usual("wall_impact.displacement", -0.6, 0.6, "-10 to -1 cm"),
     MASS,
@@ -174,6 +183,7 @@ def implausible(case: Case, longest: float) -> list[Fault]:
         *_pairs(source, case),
         *_edges(source, case),
         *_devices(source, case),
+        *_analysis(source, case, longest),
         *_passage(source, case),
         *_pounding(source, case, longest),
         *_wall(source, case),
@@ -200,7 +210,7 @@ def _outside(
         file, column = source.path.parent / raw, keys[1]
         for number, row in enumerate(value, start=1):
             found = getattr(row, column)
-            if not usual.low <= found <= usual.high:
+            if found is not None and not usual.low <= found <= usual.high:
                 where = f"floor {row.floor}" if isinstance(row, Floor) else f"row {number}"
                 text = f"in SI; usual is {usual.words}"
                 yield Fault(file, f"{where}, {column}", float(f"{found:.6g}"), text)
@@ -369,8 +379,10 @@ def _devices(source: Source, case: Case) -> Iterator[Fault]:
     """Devices that are heavy for their floor, do not go with their moments of inertia, or sway."""
     for k, device in enumerate(case.devices):
         place: Place = ("devices", k)
-        m, anchors = device.mass, device.anchors
-        if m is None or device.mass_height is None or not anchors:
+        anchors, rows = device.anchors, device.modes or ()
+        along = [sum(one.effective_mass for one in rows if one.direction == c) for c in "xyz"]
+        m = device.mass or max(along)
+        if not m or not anchors:
             continue
         building = case.building(device.building)
         z = anchors[0].point[2]
@@ -383,7 +395,15 @@ def _devices(source: Source, case: Case) -> Iterator[Fault]:
                 "is part of the building (SRP 3.7.2), and the sticks have the masses of the floor "
                 "table alone"
             )
-            yield _written(source, (*place, "mass"), text)
+            yield _written(source, (*place, "mass" if device.mass else "modes"), text)
+        if device.mass is None or device.mass_height is None:
+            continue
+        if device.mass_height < 0.0:
+            text = (
+                "the mass centre is below the anchor; net tension is that of a device that stands "
+                "on the floor, whose weight holds it down: one that hangs pulls with its weight"
+            )
+            yield _written(source, (*place, "mass_height"), text)
         h, J = abs(device.mass_height), device.inertia or (0.0, 0.0, 0.0)
         size = max(h, anchors[0].radius)
         for c, own in enumerate(J):
@@ -409,6 +429,29 @@ def _devices(source: Source, case: Case) -> Iterator[Fault]:
                 frequency = math.sqrt(stiff / of) / (2.0 * math.pi)
                 text = f"{frequency:.2g} Hz of the body on it alone; usual is 1 to 50 Hz"
                 yield _written(source, (*place, *key), text)
+
+
+def _analysis(source: Source, case: Case, longest: float) -> Iterator[Fault]:
+    """Given spectra without a direction of the ground; a strong motion too long, or not used."""
+    for k, device in enumerate(case.devices):
+        known = {one.direction for one in device.spectra or ()}
+        lacking = [one.direction for one in case.motions if one.direction not in known]
+        if known and lacking:
+            text = (
+                f"no spectrum along {' and '.join(lacking)}, along which the ground moves: the "
+                "analysis with these spectra leaves it out"
+            )
+            yield _written(source, ("devices", k, "spectra"), text)
+    analysis = case.device_analysis
+    if analysis is None or analysis.duration is None:
+        return
+    text = ""
+    if not {"dsc", "dsc-abs"} & set(analysis.combination):
+        text = "not used: only the combinations 'dsc' and 'dsc-abs' have a duration"
+    elif analysis.duration > longest > 0.0:
+        text = f"the strong motion is a part of the motion, which lasts {longest:g} s"
+    if text:
+        yield _written(source, ("device_analysis", "duration"), text)
 
 
 def _passage(source: Source, case: Case) -> Iterator[Fault]:
