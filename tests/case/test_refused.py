@@ -141,6 +141,8 @@ SECTIONS = [
     (GRID, '["2 Hz", 3]', "spectra.frequencies[1]", "the unit is missing; expected a frequency"),
     (GRID, "[]", "spectra.frequencies", "expected a list that is not empty"),
     (GRID, '"1 Hz"', "spectra.frequencies", "expected a table or a list, each value a frequency"),
+    ('damping = ["5 %"]', 'damping = ["5 %", 0.05]', "spectra.damping",
+     "expected each damping ratio once"),
     ('damping = ["5 %"]', "damping = []", "spectra.damping", "expected a list that is not empty"),
     (GRID, '{ list = "rg1.122", minimum = "1 Hz" }', "spectra.frequencies.minimum", "has its own"),
     (GRID, '{ list = "rg1.122", maximum = "34 Hz" }', "spectra.frequencies.maximum",

@@ -133,6 +133,11 @@ def test_a_duration_that_no_record_lasts(frame, tmp_path):
     assert "duration = 3.0: expected at most what is computed of the pounding, 2 s" in found
 
 
+def test_a_folder_of_records_that_is_not_there(frame):
+    case = frame('[ensemble]\nrecords = "nowhere"\n')
+    assert "expected a folder of records; there is none of this name" in "".join(faults(case, True))
+
+
 @pytest.fixture
 def coarse(tmp_path):
     """The paper's case on a coarse mesh, which the generator makes."""

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, StrictBool, Tag
 
-from impactfem.case.base import Section, ascending, rule, step_within
+from impactfem.case.base import Section, ascending, once, rule, step_within
 from impactfem.case.leaf import Key, Whole
 from impactfem.case.quantity import DampingRatio, Duration, Frequency, PositiveLength, TimeStep
 from impactfem.case.unit import FREQUENCY
@@ -107,7 +107,7 @@ class Spectra(Section):
     """Floor response spectra: their dampings, frequencies and accuracy."""
 
     damping: tuple[DampingRatio, ...] = Field(min_length=1)
-    """Damping ratios of the oscillators."""
+    """Damping ratios of the oscillators, each once."""
     frequencies: Annotated[
         Annotated[FrequencyGrid, Tag("grid")]
         | Annotated[tuple[Frequency, ...], Field(min_length=1), Tag("list")],
@@ -127,6 +127,7 @@ class Spectra(Section):
     """Whether narrow peaks are reduced by 15 % before they are broadened, at dampings below 10 %,
     as ASCE 4-98, section 3.4.2.3, allows."""
 
+    _each_once = once("damping", "damping ratio")
     _increasing = ascending("frequencies", "expected increasing frequencies")
 
     @property

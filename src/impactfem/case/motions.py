@@ -246,7 +246,8 @@ class Ensemble(Section):
 
     def entries(self) -> tuple[Path, ...]:
         """What is in the folder, files and others, but hidden ones, in the order of the names."""
-        if self.records is None:
+        # That there is no such folder is a fault of the case.
+        if self.records is None or not self.records.is_dir():
             return ()
         return tuple(sorted(p for p in self.records.iterdir() if not p.name.startswith(".")))
 
