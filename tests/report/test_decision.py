@@ -19,8 +19,9 @@ from impactfem.report.decision import (
 )
 from impactfem.report.overview import _carried_floors, device_verdict
 from impactfem.stages.stores import open_store
+from impactfem.system.files import write_netcdf
 
-from ..stages.device.device_store import device_folder
+from ..stages.device.device_store import WantedDevice, device_folder, device_store
 
 F = np.geomspace(1.0, 100.0, 21)
 
@@ -156,6 +157,20 @@ def test_several_devices(tmp_path):
     folder = device_folder(tmp_path, devices=("pump", "rack"), pulls=(-4e3, 90e3))
     found = by_question(run_of(tmp_path, pounding=sticks(), device=folder))["Anchors"]
     assert found.value == "net tension at 2 of 2"
+    assert "not known" not in found.text
+
+
+@pytest.mark.parametrize(
+    ("pulls", "value", "mark"),
+    [((-4e3, 90e3), "net tension at 1 of 2", "warn"), ((-4e3, -1e3), "no net tension", "")],
+)
+def test_one_of_two_devices_whose_weight_is_not_known(tmp_path, pulls, value, mark):
+    store = device_store(WantedDevice(devices=("pump", "rack"), pulls=pulls))
+    store["net_tension"].loc[{"device": "rack"}] = np.nan
+    write_netcdf(tmp_path / "device.nc", store)
+    found = by_question(run_of(tmp_path / "run", pounding=sticks(), device=tmp_path))["Anchors"]
+    assert (found.value, found.mark, found.link) == (value, mark, "device_pump")
+    assert found.text.endswith("; not known at 1 of 2, whose weight is not")
 
 
 @pytest.mark.parametrize("device", [False, True])

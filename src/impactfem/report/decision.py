@@ -320,7 +320,7 @@ def _anchors(run: RunFiles) -> list[Answer]:
     known_ones = {key: value for key, value in pulled.items() if math.isfinite(value)}
     key = max(known_ones or pulled, key=lambda one: pulled[one])
     up = sum(value > 0.0 for value in known_ones.values())
-    link = f"device_{key[1]}"
+    link, unknown = f"device_{key[1]}", len(pulled) - len(known_ones)
     if not known_ones:
         value, mark = "net tension not known", ""
     elif up:
@@ -328,7 +328,9 @@ def _anchors(run: RunFiles) -> list[Answer]:
         value, mark = f"net tension{count}", "warn"
         texts[key] += f"; {1e-3 * pulled[key]:.3g} kN/n in the most loaded of n anchors"
     else:
-        value, mark = "no net tension", "good"
+        value, mark = "no net tension", "" if unknown else "good"
+    if known_ones and unknown:
+        texts[key] += f"; not known at {unknown} of {len(pulled)}, whose weight is not"
     return [Answer("Anchors", value, texts[key], mark, link)]
 
 

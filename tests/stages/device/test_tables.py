@@ -293,6 +293,12 @@ def with_shares(without, with_impacts):
             "overestimates Fy by 10.0 %; floor rotations raise it (RSA +9.09 %); RSA "
             "overestimates Fy by 20.0 % with them",
         ),
+        (
+            {"choices": {"srss": (0.9, 1.1), "srss.rotations": (0.9, 1.1)}},
+            ROTATIONS,
+            "without impact: RSA underestimates Fy by 10.0 %; floor rotations change nothing; with "
+            "impacts: RSA overestimates Fy by 10.0 %; floor rotations change nothing",
+        ),
     ],
 )
 def test_verdict(tmp_path, wanted, question, words):

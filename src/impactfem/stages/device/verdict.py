@@ -27,6 +27,8 @@ from impactfem.stages.stores import names_of
 ALL = "all"
 SAME = 0.005
 """Differences are the same when they differ by less than this part of the detailed force."""
+UNCHANGED = 1e-6
+"""What changes the force by less than this part of the detailed one changes nothing."""
 MOST = 0.5
 """What removes more than this part of what RSA lacks explains it."""
 STIFF = 0.1
@@ -191,6 +193,9 @@ def _rotations(store: xr.Dataset, device: str, case: str) -> str:
             continue
         raised = both / straight - 1.0 if straight > 0.0 else 0.0
         axis, now = direction(store), 1.0 - straight / detailed
+        if abs(both - straight) < UNCHANGED * detailed:
+            parts.append(f"{words}: {_amount(axis, now)}; floor rotations change nothing")
+            continue
         if (lacking := detailed - straight) <= SAME * detailed:
             share = "raise it"
         elif both - straight > lacking:
