@@ -11,7 +11,12 @@ from matplotlib.axes import Axes
 from impactfem.plot import style
 from impactfem.stages.device import figures
 from impactfem.stages.device.figures import device_figures
-from impactfem.stages.device.model_figures import device_size, drawing_of, model_figure
+from impactfem.stages.device.model_figures import (
+    device_size,
+    drawing_of,
+    elements_figure,
+    model_figure,
+)
 from impactfem.stages.device.pictures import Floor, draw_pictures
 from impactfem.stages.device.selection import input_variants
 from impactfem.system.files import write_netcdf
@@ -309,3 +314,25 @@ def test_pictures_of_two_devices(tmp_path):
 def test_size_of_a_device(wanted, size):
     found = device_size(device_store(WantedDevice(**wanted)), "pump")
     assert found == pytest.approx(size)
+
+
+@pytest.mark.parametrize(
+    ("height", "cylinder", "size", "ends"),
+    [
+        (-HEIGHT, False, (0.25 * HEIGHT, HEIGHT), (-1.15 * HEIGHT, -0.85 * HEIGHT)),
+        (-HEIGHT, True, (0.5, 1.0), (-1.0, 0.0)),
+        (0.0, False, (0.25, 1.0), (-0.15, 0.15)),
+    ],
+)
+def test_a_mass_centre_that_is_not_above_the_anchor(tmp_path, height, cylinder, size, ends):
+    store = device_store(WantedDevice(cylinder=cylinder, beam=False))
+    store["body_height"][:] = height
+    store["level_height"][:] *= height / HEIGHT
+    assert device_size(store, "pump") == pytest.approx(size)
+    drawing = drawing_of(store, "pump")
+    low, high = drawing.outline[:, 1].min(), drawing.outline[:, 1].max()
+    assert (low, high) == pytest.approx(ends)
+    elements_figure(tmp_path / "elements.svg", store, "pump", drawing)
+    below = "below" if height < 0.0 else "above"
+    words = f"centre {abs(height):g} m {below} springs and rigid links"
+    assert words in (tmp_path / "elements.svg").read_text("utf-8")

@@ -35,7 +35,8 @@ class Drawing:
         # Of the mass centre above the anchor, of a cylindrical body, of the beam, in all [m].
         self.height, self.radius = self.value("body_height"), self.value("body_radius")
         self.length, self.beam = self.value("body_length"), self.value("beam_length")
-        self.top = float(np.nanmax([self.length, self.height, self.beam]))
+        # A mass at its anchor has no height; it is drawn as one of 1 m.
+        self.top = float(np.nanmax([self.length, abs(self.height), self.beam])) or 1.0
         # Heights of the points of the shapes, the mass centre last [m].
         self.levels: Array = self.one["level_height"].values
         shape = self.one["mode_shape"].transpose("component", "mode", "level")
@@ -59,13 +60,20 @@ class Drawing:
         """Outline of the body at rest, from its lower left on, shape (5, 2) [m].
 
         Of its size if known. A cylinder has its middle where the case has its mass centre only if
-        both are as high; it stands on the floor.
+        both are as high; it stands on its anchor, or hangs below it.
         """
         if math.isnan(self.radius):
-            half, low, high = 0.15 * self.top, self.height * 0.85, self.height * 1.15
+            half = 0.15 * self.top
+            low, high = self.height - half, self.height + half
         else:
-            half, low, high = self.radius, 0.0, self.length
+            half, low = self.radius, 0.0 if self.height >= 0.0 else -self.length
+            high = low + self.length
         return np.array([[-half, low], [half, low], [half, high], [-half, high], [-half, low]])
+
+    @property
+    def place(self) -> str:
+        """Where the mass centre is, in words."""
+        return f"{abs(self.height):g} m {'above' if self.height >= 0.0 else 'below'}"
 
 
 def drawing_of(store: xr.Dataset, device: str) -> Drawing | None:
@@ -98,7 +106,7 @@ def modes_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> 
     )
     modes = modes.isel(mode=slice(SHOWN))
     count, outline, top = modes.sizes["mode"], drawn.outline, drawn.top
-    arm = outline - np.array([0.0, drawn.height])
+    arm, low = outline - np.array([0.0, drawn.height]), min(0.0, float(outline[:, 1].min()))
     # So wide that the width of the panel, not its height, gives the scale.
     reach = max(float(np.abs(outline[:, 0]).max()) + 1.35 * AMPLITUDE * top, 0.95 * top)
     listed = ", ".join(f"{f:.2f} Hz" for f in modes["mode_frequency"].values)
@@ -118,8 +126,9 @@ def modes_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> 
             panel.plot(x[0], 0.0, "s", color=ORANGE, ms=5, label="base")
             panel.plot(x[-1], drawn.height, "o", color="black", ms=4, label="mass centre")
             panel.axhline(0.0, color="black", lw=1.5)
-            panel.set(xlim=(-reach, reach), ylim=(-0.75 * top, 1.5 * top), aspect="equal")
-            _only_above(panel)
+            below = min(-0.75 * top, 1.5 * low)
+            panel.set(xlim=(-reach, reach), ylim=(below, 1.5 * top), aspect="equal")
+            _only_above(panel, low)
             panel.set_xlabel(f"{drawn.axis} [m]")
             panel.grid(False)
             f, m = float(modes["mode_frequency"].sel(mode=k)), float(mass.sel(mode=k))
@@ -140,10 +149,10 @@ def elements_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) 
         "Springs and links have no height: what is below 0 is not to scale."
     )
     outline, top = drawn.outline, drawn.top
-    half = float(np.abs(outline[:, 0]).max())
+    half, low = float(np.abs(outline[:, 0]).max()), min(0.0, float(outline[:, 1].min()))
     seen = (
-        f"An outline {2.0 * half:.3g} m wide and {top:.3g} m high, with its mass centre at "
-        f"{drawn.height:g} m above springs and rigid links to the floor."
+        f"An outline {2.0 * half:.3g} m wide and {np.ptp(outline[:, 1]):.3g} m high, with its mass "
+        f"centre {drawn.place} springs and rigid links to the floor."
     )
     with figure(path, (1, 1), (6.5, 4.4), caption, seen) as (drawing, (panel, *_)):
         panel.fill(outline[:, 0], outline[:, 1], color=RED, alpha=0.12)
@@ -164,8 +173,9 @@ def elements_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) 
         arrow = {"arrowstyle": "<->", "color": GREY, "shrinkA": 0.0, "shrinkB": 0.0}
         panel.annotate("", (beside, 0.0), xytext=(beside, drawn.height), arrowprops=arrow)
         panel.text(half + 0.15 * reach, 0.5 * drawn.height, f"{drawn.height:g} m", va="center")
-        panel.set(xlim=(-reach, reach), ylim=(-0.25 * top, 1.15 * top), aspect="equal")
-        _only_above(panel)
+        panel.set(xlim=(-reach, reach), ylim=(min(-0.25 * top, low - 0.1 * top), 1.15 * top))
+        panel.set_aspect("equal")
+        _only_above(panel, low)
         panel.set(xlabel=f"{drawn.axis} [m]", ylabel="height [m]")
         panel.grid(False)
         drawing.legend(loc="outside upper center", ncols=3)
@@ -204,7 +214,7 @@ def model_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> 
         )
     ] or [f"no mode in use moves it along {axis}: it follows the floor"]
     seen = (
-        f"A mass of {drawn.value('body_mass'):.5g} kg, {drawn.height:g} m above a spring along "
+        f"A mass of {drawn.value('body_mass'):.5g} kg, {drawn.place} a spring along "
         f"{axis} and one about {about}, on a {drawn.carrier}; {'; '.join(lines)}."
     )
     with figure(path, (1, 1), (6.5, 4.4), caption, seen) as (_, (panel, *_)):
@@ -238,9 +248,9 @@ def model_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> 
         panel.set_axis_off()
 
 
-def _only_above(panel: Axes) -> None:
-    """Heights are those of the device: the scale ends at its foot."""
-    panel.set_yticks([tick for tick in panel.get_yticks() if 0.0 <= tick <= panel.get_ylim()[1]])
+def _only_above(panel: Axes, low: float) -> None:
+    """Heights are those of the device: the scale ends at its foot [m]."""
+    panel.set_yticks([tick for tick in panel.get_yticks() if low <= tick <= panel.get_ylim()[1]])
 
 
 def _power(value: float, unit: str) -> str:
