@@ -156,7 +156,7 @@ POINTS = 'points = [["1 Hz", "5 %"], ["500 Hz", "5 %"]]'
         ('type = "table"', "points", "missing; expected frequencies with their ratios"),
         ('type = "table"\npoints = []', "points", "expected"),
         (f'type = "table"\nratio = 0.05\n{POINTS}', "ratio", "'table' takes points"),
-        ('type = "table"\npoints = [["1 Hz"]]', "points[0]", "2"),
+        ('type = "table"\npoints = [["1 Hz"]]', "points[0]", "'20 Hz', and a number of at"),
         ('type = "table"\npoints = [["1 s", 0.1]]', "points[0][0]", "Hz"),
         ('type = "table"\npoints = [["1 Hz", -0.1]]', "points[0][1]", "at least 0"),
         (

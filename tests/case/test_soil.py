@@ -112,6 +112,15 @@ BAD = [
     (MATRICES, "20000000000.0", "-20000000000.0", "stiffness", "positive definite"),
     (MATRICES, "[0, 10000000000.0", "[1e6, 10000000000.0", "stiffness", "symmetric"),
     (MATRICES, "200000000.0", "-200000000.0", "damping", "positive semidefinite"),
+    (MATRICES, f", {ROWS[5]}", "", "stiffness", "at least 6 values, found 5"),
+    (MATRICES, f"{ROWS[5]}", f"{ROWS[5]}, {ROWS[5]}", "stiffness", "at most 6 values, found 7"),
+    (
+        MATRICES,
+        f"{ROWS[5]}",
+        "[0, 0, 0]",
+        "stiffness[5]",
+        "expected a list of 6 values, each a number",
+    ),
 ]
 
 

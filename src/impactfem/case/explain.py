@@ -1,5 +1,6 @@
 """Pydantic's errors in plain words, with the key as it is written in the case file."""
 
+import itertools
 import types
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -11,6 +12,7 @@ from pydantic_core import ErrorDetails
 from impactfem.case.base import REPORTED, UNREADABLE, Leaf, Written, nearest
 from impactfem.case.place import (
     Place,
+    alternatives,
     dotted,
     field_at,
     fields_by_key,
@@ -31,6 +33,8 @@ RENAMED = {"acroterion": "renamed; expected parapet"}
 """And by their name."""
 TABLES = "one or more tables"
 """What is said of an array of tables."""
+LIST, NOT_EMPTY = "a list, ", "a list that is not empty"
+"""And of a list of any length."""
 
 # Names of the alternatives of a union, which pydantic puts into the place of an error. Besides
 # these, the type that a table has.
@@ -45,11 +49,13 @@ def places(error: ValidationError, raw: Any) -> list[tuple[Place, str]]:
 def explain(error: ValidationError, source: Source, model: type[BaseModel]) -> list[Fault]:
     """Turn the errors of a validation against a model into faults, each once."""
     faults: dict[tuple[str, str], Fault] = {}
-    for number, item in enumerate(error.errors(include_url=False)):
+    errors = error.errors(include_url=False)
+    inside = {item["loc"][:end] for item in errors for end in range(len(item["loc"]))}
+    for number, item in enumerate(errors):
         if number >= MOST_FAULTS:  # nobody reads so many, and words for each take their time
             rest = f"{error.error_count() - number} further faults"
             return [*faults.values(), Fault(source.path, "", None, rest)]
-        if item["type"] == "too_short" and item["input"]:
+        if item["type"] == "too_short" and item["loc"] in inside:
             continue  # pydantic counts the valid items only; what is wrong with the others is told
         if item["type"] == REPORTED:
             continue
@@ -73,10 +79,12 @@ def expectation(annotation: Any, metadata: list[Any] | tuple[Any, ...] = ()) -> 
     if origin is Literal:
         return " or ".join(f"'{arg}'" for arg in args)
     if origin is tuple and args[-1] is not Ellipsis:
-        return f"a list of {len(args)} values, each {expectation(args[0])}"
+        items = list(dict.fromkeys(map(expectation, args)))
+        each = ", each " if len(items) == 1 else ": "
+        return f"a list of {len(args)} values{each}{', and '.join(items)}"
     if origin is tuple:
         item = expectation(args[0])
-        return TABLES if item == "a table" else f"a list, each value {item}"
+        return TABLES if item == "a table" else f"{LIST}each value {item}"
     if annotation is bool:
         return "true or false"
     return "a table"
@@ -113,13 +121,17 @@ def _fault(
         if kind == "missing":
             place = place[:-1]
             _, info = field_at(model, place, raw)
-        words = _words(info)
-        return place, value_at(place, raw), f"expected {words}"
+        words, given = _words(info, within=place), value_at(place, raw)
+        if words.startswith(LIST) and given:
+            words = f"at most {item['ctx']['max_length']} values, found {len(given)}"
+        return place, given, f"expected {words}"
     if kind == "missing":
         about = f": {one_line(info)}" if info is not None and info.description else ""
         return place, None, f"missing; expected {_words(info)}{about}"
     if kind == "too_short":
-        return place, value, "expected a list that is not empty"
+        least = item["ctx"]["min_length"]
+        many = f"at least {least} values, found {len(value)}" if least > 1 else NOT_EMPTY
+        return place, value, f"expected {many}"
     if kind in _TABLE_ERRORS and (info is None or isinstance(place[-1], int)):
         return place, value, "expected a table"
     if kind == "tuple_type" and isinstance(value, Mapping) and _words(info) == TABLES:
@@ -127,16 +139,21 @@ def _fault(
     if kind == "literal_error" and info is None:
         # A value of a table with names of the user's choice, which has no field of its own.
         return place, value, f"expected {item['ctx']['expected']}"
-    return place, value, f"expected {_words(info)}"
+    return place, value, f"expected {_words(info, within=place)}"
 
 
 _TABLE_ERRORS = {"model_type", "model_attributes_type", "dict_type"}
 
 
-def _words(info: FieldInfo | None) -> str:
+def _words(info: FieldInfo | None, within: Place = ()) -> str:
+    """What a field accepts, or the lists in it at the indices that a place ends with."""
     if info is None:
         return "another value"
-    return expectation(info.annotation, info.metadata)
+    annotation, metadata = info.annotation, info.metadata
+    for _ in itertools.takewhile(lambda part: isinstance(part, int), reversed(within)):
+        lists = [one for one in alternatives(annotation) if get_origin(one) is tuple]
+        annotation, metadata = (get_args(lists[0])[0], []) if lists else (annotation, metadata)
+    return expectation(annotation, metadata)
 
 
 def _without_tags(place: Place, raw: Any) -> Place:

@@ -55,12 +55,12 @@ def field_at(
     for part in place:
         above, current = current, step(current, part)
         if isinstance(part, int):
-            items = [get_args(a) for a in _alternatives(annotation) if get_origin(a) is tuple]
+            items = [get_args(a) for a in alternatives(annotation) if get_origin(a) is tuple]
             annotation = items[0][0] if items else None
             continue
         tables = [
             a
-            for a in _alternatives(annotation)
+            for a in alternatives(annotation)
             if get_origin(a) is dict or (isinstance(a, type) and issubclass(a, BaseModel))
         ]
         table = tables[0] if tables else None
@@ -100,13 +100,14 @@ def form_of(info: FieldInfo) -> Any:
     return next((one.form for one in info.metadata if isinstance(one, Written)), info.annotation)
 
 
-def _alternatives(annotation: Any) -> Iterator[Any]:
+def alternatives(annotation: Any) -> Iterator[Any]:
+    """The alternatives of an annotation that is a union, or itself."""
     origin = get_origin(annotation)
     if origin is Annotated:
-        yield from _alternatives(get_args(annotation)[0])
+        yield from alternatives(get_args(annotation)[0])
     elif origin in (Union, types.UnionType):
         for arg in get_args(annotation):
-            yield from _alternatives(arg)
+            yield from alternatives(arg)
     else:
         yield annotation
 
