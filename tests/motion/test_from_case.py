@@ -115,8 +115,12 @@ def test_a_table_is_matched_where_it_holds(tmp_path):
     with pytest.raises(InputError, match="the table does not have this damping"):
         design_target(synthetic({"type": "table", "file": path}, damping=0.03))
     path.write_text("frequency [Hz],acceleration [g]\n60,1\n70,1\n")
-    with pytest.raises(InputError, match="the table holds from 60 Hz to 70 Hz, the motion from"):
-        ground_motions([motion])
+    expected = (
+        r"target.csv: frequency = '60 to 70 Hz': expected a range in common with the motion, 0"
+    )
+    for refuse in (ground_motions, checked_durations):
+        with pytest.raises(InputError, match=expected):
+            refuse([motion])
     path.unlink()
     with pytest.raises(InputError, match="no such file"):
         ground_motions([motion])

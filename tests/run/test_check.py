@@ -246,6 +246,17 @@ def test_check_refuses_a_normal_from_b_to_a(new_case, tmp_path):
         study.check(path)
 
 
+def test_a_case_that_nothing_moves_has_one_fault(new_case, tmp_path):
+    path = new_case(tmp_path)
+    text = path.read_text(encoding="utf-8")
+    start, end = text.index("[[motions]]"), text.index("# Laws of")
+    path.write_text(text[:start] + text[end:], encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        study.check(path)
+    (fault,) = caught.value.faults
+    assert fault.key == "motions" and "what moves the buildings" in fault.expected
+
+
 def test_checks_of_a_whole_case(finished):
     checks = json.loads((finished.folder / "checks.json").read_text(encoding="utf-8"))
     assert not [one for one in checks if "facing" in one["text"]]

@@ -26,7 +26,7 @@ class DesignSpectrum(Section):
     ground_acceleration: Acceleration
     """Level of the spectrum at zero period: a_g S, the ground acceleration on the soil of the
     site."""
-    amplification: PositiveFactor = 2.5
+    amplification: Annotated[float, Ratio(at_least=1)] = 2.5
     """Ratio of the plateau to the level, at 5 % damping."""
     corner_periods: tuple[PositiveTime, PositiveTime, PositiveTime]
     """Corner periods T_B < T_C < T_D: the plateau lies between the first two, constant velocity

@@ -36,7 +36,7 @@ from impactfem.records import AMBIGUOUS_ENDINGS, FORMAT_OF_ENDING, FORMATS, Reco
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault
 
-MIN_STEPS = 16  # of a synthetic motion
+MIN_STEPS, MIN_STRONG = 16, 32  # of a synthetic motion, and of its strong phase
 Direction = Literal["x", "y", "z"]
 DIRECTIONS: tuple[Direction, ...] = ("x", "y", "z")
 
@@ -81,7 +81,8 @@ class SyntheticMotion(_Motion):
     time_step: TimeStep
     """Time step of the motion."""
     strong_phase: tuple[Time, Time]
-    """Begin and end of the strong phase, in which the envelope is constant."""
+    """Begin and end of the strong phase, in which the envelope is constant; 32 time steps at
+    least."""
     iterations: Annotated[int, Whole(1, 10_000)] = 30
     """Number of iterations that match the motion to the spectrum."""
     damping: Annotated[float, Ratio(above=0, below=1)] = 0.05
@@ -108,6 +109,12 @@ class SyntheticMotion(_Motion):
     def _phase_in_duration(phase: tuple[float, float], duration: float) -> Iterator[str]:
         if phase[1] > duration:
             yield f"expected a phase within the duration, {duration:g} s"
+
+    @rule("strong_phase", "time_step")
+    @staticmethod
+    def _phase_of_steps(phase: tuple[float, float], step: float) -> Iterator[str]:
+        if 0.0 < phase[1] - phase[0] < MIN_STRONG * step * (1.0 - 1e-9):
+            yield f"expected at least {MIN_STRONG} time steps, {MIN_STRONG * step:g} s"
 
 
 class RecordMotion(_Motion):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from impactfem.case import Case, Motion, RecordMotion, SyntheticMotion
+from impactfem.case.design_spectrum import TableSpectrum as SpectrumTable
 from impactfem.case.model import CaseFile
 from impactfem.case.place import value_at
 from impactfem.case.plausibility import PGA, STEP
@@ -135,13 +136,18 @@ def checked_durations(motions: Sequence[Motion]) -> list[float]:
     """Durations of a case's motions [s], whose records are read, treated and checked without a log.
 
     Raises:
-        InputError: With the faults of all records.
+        InputError: With the faults of all records, and of tables that no motion can be matched to.
     """
     faults: list[Fault] = []
     durations = []
     for motion in motions:
         if not isinstance(motion, RecordMotion):
             durations.append(motion.duration)
+            try:
+                if isinstance(motion, SyntheticMotion):
+                    _matched(design_spectrum(motion.spectrum, motion.damping), motion)
+            except InputError as error:
+                faults += error.faults
             continue
         try:
             with quiet():
@@ -188,14 +194,12 @@ def _matched(
     design: DesignSpectrum | TableSpectrum, motion: SyntheticMotion
 ) -> tuple[float, float] | None:
     """Frequencies at which a table can be met: its own, as far as the motion has them."""
-    if not isinstance(design, TableSpectrum):
+    if not (isinstance(design, TableSpectrum) and isinstance(motion.spectrum, SpectrumTable)):
         return None
     low, high = default_range(motion.duration, motion.time_step)
     matched = (max(low, design.range[0]), min(high, design.range[1]))
     if not matched[0] < matched[1]:
-        expected = (
-            f"the table holds from {design.range[0]:.4g} Hz to {design.range[1]:.4g} Hz, the motion"
-            f" from {low:.4g} Hz to {high:.4g} Hz; expected a common range"
-        )
-        raise InputError([Fault("motions.spectrum", "file", None, expected)])
+        given = f"{design.range[0]:.4g} to {design.range[1]:.4g} Hz"
+        expected = f"expected a range in common with the motion, {low:.4g} to {high:.4g} Hz"
+        raise InputError([Fault(motion.spectrum.file, "frequency", given, expected)])
     return matched

@@ -125,7 +125,7 @@ def further_checks(
     longest = max(durations, default=0.0)  # without a motion, the case says how long
     computed = case.computed_time(longest)
     transient = case.transient
-    if "pounding" not in left_out:
+    if "pounding" not in left_out and computed > 0.0:  # nothing moves: a fault of its own
         # Steps and durations that do not go with the motions, whose records say how long they
         # last; durations that the case itself states were checked when it was read.
         half = computed / 2.0, "half of what is computed"
