@@ -55,7 +55,8 @@ def unit_vector(value: Vector) -> Vector:
 class KelvinVoigtLaw(Section):
     """A spring and a dashpot in parallel, acting while the gap is closed.
 
-    Either ``restitution`` or ``damping_ratio``: the paper's equation 4 leads from one to the other.
+    Either ``restitution`` or ``damping_ratio``: the paper's equation 4 leads from one to the other,
+    without ``tension`` the relation of Schwager and Pöschel (2007), as contact then ends earlier.
     "calibrated" takes a value from the impact of [wall_impact].
     """
 

@@ -36,7 +36,8 @@ class Damping(Section):
     - `rayleigh`: C = α_R M + β_R K, so that ξ = α_R/2ω + β_R ω/2. Either ``ratio`` and
       ``frequencies``, or ``mass_coefficient`` and ``stiffness_coefficient``;
     - `constant`: ``ratio`` at all frequencies;
-    - `table`: through ``points``, linear in log f, and constant outside of them;
+    - `table`: through ``points``, linear in log f, and constant outside of them; those of a
+      building reach up to the highest frequency of [spectra] and [transient];
     - `caughey`: Caughey's series with as many terms as ``points``, which it goes through;
     - `modes`: ``ratios`` of the first modes, and Rayleigh damping of all others.
     """
@@ -58,7 +59,7 @@ class Damping(Section):
     points: tuple[tuple[Frequency, CurveRatio], ...] | None = Field(
         default=None, validate_default=True, min_length=1
     )
-    """Frequencies, ascending, each with its ratio ξ: `[["1 Hz", "4 %"], ["20 Hz", "7 %"]]`."""
+    """Frequencies, ascending, each with its ratio ξ: `[["1 Hz", "4 %"], ["500 Hz", "7 %"]]`."""
     ratios: tuple[ModalRatio, ...] | None = Field(default=None, validate_default=True, min_length=1)
     """Ratios ξ of the first modes, by ascending frequency, in each of stick and 3D model."""
 
