@@ -9,7 +9,21 @@ from impactfem.case import load_case
 from impactfem.case.plausibility import USUAL, implausible
 from impactfem.motion.from_case import hardly_meant
 
-from .sections import BEAM, BLAST, CABINET, LIGHT, LOADS, MOTION, PUMP, RECORD, TRANSIENT, WALL
+from .sections import (
+    BEAM,
+    BLAST,
+    CABINET,
+    EC8,
+    LAW,
+    LIGHT,
+    LOADS,
+    MOTION,
+    PUMP,
+    RECORD,
+    TRANSIENT,
+    WALL,
+    with_spectrum,
+)
 from .texts import replaced
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
@@ -91,6 +105,15 @@ def test_a_generated_mesh_gives_none(structured):
          "usual is 0.5 % to 10 %"),
         (None, "per_decade = 100 }", "per_decade = 100 }\nbroadening = 0.9",
          "spectra.broadening = 0.9", "usual is 10 % to 15 %"),
+        (None, 'frequencies = ["1 Hz", "20 Hz"]', 'frequencies = ["1 Hz", "2 kHz"]',
+         "damping.frequencies[1] = '2 kHz'", "usual is 0.5 to 50 Hz"),
+        (None, "amplification = 2.5", "amplification = 25",
+         "motions[0].spectrum.amplification = 25", "usual is 2.5 to 3"),
+        (None, 'damping = "5 %"', 'damping = "50 %"', "motions[0].damping = '50 %'",
+         "usual is 5 %"),
+        (None, LAW, 'type = "hertz-damp"\nstiffness = "1e11 N/m^1.5"\nrestitution = 0.6\n'
+         'slowest_approach = "1 m/s"\n', "contact_laws.floor.slowest_approach = '1 m/s'",
+         "usual is 0.1 to 10 mm/s"),
         (None, "per_decade = 100", "per_decade = 1", "spectra.frequencies.per_decade = 1",
          "usual is 30 to 100"),
         (None, "0.3358 ms", "5 ms", "pounding.time_step = '5 ms'",
@@ -114,12 +137,13 @@ def test_one_value(broken, file, old, new, key, usual):
          "buildings[1].structure.mesh.slab_thickness = '1 nm'"),
         ("pair_walls.csv", "south,1-8,0,0,46.2,0,60", "south,1-8,0,0,46.2,0,1e-7",
          "pair_walls.csv: row 1, thickness = 1e-09"),
+        ("pair_beams.csv", "-0.29", "29", "pair_beams.csv: row 2, offset = 29.0"),
         ("pair_columns.csv", "0.8,1.2", "1e-9,1.2", "pair_columns.csv: row 1, width_x = 1e-09"),
     ],
 )  # fmt: skip
 def test_the_mesh(structured, file, old, new, key):
     (line,) = warnings(structured((file, old, new)))
-    assert key in line and "usual is 0." in line
+    assert key in line and "usual is 0" in line
 
 
 def test_an_edge_where_nothing_strikes(structured):
@@ -264,6 +288,27 @@ def test_damping_cases_that_are_the_same(broken):
     (line,) = warnings(broken(more=f"{both}0.8\n"))
     assert "damping_cases[1].name = 'lighter': the same damping and restitution as" in line
     assert warnings(broken(more=f"{both}0.7\n")) == []
+    own = (
+        '\n[[damping_cases]]\nname = "own_again"\nratio = "7 %"\nfrequencies = ["1 Hz", "20 Hz"]\n'
+    )
+    (line,) = warnings(broken(more=own))
+    assert "damping_cases[0].name = 'own_again': the same damping and restitution as [dam" in line
+    assert warnings(broken(more=f"{own}restitution = 0.8\n")) == []
+
+
+@pytest.mark.parametrize(
+    ("direction", "keys", "told"),
+    [("y", "", None), ("y", "vertical = true\n", "vertical"), ("z", "", "horizontal"),
+     ("z", "vertical = true\n", None)],
+)  # fmt: skip
+def test_a_spectrum_of_another_direction(written, direction, keys, told):
+    base = with_spectrum(f"{EC8}{keys}")
+    found = warnings(
+        written(base, (None, 'direction = "y"\ntype', f'direction = "{direction}"\ntype'))
+    )
+    lines = [line for line in found if "its spectrum is the" in line]
+    words = f"motions[0].direction = '{direction}': its spectrum is the {told} one"
+    assert len(lines) == (told is not None) and all(words in line for line in lines)
 
 
 @pytest.mark.parametrize(

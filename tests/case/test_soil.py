@@ -46,11 +46,12 @@ file = "soil.csv"
 {RAFT}"""
 
 
-def impedances(lowest=0.5, highest=60.0):
+def impedances(lowest=0.5, highest=60.0, scale=1.0):
     lines = ["component,frequency [Hz],real,imaginary"]
     for name in ("x", "y", "z", "rx", "ry", "rz"):
         for f in np.linspace(lowest, highest, 12):
-            lines.append(f"{name},{f:.6g},{1e10 - 1e5 * f**2:.8g},{2e8 * f:.8g}")
+            real, imaginary = scale * (1e10 - 1e5 * f**2), scale * 2e8 * f
+            lines.append(f"{name},{f:.6g},{real:.8g},{imaginary:.8g}")
     return "\n".join(lines) + "\n"
 
 
@@ -70,6 +71,28 @@ def test_what_is_hardly_meant_of_a_soil(broken, old, new, key, words):
         (None, 'name = "B1"', 'name = "B1"\nlength = "46.2 m"\nwidth = "15.6 m"'), more=more
     )
     found = [str(fault) for fault in implausible(load_case(path), 10.0) if "soil" in str(fault)]
+    assert len(found) == (key is not None)
+    assert all(key in line and words in line for line in found)
+
+
+@pytest.mark.parametrize(
+    ("more", "factor", "key", "words"),
+    [
+        (MATRICES, 1e-3, "soil.stiffness[0][0] = 10000000.0", "0.12 Hz of the rigid building"),
+        (TABLE, 1e-3, "soil.file = 'soil.csv'", "1e+07 N/m along x under 1.75e+04 t are 0.12 Hz"),
+        (MATRICES, 1.0, None, ""),
+        (TABLE, 1.0, None, ""),
+    ],
+)
+def test_springs_that_do_not_go_with_the_mass(broken, more, factor, key, words):
+    """As where they are in kN/m: their unit is in neither of the two."""
+    rows = [[factor * value for value in row] for row in ROWS]
+    text, table = (
+        more.replace(f"stiffness = {ROWS}", f"stiffness = {rows}"),
+        impedances(scale=factor),
+    )
+    path = broken(more=text, files={"soil.csv": table})
+    found = [str(fault) for fault in implausible(load_case(path), 10.0)]
     assert len(found) == (key is not None)
     assert all(key in line and words in line for line in found)
 

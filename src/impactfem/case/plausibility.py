@@ -17,13 +17,16 @@ import numpy as np
 from impactfem.case.buildings import GeneratedMesh
 from impactfem.case.contacts import KelvinVoigtLaw, UnilateralLaw
 from impactfem.case.damping import Damping
+from impactfem.case.design_spectrum import DecreeSpectrum, EurocodeSpectrum
 from impactfem.case.facade import GRAZING, side_of
 from impactfem.case.facing import LEVEL, facing_floors, levels_of
 from impactfem.case.floors import Floor
 from impactfem.case.model import Case, CaseFile
+from impactfem.case.motions import SyntheticMotion
 from impactfem.case.place import Place, step, value_at
+from impactfem.case.quantity import CALIBRATED
 from impactfem.case.report import STAGE_OF
-from impactfem.case.soil import HalfSpaceSoil
+from impactfem.case.soil import HalfSpaceSoil, MatrixSoil, TableSoil
 from impactfem.case.source import Source, read_source
 from impactfem.dynamics.damping import UNDAMPED
 from impactfem.system.errors import Fault
@@ -61,6 +64,7 @@ USUAL = (
         for key, low, high, words in (
             ("ratio", 2e-3, 0.2, "1 % to 10 %"),
             ("ratios.*", 2e-3, 0.2, "1 % to 10 %"),
+            ("frequencies.*", 0.05, 200.0, "0.5 to 50 Hz"),
             ("mass_coefficient", 0.0, 10.0, "below 5 1/s"),
             ("stiffness_coefficient", 0.0, 0.03, "below 10 ms"),
         )
@@ -95,16 +99,21 @@ USUAL = (
     Usual(f"{MODEL}mesh.shells.*.thickness", 0.003, 3.0, "0.1 to 1 m"),
     Usual(f"{MODEL}mesh.beams.*.width", 0.02, 5.0, "0.2 to 2 m"),
     Usual(f"{MODEL}mesh.beams.*.depth", 0.02, 5.0, "0.2 to 2 m"),
+    Usual(f"{MODEL}mesh.beams.*.offset", -2.0, 2.0, "0 to -1 m: below the slab"),
     Usual("contacts.*.gap", 0.0, 0.6, "0 to 30 cm"),
     Usual("contacts.*.bearing_area", 1e-2, 200.0, "0.1 to 50 m2"),
     Usual("contact_laws.*.stiffness", 1e7, 1e13, "1e8 to 1e11 N/m, 1e9 to 1e12 N/m^1.5"),
     Usual("contact_laws.*.restitution", 0.1, 1.0, "0.4 to 0.9"),
     Usual("contact_laws.*.damping_ratio", 0.0, 0.6, "5 % to 35 %"),
+    Usual("contact_laws.*.slowest_approach", 0.0, 0.1, "0.1 to 10 mm/s"),
     Usual("pounding.contact_spacing", 0.1, 10.0, "0.5 to 3 m"),
     PGA,
     STEP,
     Usual("motions.*.resample", STEP.low, STEP.high, STEP.words),
     Usual("motions.*.duration", 2.0, 300.0, "5 to 60 s"),
+    Usual("motions.*.damping", 2e-3, 0.2, "5 %"),
+    Usual("motions.*.spectrum.amplification", 1.5, 4.0, "2.5 to 3"),
+    Usual("motions.*.spectrum.importance_factor", 0.5, 4.0, "0.8 to 1.6"),
     Usual("wave_passage.apparent_velocity", 200.0, 2e4, "500 to 5000 m/s"),
     Usual("spectra.damping.*", 2e-3, 0.2, "0.5 % to 10 %"),
     Usual("spectra.frequencies.minimum", 0.02, 10.0, "0.1 to 1 Hz"),
@@ -133,11 +142,15 @@ USUAL = (
     Usual(f"{MODEL}mesh.walls.row.thickness", 0.05, 5.0, "0.1 to 2 m"),
     Usual(f"{MODEL}mesh.beams.row.width", 0.05, 5.0, "0.2 to 2 m"),
     Usual(f"{MODEL}mesh.beams.row.depth", 0.05, 5.0, "0.2 to 2 m"),
+    Usual(f"{MODEL}mesh.beams.row.offset", -2.0, 2.0, "0 to -1 m: below the slab"),
     Usual(f"{MODEL}mesh.columns.row.width_x", 0.05, 5.0, "0.2 to 2 m"),
     Usual(f"{MODEL}mesh.columns.row.width_y", 0.05, 5.0, "0.2 to 2 m"),
 )
 """Keys of the case file, and columns of its tables; no damping at all is another warning."""
 
+ON_SOIL = ((0.2, 100.0), (0.2, 100.0), (1.0, 100.0))
+"""Usual frequencies of a rigid building along x, y and z on the springs of its soil [Hz]; isolators
+are as soft as the least of them."""
 GYRATION = (0.5, 80.0)
 """Usual radius of gyration of a floor, √(J/m) [m]."""
 DURATION = (0.5, 5.0)
@@ -179,6 +192,8 @@ def implausible(case: Case, longest: float) -> list[Fault]:
         *_dampings(source, case),
         *_plans(source, case),
         *_rafts(source, case),
+        *_soils(source, case),
+        *_verticals(source, case),
         *_floors(case, source),
         *_pairs(source, case),
         *_edges(source, case),
@@ -250,11 +265,20 @@ def _dampings(source: Source, case: Case) -> Iterator[Fault]:
             if not 1e-3 <= ratio <= 1.0 and value_at(point, source.raw) is not None:
                 yield _written(source, point, "usual is 1 % to 10 %")
     for (i, a), (j, b) in itertools.combinations(enumerate(case.damping_cases), 2):
-        pairs = zip(a.law.modal(RATES), b.law.modal(RATES), strict=True)
-        same = all(math.isclose(p, q, rel_tol=SAME) for p, q in pairs)
-        if same and a.restitution == b.restitution:
+        if _same(a, b) and a.restitution == b.restitution:
             text = f"the same damping and restitution as damping_cases[{i}], {a.name}"
             yield source.fault(("damping_cases", j, "name"), b.name, text)
+    if all(one.damping == case.damping for one in case.buildings):
+        for j, b in enumerate(case.damping_cases):
+            if _same(case.damping, b) and b.restitution == CALIBRATED:
+                text = "the same damping and restitution as [damping]"
+                yield source.fault(("damping_cases", j, "name"), b.name, text)
+
+
+def _same(a: Damping, b: Damping) -> bool:
+    """Whether two laws of damping give the same ratios."""
+    pairs = zip(a.law.modal(RATES), b.law.modal(RATES), strict=True)
+    return all(math.isclose(p, q, rel_tol=SAME) for p, q in pairs)
 
 
 def _plans(source: Source, case: Case) -> Iterator[Fault]:
@@ -294,6 +318,41 @@ def _rafts(source: Source, case: Case) -> Iterator[Fault]:
             other = "the raft of " if on_rafts[i] else ""
             text = f"the raft reaches {into:.3g} m into the plan of {other}{a.name}"
             yield source.fault(("buildings", j, "soil", "raft"), None, text)
+
+
+def _soils(source: Source, case: Case) -> Iterator[Fault]:
+    """Springs under a building, written without units, that do not go with its mass."""
+    for k, building in enumerate(case.buildings):
+        soil, place = building.soil, ("buildings", k, "soil")
+        if not isinstance(soil, MatrixSoil | TableSoil):
+            continue
+        mass = float(soil.raft.inertia[0, 0]) + sum(floor.mass for floor in building.floors)
+        for c, (low, high) in enumerate(ON_SOIL):
+            at: Place = (*place, "file")
+            if isinstance(soil, MatrixSoil):
+                at, stiffness = (*place, "stiffness", c, c), soil.stiffness[c][c]
+            else:
+                stiffness = float(soil.curves[c][1, 0])
+            frequency = math.sqrt(stiffness / mass) / (2.0 * math.pi)
+            if not low <= frequency <= high:
+                text = (
+                    f"{stiffness:.3g} N/m along {'xyz'[c]} under {1e-3 * mass:.4g} t are "
+                    f"{frequency:.2g} Hz of the rigid building; usual is 1 to 30 Hz"
+                )
+                yield _written(source, at, text)
+                break  # the unit is that of all
+
+
+def _verticals(source: Source, case: Case) -> Iterator[Fault]:
+    """Vertical spectra of horizontal motions, and horizontal ones of vertical motions."""
+    for k, motion in enumerate(case.motions):
+        spectrum = motion.spectrum if isinstance(motion, SyntheticMotion) else None
+        if not isinstance(spectrum, EurocodeSpectrum | DecreeSpectrum):
+            continue
+        if spectrum.vertical != (motion.direction == "z"):
+            kind = "vertical" if spectrum.vertical else "horizontal"
+            text = f"its spectrum is the {kind} one (vertical of [motions.spectrum])"
+            yield source.fault(("motions", k, "direction"), motion.direction, text)
 
 
 def _floors(case: Case, source: Source) -> Iterator[Fault]:
