@@ -41,6 +41,24 @@ def test_a_fit_finds_what_a_table_was_made_of():
     assert 0.03 < fitted(table, wrong)[1] < 0.12
 
 
+@pytest.mark.parametrize("ratio", [0.02, 0.05])
+def test_a_table_of_material_damping_keeps_it(ratio):
+    """K (1 + 2iζ) belongs to no causal model: what gives is the real part, not the damping."""
+    table = 2.0 * np.pi * np.geomspace(0.5, 60.0, 48)
+    found, error = fitted(table, np.full(48, 1e9 * (1.0 + 2j * ratio)))
+    inside = 2.0 * np.pi * np.geomspace(1.0, 20.0, 30)
+    assert found.at(inside).imag / found.at(inside).real == pytest.approx(2.0 * ratio, rel=0.2)
+    assert found.at(inside).real == pytest.approx(1e9, rel=0.1) and error < 0.15
+    assert found.stiffness > 0.79e9
+
+
+def test_a_table_of_a_heavy_mass():
+    """Least squares takes more than three iterations for each column there."""
+    table = 2.0 * np.pi * np.geomspace(0.1, 100.0, 60)
+    S = 1e9 - 2e5 * table**2 + 1e7j * table
+    assert fitted(table, S)[1] < 0.01
+
+
 def test_material_damping_over_its_band():
     model, error = hysteresis(0.05, 2.0 * np.pi * 0.5, 2.0 * np.pi * 50.0)
     ω = 2.0 * np.pi * np.array([0.5, 1.0, 3.0, 10.0, 50.0])

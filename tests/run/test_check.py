@@ -13,6 +13,7 @@ import pytest
 from frame_case import floors_meet, neighbour, pump
 from impactfem import study
 from impactfem.case import load_case
+from impactfem.case.soil import COMPONENTS
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.run import loop
 from impactfem.stages.pounding.stage import POUNDING
@@ -244,6 +245,25 @@ def test_check_refuses_a_normal_from_b_to_a(new_case, tmp_path):
     path = new_case(tmp_path, ("normal = [0, 1, 0]", "normal = [0, -1, 0]"))
     with pytest.raises(InputError, match=r"are -0.02 m apart along it, and the gap is 0.02 m"):
         study.check(path)
+
+
+@pytest.mark.parametrize(("layered", "told"), [(True, 1), (False, 0)])
+def test_a_soil_that_no_model_has(new_case, tmp_path, caplog, layered, told):
+    """A layer on rock, by its shear column of 5 Hz: its stiffness falls to nothing there."""
+    f = np.geomspace(0.5, 60.0, 40)
+    x = np.pi / 10.0 * f / np.sqrt(1.0 + 0.1j)
+    S = 3e9 * ((1.0 + 0.1j) * x / np.tan(x) if layered else 1.0 + 0.02j * f)
+    table = list(zip(f, S, strict=True))
+    rows = [f"{c},{a:.6g},{b.real:.6g},{b.imag:.6g}\n" for c in COMPONENTS for a, b in table]
+    (tmp_path / "soil.csv").write_text("component,frequency [Hz],real,imaginary\n" + "".join(rows))
+    raft = '{ length = "20 m", width = "12 m", thickness = "1 m", density = "2500 kg/m3" }'
+    soil = f'[buildings.soil]\ntype = "table"\nfile = "soil.csv"\nraft = {raft}\n'
+    path = new_case(tmp_path, ("\n[[motions]]\n", f"\n{soil}[[motions]]\n"))
+    with caplog.at_level(logging.WARNING):
+        study.check(path, mesh=True)
+    assert (
+        sum("model of the soil of east, off by up to" in line for line in caplog.messages) == told
+    )
 
 
 def test_a_case_that_nothing_moves_has_one_fault(new_case, tmp_path):

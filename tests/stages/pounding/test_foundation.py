@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from impactfem.records.accelerogram import STANDARD_GRAVITY
-from impactfem.stages.pounding.checks import stick_checks
+from impactfem.stages.pounding.checks import soil_check, stick_checks
 from impactfem.stages.pounding.foundation import foundations
 from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.stages.pounding.store import write_sticks
@@ -78,5 +78,6 @@ def test_store_tables_and_checks(soft, tmp_path):
     name = soft.foundations[0].building
     ratio = values[f"soil.{name}.least_pressure_ratio"]
     texts = [(met, text) for met, text in stick_checks(path.parent, 16, {}) if "soil:" in text]
-    assert len(texts) == 2 and texts[1][0] == (ratio >= 0.0)
+    assert len(texts) == 3 and texts[2][0] == (ratio >= 0.0)
+    assert texts[1] == soil_check(name, values[f"soil.{name}.model_error"]) and texts[1][0]
     assert values[f"soil.{name}.period_ratio.y"] > 1.0

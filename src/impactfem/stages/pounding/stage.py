@@ -6,6 +6,7 @@ from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.case.facing import facing_floors
+from impactfem.case.soil import TableSoil
 from impactfem.coupling.force_history import ForceHistory, write_forces
 from impactfem.plot.floor_products import write_floor_products
 from impactfem.stages.building.stage import target_models
@@ -13,7 +14,7 @@ from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.selection import asks_calibration, with_contact_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.inputs import inputs_key, published_values, tolerances
-from impactfem.stages.pounding.checks import facing_checks, stick_checks
+from impactfem.stages.pounding.checks import facing_checks, soil_check, stick_checks
 from impactfem.stages.pounding.compute import STEPS, run_sticks
 from impactfem.stages.pounding.figures import stick_figures
 from impactfem.stages.pounding.store import write_motion, write_sticks
@@ -99,6 +100,11 @@ POUNDING = Stage(
     checks=lambda case, folder: [
         *stick_checks(folder, case.pounding.points_per_impact, tolerances(case)),
         *facing_checks(folder, case),
+    ],
+    announces=lambda case: [
+        soil_check(one.name, float(one.soil.law.error.max()))
+        for one in case.buildings
+        if isinstance(one.soil, TableSoil)
     ],
     needs=_needs,
 )
