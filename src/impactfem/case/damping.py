@@ -61,7 +61,9 @@ class Damping(Section):
     )
     """Frequencies, ascending, each with its ratio ξ: `[["1 Hz", "4 %"], ["500 Hz", "7 %"]]`."""
     ratios: tuple[ModalRatio, ...] | None = Field(default=None, validate_default=True, min_length=1)
-    """Ratios ξ of the first modes, by ascending frequency, in each of stick and 3D model."""
+    """Ratios ξ of the first modes, by ascending frequency, in each of stick and 3D model: of modes
+    along x and y and of torsion together, so that a plan that is symmetric has two of each
+    frequency."""
 
     _in_order = ascending("frequencies", "expected two different frequencies, the lower one first")
 
