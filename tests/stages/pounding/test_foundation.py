@@ -79,5 +79,6 @@ def test_store_tables_and_checks(soft, tmp_path):
     ratio = values[f"soil.{name}.least_pressure_ratio"]
     texts = [(met, text) for met, text in stick_checks(path.parent, 16, {}) if "soil:" in text]
     assert len(texts) == 3 and texts[2][0] == (ratio >= 0.0)
+    assert texts[0][1].startswith(f"soil: first periods of the stick of {name} longer than")
     assert texts[1] == soil_check(name, values[f"soil.{name}.model_error"]) and texts[1][0]
     assert values[f"soil.{name}.period_ratio.y"] > 1.0

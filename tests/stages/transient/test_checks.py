@@ -179,7 +179,7 @@ def test_samples(step, points, more):
 def checked(tmp_path):
     """The check of a stick with this frequency along y beside a 3D model of 2 Hz."""
 
-    def check(frequency, direction="y"):
+    def check(frequency, direction="y", **further):
         # Mode 1 of the 3D model twists and moves a twentieth of the mass along y.
         building = {
             "frequency": [1.5, 2.0, 3.0, 7.0],
@@ -196,7 +196,7 @@ def checked(tmp_path):
                 [[0.0, 80.0, 0.0], [75.0, 0.0, 20.0]],
             ],
             "mode_direction": ["x", "y"],
-        }
+        } | further
         for name, outputs, values, attributes in (
             ("building", building_store.OUTPUTS, building, {"building": "wing"}),
             ("pounding", pounding_store.OUTPUTS, sticks, {"shown_direction": direction}),
@@ -223,6 +223,9 @@ def test_another_building(checked, frequency):
     ((good, text),) = checked(frequency)
     assert good is False
     assert f"stick {frequency:.3g} Hz, 3D model 2 Hz" in text and "from_structure" in text
+    assert "the stick is that of another building" in text  # nothing pounds
+    ((_, text),) = checked(frequency, pair=["tower.floor_1-wing.floor_1"])
+    assert "the impact forces are those of another building" in text
 
 
 def test_along_the_direction_that_is_shown(checked):

@@ -329,10 +329,10 @@ def _foundations(store: xr.Dataset, values: Mapping[str, float]) -> list[Check]:
     lines: list[Check] = []
     for name in names_of(store, "foundation") if "foundation" in store.dims else ():
         off = values[f"soil.{name}.model_error"]
-        longer = [values[f"soil.{name}.period_ratio.{axis}"] - 1.0 for axis in "xy"]
+        x, y = (100 * (values[f"soil.{name}.period_ratio.{axis}"] - 1.0) for axis in "xy")
         text = (
-            f"soil: first periods of {name} longer than clamped by {100 * longer[0]:.3g} % (x) and "
-            f"{100 * longer[1]:.3g} % (y)"
+            f"soil: first periods of the stick of {name} longer than clamped by {x:.3g} % (x) and "
+            f"{y:.3g} % (y)"
         )
         least = values[f"soil.{name}.least_pressure_ratio"]
         lift = (
