@@ -1,5 +1,6 @@
 """What is hardly meant: a warning each, with the value and what is usual."""
 
+import math
 import shutil
 from pathlib import Path
 
@@ -239,8 +240,23 @@ def test_a_record(broken, step, peak, keys, told):
         (None, MOTION, record),
         files={"motion.csv": "\n".join(("time [s],a [m/s2]", *lines))},
     )
-    found = [line for line in warnings(path) if "longest" not in line]
+    found = [line for line in warnings(path) if not {"longest", "velocity"} & {*line.split()}]
     assert [told in line for line in found] == [True] if told else found == []
+
+
+@pytest.mark.parametrize(
+    ("offset", "keys", "told"),
+    [(0.0, "", False), (0.2, "", True), (0.2, 'baseline = "mean"', False)],
+)
+def test_a_record_that_does_not_end_at_rest(broken, offset, keys, told):
+    lines = (f"{k / 100:g},{offset + math.sin(0.2 * math.pi * k)}" for k in range(1671))
+    record = RECORD.replace('"x"', '"y"').replace("\n\n", f"\n{keys}\n\n")
+    path = broken(
+        (None, MOTION, record), files={"motion.csv": "\n".join(("time [s],a [m/s2]", *lines))}
+    )
+    found = [line for line in warnings(path) if "velocity at the end" in line]
+    assert len(found) == told
+    assert all("motion.csv: velocity at the end = '3.34 m/s': 9" in line for line in found)
 
 
 def test_points_of_contact_that_no_edge_has(broken):

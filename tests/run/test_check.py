@@ -309,6 +309,35 @@ def test_the_stick_is_checked_where_its_forces_are_taken(monkeypatch, forces):
     assert transient.TRANSIENT.checks(case, Path()) == [own]
 
 
+KNET = """\
+Origin Time       2011/03/11 14:46:00
+Lat.              38.103
+Long.             142.860
+Depth. (km)       24
+Mag.              9.0
+Station Code      MYG013
+Station Lat.      38.2663
+Station Long.     140.9293
+Station Height(m) 2.6
+Record Time       2011/03/11 14:46:36
+Sampling Freq(Hz) 100Hz
+Duration Time(s)  4
+Dir.              N-S
+Scale Factor      1(gal)/1
+Max. Acc. (gal)   99.0
+Last Correction   2011/03/11 14:46:21
+Memo.
+"""
+
+
+def test_a_peak_that_is_not_the_header_s_is_told_once(with_record, tmp_path, caplog):
+    """However often the record is read."""
+    samples = " ".join(["0", "200", "0", "-200"] * 100)
+    path = with_record(tmp_path, KNET + samples, 'format = "knet"\n')
+    (line,) = warned(caplog, path)
+    assert "the largest sample is 200 gal, the header has 99 gal" in line
+
+
 def test_seeds_by_their_keys(new_case, tmp_path):
     """Those of an ensemble and of a fit where the case has them."""
     seeds = {"motions[0].seed": 127, "calibration.seed": 0, "ensemble.first_seed": 0}

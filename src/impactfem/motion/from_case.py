@@ -27,6 +27,8 @@ RIGID = 33.0  # Hz: a spectrum that ends here or above ends at the peak ground a
 PEAK = (0.99, 1.3)
 """Usual peak of a synthetic motion over that of its target: EN 1998-1, 3.2.3.1.2(4)b, asks for no
 less, but values are rounded; US NRC SRP 3.7.1 has no ordinate above 1.3."""
+AT_REST = 0.5
+"""Velocity at the end of a record over the largest that is told: that of noise is well below."""
 SPECTRUM_RANGE = (0.2, 100.0, 200)  # lowest and highest frequency [Hz], points a decade
 
 
@@ -100,7 +102,7 @@ def hardly_meant(case: Case) -> list[Fault]:
     """What is hardly meant of the motions of a case, beside the values of its file.
 
     Of a synthetic motion a peak that is not that of its target, of a record its peak, as the case
-    uses it, and its time step. Motions at fault are left out.
+    uses it, its time step, and a velocity that is left at its end. Motions at fault are left out.
     """
     source, found = read_source(case.path, CaseFile), list[Fault]()
     low, high = PEAK
@@ -116,7 +118,7 @@ def hardly_meant(case: Case) -> list[Fault]:
                     )
                     found.append(source.fault(place, value_at(place, source.raw), text))
             elif isinstance(motion, RecordMotion):
-                with quiet():
+                with quiet(warnings=False):  # those of the file were given when it was checked
                     record = treated_record(motion)
                 # What the case itself says of either is warned of as its own.
                 peak = float(np.abs(record.acceleration).max())
@@ -127,6 +129,14 @@ def hardly_meant(case: Case) -> list[Fault]:
                     if given is None and not usual.low <= value <= usual.high:
                         text = f"as the case uses it; usual is {usual.words}"
                         found.append(Fault(motion.file, what, f"{value:.4g} {unit}", text))
+                velocity = record.velocity
+                last, most = abs(float(velocity[-1])), float(np.abs(velocity).max())
+                if last > AT_REST * most:
+                    text = (
+                        f"{100 * last / most:.3g} % of the largest, as an offset or a cut leaves "
+                        "it; usual is a motion that ends at rest: see baseline of [[motions]]"
+                    )
+                    found.append(Fault(motion.file, "velocity at the end", f"{last:.3g} m/s", text))
         except InputError:
             continue
     return found

@@ -97,10 +97,10 @@ def mirrored(path: Path, rank: int = 0) -> Iterator[None]:
 
 
 @contextmanager
-def quiet() -> Iterator[None]:
-    """Only warnings while the block runs."""
+def quiet(*, warnings: bool = True) -> Iterator[None]:
+    """Only warnings while the block runs, or not even these, where they were given before."""
     level = LOGGER.level
-    LOGGER.setLevel(logging.WARNING)
+    LOGGER.setLevel(logging.WARNING if warnings else logging.ERROR)
     try:
         yield
     finally:
