@@ -398,3 +398,23 @@ def test_given_spectra_without_the_direction_of_the_ground(structured):
     assert "devices[0].spectra = 'floor.csv': no spectrum along y, along which the ground" in line
     (path.parent / "floor.csv").write_text(header + rows.replace("x", "y"), "utf-8")
     assert warnings(path) == []
+
+
+@pytest.mark.parametrize(
+    ("ensemble", "told"),
+    [
+        (
+            "motions = 9",
+            "ensemble.motions = 9: the fractiles of 5 % and 95 % of fewer than 10 motions",
+        ),
+        ("motions = 10", None),
+        (
+            "motions = 20\nstructure_motions = 3",
+            "ensemble.structure_motions = 3: fractiles of 84 % of fewer than 4",
+        ),
+        ("motions = 20\nstructure_motions = 4", None),
+    ],
+)
+def test_motions_of_an_ensemble(structured, ensemble, told):
+    found = warnings(structured(more=f"{TRANSIENT}\n[ensemble]\n{ensemble}\n"))
+    assert [told in line for line in found] == [True] if told else found == []

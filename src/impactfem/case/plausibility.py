@@ -170,6 +170,12 @@ SPEED = 0.5
 """Speed of approach that tells how long an impact of a law after Hertz lasts [m/s]."""
 RAYLEIGH = 0.87
 """Least speed of Rayleigh waves over that of shear waves, at a Poisson's ratio of 0."""
+FRACTILES = {
+    "motions": (10, "the fractiles of 5 % and 95 %"),
+    "structure_motions": (4, "fractiles of 84 %"),
+}
+"""Least number n of motions by the key of [ensemble], with 1 - 1/(2n) at least the probability p,
+and the fractiles that need them."""
 SAME = 1e-9  # relative difference of numbers that are the same
 RATES = np.geomspace(1e-2, 1e9, 60)  # ω² at which laws of damping are compared [1/s2]
 
@@ -199,6 +205,7 @@ def implausible(case: Case, longest: float) -> list[Fault]:
         *_edges(source, case),
         *_devices(source, case),
         *_analysis(source, case, longest),
+        *_ensemble(source, case),
         *_passage(source, case),
         *_pounding(source, case, longest),
         *_wall(source, case),
@@ -511,6 +518,24 @@ def _analysis(source: Source, case: Case, longest: float) -> Iterator[Fault]:
         text = f"the strong motion is a part of the motion, which lasts {longest:g} s"
     if text:
         yield _written(source, ("device_analysis", "duration"), text)
+
+
+def _ensemble(source: Source, case: Case) -> Iterator[Fault]:
+    """Fewer motions than the fractiles of the results need."""
+    ensemble = case.ensemble
+    if ensemble is None:
+        return
+    folder = ensemble.records is not None
+    counts = {
+        "motions": len(ensemble.files()) if folder else ensemble.motions,
+        "structure_motions": ensemble.structure_motions,
+    }
+    for key, (least, fractiles) in FRACTILES.items():
+        count = counts[key]
+        if count and count < least:
+            text = f"{fractiles} of fewer than {least} motions say no more than their range does"
+            place = ("ensemble", "records" if folder and key == "motions" else key)
+            yield _written(source, place, text)
 
 
 def _passage(source: Source, case: Case) -> Iterator[Fault]:
