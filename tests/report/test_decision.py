@@ -315,6 +315,21 @@ def test_ten_numbers_of_any_run(tmp_path):
     assert len(key_results(run)) == 10
 
 
+@pytest.mark.parametrize(
+    ("difference", "value", "verb"),
+    [
+        (0.02, "2.0 %", "underestimates"),
+        (-0.02, "2.0 %", "overestimates"),
+        (4e-4, "0.0 %", "misses"),
+    ],
+)
+def test_how_far_spectrum_analysis_is_off(tmp_path, difference, value, verb):
+    run = run_of(tmp_path, pounding=sticks())
+    run.values["device.relative_difference.impact"] = difference
+    text = f"by which RSA {verb} the force of the first device, with impacts"
+    assert (value, text) in key_results(run)
+
+
 def test_one_motion_of_many(tmp_path):
     run = run_of(tmp_path, pounding=sticks())
     run.values |= {"frs.floor_1.peak": 20.0, "ensemble.p84.frs.floor_1.peak": 25.0}

@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 from importlib.resources import files
+from types import SimpleNamespace
 
 import pytest
 from typer.testing import CliRunner
@@ -11,7 +12,7 @@ from typer.testing import CliRunner
 from impactfem import study
 from impactfem.cli import app
 from impactfem.report.overview import number, quantity
-from impactfem.report.page import assumptions, of_another_case, write_report
+from impactfem.report.page import assumptions, conventions, of_another_case, write_report
 from impactfem.report.run_files import FLOWCHART, SCENE, SPECTRA
 from impactfem.report.sections import ROWS
 from impactfem.stages.manifest import file_digest
@@ -414,3 +415,18 @@ def test_long_tables_stay_in_their_files(run):
         assert "csv_impacts" in page.ids
         assert (page.words.count("0.12345") == rows) == shown
         assert ("tables/impacts.csv" in page.links) != shown
+
+
+def test_conventions_of_spectra():
+    spectra = {"damping": [0.05], "points_per_cycle": 20, "broadening": 0.0, "clipping": False}
+    spectra["frequencies"] = {"list": "rg1.122", "minimum": None, "maximum": None}
+    case = {"spectra": spectra, "pounding": {"time_step": 1e-3}, "transient": None}
+    run = SimpleNamespace(case=case | {"device_analysis": None, "devices": []})
+    said = dict(conventions(run))
+    assert "from 0.2 to 34 Hz" in said["Floor spectra"]
+    words = said["Broadening of design spectra"]
+    assert words == "Peaks not broadened. Spectra elsewhere are as computed."
+    spectra |= {"broadening": 0.15, "frequencies": [1.0, 50.0]}
+    said = dict(conventions(run))
+    assert "from 1 to 50 Hz" in said["Floor spectra"]
+    assert "Peaks broadened by ±15 % (Regul" in said["Broadening of design spectra"]

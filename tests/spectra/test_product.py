@@ -60,7 +60,10 @@ def test_other_statistics_and_ratios(spectra):
         spectra.design(0.15, statistic=0.5).raw, np.median(spectra.psa, axis=0)
     )
     one_sided = spectra.design((0.1, 0.0))
-    assert one_sided.broadening_text.startswith("peaks broadened by -10 % and +0 %")
+    least = "less than the 10 % of Regulatory Guide 1.122"
+    assert one_sided.broadening_text == f"peaks broadened by -10 % and +0 % ({least})"
+    wide = spectra.design(0.1).broadening_text
+    assert wide == "peaks broadened by ±10 % (Regulatory Guide 1.122)"
     plain = spectra.design(0.0)
     np.testing.assert_array_equal(plain.frequency, F)
     np.testing.assert_allclose(plain.psa, plain.raw, rtol=1e-13)

@@ -20,6 +20,8 @@ from impactfem.report.decision import anchors_table, answers, flags, governing, 
 from impactfem.report.overview import buildings, in_3d, number, quantity, wall_is_used
 from impactfem.report.run_files import DRAWING, FLOWCHART, SPECTRA, RunFiles
 from impactfem.report.sections import TEMPLATES, Picture, anchor, numeric, picture, sections
+from impactfem.spectra.design import broadening_words
+from impactfem.spectra.frequency_list import rg_1_122_frequencies
 from impactfem.stages.stage import Stage
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import atomic
@@ -269,9 +271,11 @@ def conventions(run: RunFiles) -> list[tuple[str, str]]:
     said = [("Units", "SI; a prefix or another unit stands with the number. g is 9.80665 m/s².")]
     case, spectra = run.case, run.case["spectra"]
     grid = spectra["frequencies"]
+    if isinstance(grid, dict) and grid["list"] == "rg1.122":
+        grid = rg_1_122_frequencies(grid["maximum"])
     ends = (grid["minimum"], grid["maximum"]) if isinstance(grid, dict) else (grid[0], grid[-1])
     dampings = ", ".join(f"{100.0 * d:g} %" for d in spectra["damping"])
-    low, high = ("" if end is None else f"{end:g}" for end in ends)
+    low, high = (f"{end:g}" for end in ends)
     said.append(
         (
             "Floor spectra",
@@ -293,10 +297,11 @@ def conventions(run: RunFiles) -> list[tuple[str, str]]:
             f"to {transient['maximum_frequency']:g} Hz: its spectra are shown up to there."
         )
     said.append(("Cut-off", steps))
-    text = f"± {100.0 * spectra['broadening']:g} % of the frequency (Regulatory Guide 1.122)"
+    text = broadening_words(spectra["broadening"])
     if spectra["clipping"]:
-        text += ", narrow peaks reduced by 15 % before (ASCE 4-98, 3.4.2.3)"
-    said.append(("Broadening of design spectra", f"{text}. Spectra elsewhere are as computed."))
+        text += "; narrow peaks reduced by 15 % before (ASCE 4-98, 3.4.2.3)"
+    text = f"{text[0].upper()}{text[1:]}. Spectra elsewhere are as computed."
+    said.append(("Broadening of design spectra", text))
     if (rules := case["device_analysis"]) is not None and case["devices"]:
         modes = rules["combination"]
         modes = modes if isinstance(modes, str) else " and ".join(modes)

@@ -158,6 +158,21 @@ def sides(ratio: Ratio) -> tuple[float, float]:
     return float(lower), float(upper)
 
 
+GUIDE = 0.1
+"""Least broadening of Regulatory Guide 1.122, where the uncertainty is computed."""
+
+
+def broadening_words(ratio: Ratio) -> str:
+    """How far peaks are broadened, in words."""
+    both = sides(ratio)
+    if not any(both):
+        return "peaks not broadened"
+    lower, upper = (f"{100.0 * side:g} %" for side in both)
+    wide = f"±{lower}" if lower == upper else f"-{lower} and +{upper}"
+    least = "" if min(both) >= GUIDE else f"less than the {100.0 * GUIDE:g} % of "
+    return f"peaks broadened by {wide} ({least}Regulatory Guide 1.122)"
+
+
 REDUCTION = 0.15
 BAND_LEVEL = 0.8
 NARROW = 0.30

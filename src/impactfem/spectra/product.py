@@ -16,6 +16,7 @@ from impactfem.spectra.design import (
     ClippedPeak,
     Ratio,
     broaden,
+    broadening_words,
     clip_peaks,
     corner_frequencies,
     rigid_frequency,
@@ -182,13 +183,7 @@ class DesignFloorSpectra:
     @property
     def broadening_text(self) -> str:
         """What was done to the peaks, in words."""
-        lower, upper = (f"{100.0 * side:g} %" for side in self.broadening)
-        if not any(self.broadening):
-            text = "peaks not broadened"
-        elif lower == upper:
-            text = f"peaks broadened by ±{lower} (Regulatory Guide 1.122)"
-        else:
-            text = f"peaks broadened by -{lower} and +{upper} (Regulatory Guide 1.122)"
+        text = broadening_words(self.broadening)
         if self.clipping:
             count = sum(len(peaks) for peaks in self.clipped.values())
             text += f"; {count} narrow peaks reduced by 15 % before (ASCE 4-98, 3.4.2.3)"
