@@ -147,6 +147,12 @@ def test_the_mesh(structured, file, old, new, key):
     assert key in line and "usual is 0" in line
 
 
+def test_a_column_in_a_wrong_unit_has_one_warning(structured):
+    found = warnings(structured(("pair_walls.csv", "thickness [cm]", "thickness [m]")))
+    (line,) = [line for line in found if "pair_walls.csv" in line]
+    assert "row 1, thickness = 60.0: in SI; usual is 0.1 to 2 m; so it is in 2 more" in line
+
+
 def test_an_edge_where_nothing_strikes(structured):
     """The pairs of B1 are on y+; results at its edges would be those of another side."""
     for edge in ("y-", "x+"):

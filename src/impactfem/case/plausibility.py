@@ -181,7 +181,7 @@ RATES = np.geomspace(1e-2, 1e9, 60)  # ω² at which laws of damping are compare
 
 
 def implausible(case: Case, longest: float) -> list[Fault]:
-    """Everything in a case that is hardly meant, one a value, with what is usual.
+    """What is hardly meant in a case, one a value or a column of a table, with what is usual.
 
     The longest motion has this duration [s], 0 without one.
     """
@@ -230,12 +230,19 @@ def _outside(
         yield from _outside(usual, rest, (*place, key), step(raw, key), below, source)
     elif keys[0] == "row" and isinstance(raw, str):
         file, column = source.path.parent / raw, keys[1]
-        for number, row in enumerate(value, start=1):
-            found = getattr(row, column)
-            if found is not None and not usual.low <= found <= usual.high:
-                where = f"floor {row.floor}" if isinstance(row, Floor) else f"row {number}"
-                text = f"in SI; usual is {usual.words}"
-                yield Fault(file, f"{where}, {column}", float(f"{found:.6g}"), text)
+        # A wrong unit in the header is that of all rows: they have one warning.
+        found = {number: getattr(row, column) for number, row in enumerate(value, start=1)}
+        off = [
+            number
+            for number, one in found.items()
+            if one is not None and not usual.low <= one <= usual.high
+        ]
+        if off:
+            row = value[off[0] - 1]
+            where = f"floor {row.floor}" if isinstance(row, Floor) else f"row {off[0]}"
+            text = f"in SI; usual is {usual.words}"
+            text += f"; so it is in {len(off) - 1} more" if len(off) > 1 else ""
+            yield Fault(file, f"{where}, {column}", float(f"{found[off[0]]:.6g}"), text)
     elif keys[0] == "*" and isinstance(raw, Mapping | list):
         for part in raw if isinstance(raw, Mapping) else range(len(raw)):
             if place == ("contacts",):
