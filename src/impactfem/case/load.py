@@ -33,8 +33,8 @@ _NEED_OTHERS = {
 """Sections without which others are of no use."""
 _OPTIONAL = {"wall_impact", "transient", "devices", "calibration", "ensemble", "loads"}
 _OPTIONAL |= {"wave_passage"}
-_REFERENCE: Place = ("report", "reference")
 """Sections that are left out as a whole where further checks would look at what is at fault."""
+_REFERENCE: Place = ("report", "reference")
 
 
 def load_case(path: str | Path) -> Case:

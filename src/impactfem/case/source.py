@@ -51,14 +51,14 @@ class Source:
         """Keys with dots that files laid over one say; a table that they say alone is one key."""
         files = [self.path.parent / name if name else self.path for name in self.texts]
         over = set(files[: files.index(below)])
+        tables = {place[:end] for place in self.speakers for end in range(len(place))}
 
         def of(table: Any, place: Place) -> tuple[list[str], bool]:
             """Those in a table or an array, and whether they are all of it."""
             found, all_of_it = list[str](), True
             for key, value in table.items() if isinstance(table, dict) else enumerate(table):
                 at: Place = (*place, key)
-                inside = any(one[: len(at)] == at != one for one in self.speakers)
-                names, whole = of(value, at) if inside else ([], self.file_of(at) in over)
+                names, whole = of(value, at) if at in tables else ([], self.file_of(at) in over)
                 found += [dotted(at)] if whole else names
                 all_of_it &= whole
             return found, all_of_it
