@@ -149,7 +149,7 @@ def kept(tmp_path, monkeypatch):
 
 def _forget():
     """As another process."""
-    for cached in (program_key, inputs._file, inputs._source, inputs._known):
+    for cached in (program_key, inputs._file, inputs._module, inputs._known):
         cached.cache_clear()
 
 

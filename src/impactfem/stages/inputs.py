@@ -37,7 +37,7 @@ def program_key(modules: tuple[str, ...]) -> str:
     before = dict(known)
     digest = hashlib.sha256(impactfem.__version__.encode())
     for module in sorted(imported_by(modules)):
-        digest.update(f"{module} {_source(module).statements}".encode())
+        digest.update(f"{module} {_module(module).statements}".encode())
     if path is not None and known != before:
         with suppress(ImpactfemError):  # the next run reads the sources again
             write_json(path, known)
@@ -52,11 +52,11 @@ def imported_by(modules: tuple[str, ...]) -> set[str]:
         module = ahead.pop()
         if module not in found:
             found.add(module)
-            ahead += [name for name in _source(module).names if _file(name) is not None]
+            ahead += [name for name in _module(module).names if _file(name) is not None]
     return found
 
 
-class Source(NamedTuple):
+class Module(NamedTuple):
     """What counts of a module's source, kept between runs: reading all of them takes seconds."""
 
     digest: str  #: Hash of the file.
@@ -65,7 +65,7 @@ class Source(NamedTuple):
 
 
 @cache
-def _known() -> tuple[Path | None, dict[str, Source]]:
+def _known() -> tuple[Path | None, dict[str, Module]]:
     """The file in which sources are kept, None where none can be, and those found there."""
     # This module and Python decide what the hash of a source is.
     kind = f"{ROOT} {sys.version_info[:2]}".encode() + Path(__file__).read_bytes()
@@ -75,7 +75,7 @@ def _known() -> tuple[Path | None, dict[str, Source]]:
         return None, {}
     try:
         content = json.loads(path.read_bytes())
-        return path, {module: Source(*entry) for module, entry in content.items()}
+        return path, {module: Module(*entry) for module, entry in content.items()}
     except (OSError, ValueError, TypeError, AttributeError):
         return path, {}
 
@@ -89,17 +89,17 @@ def _file(module: str) -> Path | None:
 
 
 @cache
-def _source(module: str) -> Source:
-    file = _file(module)
+def _module(name: str) -> Module:
+    file = _file(name)
     if file is None:
-        raise ValueError(f"impactfem has no module {module}")
+        raise ValueError(f"impactfem has no module {name}")
     text = file.read_bytes()
     digest = hashlib.sha256(text).hexdigest()
     _, known = _known()
-    if module not in known or known[module].digest != digest:
+    if name not in known or known[name].digest != digest:
         tree = ast.parse(text)
-        known[module] = Source(digest, _names(tree), _statements(tree))
-    return known[module]
+        known[name] = Module(digest, _names(tree), _statements(tree))
+    return known[name]
 
 
 def _names(tree: ast.Module) -> list[str]:

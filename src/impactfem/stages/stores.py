@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -112,7 +113,9 @@ def open_store(path: Path) -> Iterator[xr.Dataset]:
     ImpactfemError where it is missing, cannot be read or is of an earlier version.
     """
     if (kept := _KEPT.get()) is not None:
-        yield kept.store(path)
+        # A file that is written again is another one.
+        state = path.stat() if path.is_file() else None
+        yield kept(path, state and (state.st_ino, state.st_mtime_ns))
         return
     with _opened(path) as store:
         yield store
@@ -122,33 +125,19 @@ def open_store(path: Path) -> Iterator[xr.Dataset]:
 def stores_kept_open() -> Iterator[None]:
     """Within the block a store that was opened stays open for who opens it next.
 
-    Opening one takes 0.2 s, as all of its outputs are looked at, and a page opens one 30 times.
+    Opening one takes 0.2 s, as all of its outputs are read, and a page opens one 30 times.
     """
     with ExitStack() as opened:
-        token = _KEPT.set(_Kept(opened, {}))
+        token = _KEPT.set(cache(lambda path, _: opened.enter_context(_opened(path))))
         try:
             yield
         finally:
             _KEPT.reset(token)
 
 
-@dataclass(frozen=True)
-class _Kept:
-    """Stores that stay open, by their files."""
-
-    opened: ExitStack
-    stores: dict[tuple[Path, int, int], xr.Dataset]
-
-    def store(self, path: Path) -> xr.Dataset:
-        # A file that is written again is another one.
-        state = path.stat() if path.is_file() else None
-        key = (path, state.st_ino, state.st_mtime_ns) if state else (path, 0, 0)
-        if key not in self.stores:
-            self.stores[key] = self.opened.enter_context(_opened(path))
-        return self.stores[key]
-
-
-_KEPT: ContextVar[_Kept | None] = ContextVar("stores that stay open", default=None)
+_KEPT: ContextVar[Callable[[Path, object], xr.Dataset] | None] = ContextVar(
+    "opens stores that stay open", default=None
+)
 
 
 @contextmanager
