@@ -38,7 +38,7 @@ NoFigures = Annotated[
     bool,
     typer.Option(
         "--no-figures",
-        help="Results alone: tables, figures and the report are for the next run without it.",
+        help="Write results alone; the next run without this option adds tables, figures, report.",
     ),
 ]
 

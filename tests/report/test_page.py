@@ -274,11 +274,9 @@ def test_whether_a_law_takes_values_from_the_wall(laws, wall, taken):
 
 def test_the_reference_of_another_case():
     case = {"reference_of": "pair.toml", "changes": ["buildings[0].soil", "damping"]}
-    assert of_another_case(case).endswith("Here buildings[0].soil, damping differ.")
+    assert of_another_case(case).endswith("differs from it in buildings[0].soil, damping.")
     many = [f"materials.{k}" for k in range(15)]
-    assert of_another_case(case | {"changes": many}).endswith(
-        "materials.11 and 3 more keys differ."
-    )
+    assert of_another_case(case | {"changes": many}).endswith("materials.11 and 3 more keys.")
     for other in ({}, case | {"reference_of": ""}, case | {"changes": []}):
         assert of_another_case(other) == ""
 

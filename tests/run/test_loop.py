@@ -72,7 +72,6 @@ def test_results_alone(finished, edited, tmp_path):
             path.relative_to(folder)
             for place in ("figures", "tables", "products")
             for path in (folder / place).iterdir()
-            if path.stem not in ("decision_spectra", "figure_04_flowchart")  # the page's
         }
 
     before = drawn()

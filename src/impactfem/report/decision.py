@@ -332,7 +332,7 @@ def _anchors(run: RunFiles) -> list[Answer]:
     else:
         value, mark = "no net tension", "" if unknown else "good"
     if known_ones and unknown:
-        texts[key] += f"; not known at {unknown} of {len(pulled)}, whose weight is not"
+        texts[key] += f"; not known at {unknown} of {len(pulled)}: weight not given"
     return [Answer("Anchors", value, texts[key], mark, link)]
 
 
@@ -467,10 +467,10 @@ def key_results(run: RunFiles) -> list[tuple[str, str]]:
     for impact, words in of_device.LOADS.items():
         name = f"device.relative_difference.{of_device.IN_NAMES[impact]}"
         if (low := run.values.get(name)) is not None:
-            found_by = f"{'under' if low >= 0.0 else 'over'}estimates"
+            text = f"by which RSA {'under' if low >= 0.0 else 'over'}estimates"
             if abs(low) < NEAR:
-                found_by = "misses"
-            text = f"by which RSA {found_by} the force of the first device, {words}"
+                text = "difference between RSA and"
+            text += f" the force of the first device, {words}"
             found.append((f"{100.0 * abs(low):.1f} %", text))
     # What is left of ten: further spectra, the largest first, displacements, shear, the ground.
     for one in spectra[1:]:

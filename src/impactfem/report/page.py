@@ -312,14 +312,15 @@ def conventions(run: RunFiles) -> list[tuple[str, str]]:
 
 
 def of_another_case(case: Mapping[str, Any]) -> str:
-    """That the reference of a case is of one that it extends, in words; "" where it is its own."""
+    """That the reference was written for a case that this one extends; "" where it was not."""
     name, changes = case.get("reference_of"), list(case.get("changes", ()))
     if not name or not changes:
         return ""
     more = f" and {len(changes) - MOST_CHANGES} more keys" if len(changes) > MOST_CHANGES else ""
     return (
-        f"What the reference says, as of reasons and of what was fitted or selected, is said of "
-        f"{name}, which this case extends. Here {', '.join(changes[:MOST_CHANGES])}{more} differ."
+        f"The reference was written for {name}, which this case extends: its assumptions, reasons "
+        "of differences and lists of fitted and selected values are those of that case. "
+        f"This case differs from it in {', '.join(changes[:MOST_CHANGES])}{more}."
     )
 
 
@@ -351,7 +352,13 @@ def assumptions(case: Mapping[str, Any]) -> list[tuple[str, Sequence[Mapping[str
     own, reference = case["report"]["assumptions"], case["report"]["reference"] or {}
     published = list(reference.get("assumptions", ()))
     if words := of_another_case(case):
-        published = [{"text": words, "reason": "It was written for that case."}, *published]
+        published = [
+            {
+                "text": words,
+                "reason": "Differences from the publication may have other reasons here.",
+            },
+            *published,
+        ]
     groups = (
         ("The method", sum((method[key] for key in keys), method["always"])),
         ("This case", own),

@@ -19,7 +19,7 @@ from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY, RunFil
 from impactfem.run.check import check_mesh, checked, warn_of_implausible
 from impactfem.run.estimate import Estimate
 from impactfem.run.folder import LOG, check_same_case, open_folder
-from impactfem.run.report import write_page
+from impactfem.run.report import remove_page, write_page
 from impactfem.run.stages import RENAMED, REPORT, STAGES, asked_stages, check_stage_name
 from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.check import Check, log_checks
@@ -186,8 +186,8 @@ def run(
         if draw and stage in (None, REPORT):
             on_root(lambda: write_page(folder, bar=bar))
         elif changed and on_root((folder / PAGE).is_file):
-            LOGGER.info("%s had other results and is removed: 'impactfem report' makes it", PAGE)
-            on_root((folder / PAGE).unlink)
+            LOGGER.info("%s showed other results and is removed", PAGE)
+            on_root(lambda: remove_page(folder, [one.part for one in case.views if one.part]))
     return result
 
 

@@ -1,6 +1,7 @@
 """The report of a run, made from what the stages wrote, and its comparison with another run."""
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
 
 from impactfem.plot.table import Table
@@ -23,6 +24,7 @@ from impactfem.report.comparison import (
 )
 from impactfem.report.decision import governing, spectra_figure
 from impactfem.report.flowchart import flowchart_figure
+from impactfem.report.page import REPORT as PAGE
 from impactfem.report.page import write_report
 from impactfem.report.run_files import COMPARISON, FLOWCHART, SCENE, SPECTRA, RunFiles
 from impactfem.report.scene_page import write_scene
@@ -55,21 +57,26 @@ def write_page(folder: Path, *, bar: bool = True) -> Path:
     LOGGER.info("stage %s: starts", REPORT)
     with Steps(STEPS, f"stage {REPORT}", bar=bar) as steps, stores_kept_open():
         with steps.step("overview"):
-            # Those of an earlier run show other results.
             run = RunFiles(folder)
-            for old in (FLOWCHART, SPECTRA):
-                for path in (folder / "figures").glob(f"{old}.*"):
-                    path.unlink()
+            remove_page(folder, run.further)
             flowchart_figure(folder, STAGES)
             spectra_figure(run, governing(run))
             for one in (folder, *(folder / name for name in run.further)):
-                (one / "figures" / SCENE).unlink(missing_ok=True)
                 write_scene(one)
         with steps.step("page"):
             page = write_report(folder, STAGES)
     seconds, size = sum(steps.times.values()), page.stat().st_size / 1e6
     LOGGER.info("stage %s: done in %.1f s, %s, %.1f MB", REPORT, seconds, page.name, size)
     return page
+
+
+def remove_page(folder: Path, further: Iterable[str]) -> None:
+    """Remove the page of a run and the overview, in folders of further buildings as well."""
+    (folder / PAGE).unlink(missing_ok=True)
+    for one in (folder, *(folder / name for name in further)):
+        for name in (f"{FLOWCHART}.*", f"{SPECTRA}.*", SCENE):
+            for path in (one / "figures").glob(name):
+                path.unlink()
 
 
 def compare_runs(folder: Path, other: Path, highest: float) -> tuple[tuple[Table, ...], Path]:
