@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from impactfem.case import load_case
-from impactfem.case.plausibility import USUAL, implausible
+from impactfem.case.plausibility import implausible
+from impactfem.case.usual import USUAL
 from impactfem.motion.from_case import hardly_meant
 
 from .sections import (

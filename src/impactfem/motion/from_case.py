@@ -9,8 +9,8 @@ from impactfem.case import Case, Motion, RecordMotion, SyntheticMotion
 from impactfem.case.design_spectrum import TableSpectrum as SpectrumTable
 from impactfem.case.model import CaseFile
 from impactfem.case.place import value_at
-from impactfem.case.plausibility import PGA, STEP
 from impactfem.case.source import read_source
+from impactfem.case.usual import PGA, STEP
 from impactfem.motion.acceptance import Acceptance, Misfit, acceptance
 from impactfem.motion.design_spectrum import DesignSpectrum, TableSpectrum, design_spectrum
 from impactfem.motion.synthesis import default_range, synthesise
