@@ -8,7 +8,6 @@ import platform
 import shutil
 import sys
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -110,9 +109,12 @@ def mark_finished(
 
 def remove_drawings(folder: Path, stage: str) -> None:
     """Remove the tables and figures of a stage whose results are others now."""
-    with suppress(OSError, ValueError):  # not finished, or damaged: what it drew is not known
-        for name in read_manifest(folder, stage).drawings:
-            (folder / name).unlink(missing_ok=True)
+    try:
+        drawings = read_manifest(folder, stage).drawings
+    except (OSError, ValueError):
+        return  # not finished before, or damaged: what it drew is not known
+    for name in drawings:
+        (folder / name).unlink(missing_ok=True)
 
 
 def digests(folder: Path, files: list[Path]) -> dict[str, str]:
