@@ -20,6 +20,11 @@ from impactfem.case.template import write_new_case
 from no_pictures import no_pictures
 
 RANKS = Path(__file__).with_name("ranks.py")
+ASLEEP = """
+#include <time.h>
+int sched_yield(void) { return nanosleep(&(struct timespec){0, 20000}, 0); }
+"""
+"""Has a rank that waits sleep for 20 µs at a time."""
 # The template, shorter and coarser: an impact lasts some 20 steps.
 SMALL = (
     ('title = "Two three-storey buildings, 2 cm apart"', 'title = "Deux bâtiments, 2 cm"'),
@@ -146,12 +151,25 @@ def under_mpirun(tmp_path_factory):
     """Run a command on some ranks, which may be more than there are processors.
 
     One at a time, whatever the other workers do: Open MPI 4 loses the output of every tenth job, or
-    more, where several `mpirun` start at once.
+    more, where several `mpirun` start at once. Ranks that wait sleep: beside a busy process, one
+    that yields its turn waits long for the next, and one that spins keeps a core from the others.
     """
     mpirun = shutil.which("mpirun")
     if mpirun is None:
         raise FileNotFoundError("mpirun: Debian's python3-mpi4py brings it")
     lock = tmp_path_factory.getbasetemp().parent / "mpirun.lock"  # of all workers
+    asleep = tmp_path_factory.mktemp("mpirun") / "asleep.so"
+    compile_it = [
+        "cc",
+        "-shared",
+        "-fPIC",
+        "-x",
+        "c",
+        "-",
+        "-o",
+        str(asleep),
+    ]  # as FEniCSx its forms
+    subprocess.run(compile_it, input=ASLEEP, text=True, check=True)
     environment = {
         # A process that has started MPI by itself leaves there what keeps `mpirun` from starting.
         **{k: v for k, v in os.environ.items() if not k.startswith(("OMPI_", "ORTE_", "PMIX_"))},
@@ -159,6 +177,10 @@ def under_mpirun(tmp_path_factory):
         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
         "OMPI_MCA_rmaps_base_oversubscribe": "1",
         "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
+        "OMPI_MCA_hwloc_base_binding_policy": "none",
+        "PRTE_MCA_hwloc_default_binding_policy": "none",
+        "OMPI_MCA_mpi_yield_when_idle": "1",
+        "LD_PRELOAD": str(asleep),
         "OMP_NUM_THREADS": "1",
     }
 
