@@ -53,11 +53,10 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(items):
-    """Files with slow tests last; a room to one worker as a whole, as its tests share fixtures."""
+    """Files with slow tests last; of these, those that start `mpirun` first: they take longest."""
     slow = {item.path for item in items if item.get_closest_marker("slow") is not None}
-    items.sort(key=lambda item: item.path in slow)
-    for item in items:
-        item.add_marker(pytest.mark.xdist_group(item.path.parent.name))
+    on_ranks = {item.path for item in items if "under_mpirun" in item.fixturenames}
+    items.sort(key=lambda item: (item.path in slow, item.path not in on_ranks))
 
 
 @dataclass(frozen=True)
@@ -151,24 +150,16 @@ def under_mpirun(tmp_path_factory):
     """Run a command on some ranks, which may be more than there are processors.
 
     One at a time, whatever the other workers do: Open MPI 4 loses the output of every tenth job, or
-    more, where several `mpirun` start at once. Ranks that wait sleep: beside a busy process, one
-    that yields its turn waits long for the next, and one that spins keeps a core from the others.
+    more, where several `mpirun` start at once. Ranks are not bound: another worker may have the
+    core. More ranks than cores sleep where they wait: beside a busy process, one that yields its
+    turn waits long for the next. Fewer spin, which is many times faster.
     """
     mpirun = shutil.which("mpirun")
     if mpirun is None:
         raise FileNotFoundError("mpirun: Debian's python3-mpi4py brings it")
     lock = tmp_path_factory.getbasetemp().parent / "mpirun.lock"  # of all workers
     asleep = tmp_path_factory.mktemp("mpirun") / "asleep.so"
-    compile_it = [
-        "cc",
-        "-shared",
-        "-fPIC",
-        "-x",
-        "c",
-        "-",
-        "-o",
-        str(asleep),
-    ]  # as FEniCSx its forms
+    compile_it = ["cc", "-shared", "-fPIC", "-x", "c", "-", "-o", str(asleep)]  # FEniCSx needs cc
     subprocess.run(compile_it, input=ASLEEP, text=True, check=True)
     environment = {
         # A process that has started MPI by itself leaves there what keeps `mpirun` from starting.
@@ -179,17 +170,21 @@ def under_mpirun(tmp_path_factory):
         "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe",
         "OMPI_MCA_hwloc_base_binding_policy": "none",
         "PRTE_MCA_hwloc_default_binding_policy": "none",
-        "OMPI_MCA_mpi_yield_when_idle": "1",
-        "LD_PRELOAD": str(asleep),
         "OMP_NUM_THREADS": "1",
     }
 
     def run(ranks, *words):
         command = [mpirun, "-n", str(ranks), *map(str, words)]
+        waiting = {"LD_PRELOAD": str(asleep)} if ranks > len(os.sched_getaffinity(0)) else {}
         with lock.open("w") as held:
             fcntl.flock(held, fcntl.LOCK_EX)
             return subprocess.run(
-                command, capture_output=True, text=True, env=environment, timeout=600, check=False
+                command,
+                capture_output=True,
+                text=True,
+                env=environment | waiting,
+                timeout=600,
+                check=False,
             )
 
     return run
