@@ -24,7 +24,7 @@ ASLEEP = """
 #include <time.h>
 int sched_yield(void) { return nanosleep(&(struct timespec){0, 20000}, 0); }
 """
-"""Has a rank that waits sleep for 20 µs at a time."""
+"""In place of the C library's: a rank that waits sleeps for 20 µs and does not yield."""
 # The template, shorter and coarser: an impact lasts some 20 steps.
 SMALL = (
     ('title = "Two three-storey buildings, 2 cm apart"', 'title = "Deux bâtiments, 2 cm"'),
@@ -150,9 +150,9 @@ def under_mpirun(tmp_path_factory):
     """Run a command on some ranks, which may be more than there are processors.
 
     One at a time, whatever the other workers do: Open MPI 4 loses the output of every tenth job, or
-    more, where several `mpirun` start at once. Ranks are not bound: another worker may have the
-    core. More ranks than cores sleep where they wait: beside a busy process, one that yields its
-    turn waits long for the next. Fewer spin, which is many times faster.
+    more, where several `mpirun` start at once. Ranks are not bound to cores, as another worker may
+    use theirs. Where there are more ranks than cores, a rank that waits sleeps: after yielding to
+    a busy process, it would wait long for its next turn. Fewer ranks poll, which is faster.
     """
     mpirun = shutil.which("mpirun")
     if mpirun is None:

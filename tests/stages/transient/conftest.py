@@ -175,16 +175,21 @@ def csc():
     return converted
 
 
-def write_forces(path, largest=4e5):
-    """Two impacts of floor 2 and none of floor 1, at 0.5 ms."""
+def write_forces(path, largest=4e5, starts=(0.4, 0.7)):
+    """Two impacts of floor 2, which start at these times, and none of floor 1, at 0.5 ms."""
     time = 0.5e-3 * np.arange(2001)
     force = np.zeros(2001)
-    for start, size in ((0.4, 0.3), (0.7, 1.0)):
+    for start, size in zip(starts, (0.3, 1.0), strict=True):
         inside = (time > start) & (time < start + 0.02)
         force[inside] = largest * size * np.sin(np.pi * (time[inside] - start) / 0.02)
     header = "time [s],F.floor_1-G.floor_1 [N],F.floor_2-G.floor_2 [N]"
     values = np.column_stack([time, np.zeros(2001), force])
     np.savetxt(path, values, delimiter=",", header=header, comments="", fmt="%.9g")
+
+
+SHORT = "0.25 s"
+"""A history in which a checkpoint, at 0.2 s, lies between the impacts of `EARLY`."""
+EARLY = (0.1, 0.21)
 
 
 def command(name, case, *options):

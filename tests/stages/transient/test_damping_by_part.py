@@ -14,7 +14,7 @@ from impactfem.building.parts import PartDamping
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import InputError
 
-from .conftest import STOREY_FACTOR, command, killed, no_pictures
+from .conftest import EARLY, SHORT, STOREY_FACTOR, command, killed, no_pictures, write_forces
 
 OTHER = Rayleigh(0.05, 1e-4)
 ENTRY = """
@@ -90,9 +90,10 @@ def case(begun, edited, tmp_path, monkeypatch):
     """The case by the full solver with a damping of some parts."""
     no_pictures(monkeypatch)
 
-    def made(name, parts="", ratio="1", duration="0.25 s"):
+    def made(name, parts="", ratio="1", duration=SHORT):
         folder = tmp_path / name
         shutil.copytree(begun, folder)
+        write_forces(folder / "forces_of_another.csv", starts=EARLY)
         asked = f'solver = "full"\nduration = "{duration}"\n'
         path = edited(folder / "frame.toml", ('solver = "reduced"\n', asked))
         if parts:

@@ -17,7 +17,7 @@ from impactfem.system import files
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import atomic
 
-from .conftest import command, killed, no_pictures, write_forces
+from .conftest import EARLY, SHORT, command, killed, no_pictures, write_forces
 
 pytestmark = pytest.mark.slow
 STORES = (
@@ -40,9 +40,11 @@ def case_of(begun, edited, tmp_path_factory):
     def made(solver):
         folder = tmp_path_factory.mktemp(solver)
         shutil.copytree(begun, folder, dirs_exist_ok=True)
-        duration = "0.25 s" if solver == "full" else "0.5 s"
-        asked = f'solver = "{solver}"\nduration = "{duration}"\n'
-        if solver != "full":
+        if solver == "full":
+            write_forces(folder / "forces_of_another.csv", starts=EARLY)
+            asked = f'solver = "full"\nduration = "{SHORT}"\n'
+        else:
+            asked = f'solver = "{solver}"\nduration = "0.5 s"\n'
             asked += 'export = true\nexport_duration = "20 ms"\n'
         return edited(folder / "frame.toml", ('solver = "reduced"\n', asked))
 
