@@ -15,11 +15,14 @@ from mpi4py import MPI
 
 from fit_texts import FREE, TARGETS
 from impactfem import study
+from impactfem.building import from_case
 from impactfem.case import load_case
+from impactfem.fit import modal
 from impactfem.fit.evaluate import evaluate
 from impactfem.fit.fit import Evaluator, identified, search
 from impactfem.fit.pieces import Pieces, read_off
 from impactfem.fit.problem import read_problem
+from impactfem.stages.building import compute
 from impactfem.stages.building.compute import analysed
 from impactfem.system.errors import InputError
 from impactfem.system.scalar import Scalar
@@ -365,6 +368,31 @@ def test_closed_form_slopes(tmp_path):
         0.5 * np.log(45.0 / 20.0) * np.array(found.values[:2]), rel=1e-6
     )
     assert np.abs(J[2:, 0]).max() < 1e-6 * found.values[2]
+
+
+def test_a_model_starts_from_the_last_one(tmp_path, monkeypatch):
+    """On the same mesh, which is read once, and with the same results; not that of another fit."""
+    problem, _ = read_problem(*frame(tmp_path, FRAME))
+    read, near = [], []
+    seen = {(from_case, "read_mesh"): read, (compute, "modes_near"): near}
+    for (where, name), calls in seen.items():
+        own = getattr(where, name)
+        monkeypatch.setattr(where, name, lambda *a, f=own, c=calls: c.append(1) or f(*a))
+    monkeypatch.setattr(modal, "_KNOWN", {})
+    evaluate(problem, np.array([0.6, 0.5, 0.4, 0.5]), tmp_path)
+    assert (len(read), len(near)) == (1, 0)
+    u = np.array([0.4, 0.6, 0.6, 0.7])
+    started = evaluate(problem, u, tmp_path, slopes=True)
+    assert (len(read), len(near)) == (1, 1)
+    problem.path.write_text(modulus('["20 GPa", "60 GPa"]', hertz=4.0))
+    other, _ = read_problem(problem.source.path, problem.path)
+    evaluate(other, np.array([0.5]), tmp_path)
+    assert (len(read), len(near)) == (2, 1)
+    alone = evaluate(problem, u, tmp_path, slopes=True)
+    assert (len(read), len(near)) == (3, 1)
+    assert started.values == pytest.approx(alone.values, rel=1e-9)
+    for slopes, others in zip(started.slopes, alone.slopes, strict=True):
+        assert slopes == pytest.approx(others, rel=1e-5, abs=1e-6 * max(alone.values))
 
 
 def test_a_modulus_that_a_factor_hides(tmp_path):

@@ -2,11 +2,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 from impactfem.dynamics.damping import Rayleigh
+from impactfem.reduction import reduced as room
 from impactfem.reduction.error_band import nested_models
 from impactfem.reduction.krylov import KrylovBasis
-from impactfem.reduction.reduced import reduced_model, residual_gram, residual_norms, shift_of
+from impactfem.reduction.reduced import (
+    modes_near,
+    reduced_model,
+    residual_gram,
+    residual_norms,
+    shift_of,
+)
 from impactfem.system.errors import SolutionError
 
 SHIFT = (2.0 * np.pi * 60.0) ** 2
@@ -159,3 +167,47 @@ def test_the_residual_falls_and_ends(basis):
         found = residual_norms(residual_gram(made), reduced_model(made), OMEGA, Rayleigh(1.5, 8e-4))
         norms.append(found.max())
     assert norms[0] > 10.0 * norms[1] > 1000.0 * norms[2] and norms[3] == 0.0
+
+
+@pytest.fixture
+def searches(monkeypatch):
+    """How often modes are looked for from nothing."""
+    seen, modes = [], room.modes
+
+    def counted(*arguments):
+        seen.append(1)
+        return modes(*arguments)
+
+    monkeypatch.setattr(room, "modes", counted)
+    return seen
+
+
+def test_modes_near_known_ones(membrane, petsc, searches):
+    """Of a membrane that is stiffer on one side, from those of the even one."""
+    model = membrane()
+    stiffer = np.linspace(1.0, 1.3, len(model.K)) ** 0.5
+    K = stiffer[:, None] * model.K * stiffer
+    known = scipy.linalg.eigh(model.K, model.M)[1][:, :6]
+    exact, shapes = scipy.linalg.eigh(K, model.M)
+    found = modes_near(petsc(K), petsc(model.M), known, 6)
+    assert (2.0 * np.pi * found.frequency) ** 2 == pytest.approx(exact[:6], rel=1e-11)
+    assert np.abs(shapes[:, :6].T @ model.M @ found.shapes) == pytest.approx(np.eye(6), abs=1e-7)
+    assert np.all(found.residual <= 1e-10) and not searches
+    # The known ones are no such modes.
+    ritz = np.einsum("nk,nk->k", known, K @ known)
+    assert np.all(np.abs(ritz / exact[:6] - 1.0) > 1e-3)
+    # A looser tolerance is less accurate.
+    loose = modes_near(petsc(K), petsc(model.M), known, 6, tolerance=1e-2)
+    assert 1e-10 < loose.residual.max() <= 1e-2 and not searches
+
+
+@pytest.mark.parametrize("count", [3, 40])
+def test_modes_that_known_ones_do_not_lead_to(chain, petsc, searches, count):
+    """Two parts that nothing joins, modes of one known: those of the other are found, too."""
+    parts = chain(30), 1.05 * chain(25)
+    K, M = scipy.linalg.block_diag(*parts), np.eye(55)
+    known = np.vstack([np.linalg.eigh(parts[0])[1][:, :2], np.zeros((25, 2))])
+    found = modes_near(petsc(K), petsc(M), known, count)
+    exact = np.linalg.eigvalsh(K)[:count]
+    assert (2.0 * np.pi * found.frequency) ** 2 == pytest.approx(exact, rel=1e-10)
+    assert len(searches) == 1

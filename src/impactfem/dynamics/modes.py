@@ -79,9 +79,7 @@ def modes(K: PETSc.Mat, M: PETSc.Mat, count: int, *, tolerance: float = 1e-10) -
         if values.size <= count:
             wanted += 2
             continue
-        place = _gap(values, count)
-        sigma = math.sqrt(values[place - 1] * values[place])
-        below = number_below(K, M, sigma)
+        place, below = counted(K, M, values, count)
         if below == place:
             break
         wanted = max(wanted, values.size) + max(0, below - place)
@@ -93,15 +91,24 @@ def modes(K: PETSc.Mat, M: PETSc.Mat, count: int, *, tolerance: float = 1e-10) -
             f"{values.size} modes were computed for {count}, and the Sturm count says {below} up to"
             f" {frequency:.6g} Hz: not all could be found"
         )
-    shapes = np.asfortranarray(shapes[:, :count])
+    return with_signs(K, values[:count], shapes[:, :count], residual[:count])
+
+
+def with_signs(K: PETSc.Mat, values: Array, shapes: Array, residual: Array) -> Modes:
+    """The modes of eigenvalues ω², with the signs that `Modes` promises. Collective."""
+    shapes = np.array(shapes, order="F")
     start, end = K.getOwnershipRange()
-    for j in range(count):
+    for j in range(len(values)):
         row = row_of_largest(K, np.abs(shapes[:, j]))
         mine = float(shapes[row - start, j]) if start <= row < end else 0.0
         shapes[:, j] *= math.copysign(1.0, K.getComm().tompi4py().allreduce(mine))
-    return Modes(
-        frequency=np.sqrt(values[:count]) / (2.0 * np.pi), shapes=shapes, residual=residual[:count]
-    )
+    return Modes(frequency=np.sqrt(values) / (2.0 * np.pi), shapes=shapes, residual=residual)
+
+
+def counted(K: PETSc.Mat, M: PETSc.Mat, values: Array, count: int) -> tuple[int, int]:
+    """How many of ω², and how many there are, up to the first gap above the wanted ones (Sturm)."""
+    place = _gap(values, count)
+    return place, number_below(K, M, math.sqrt(values[place - 1] * values[place]))
 
 
 class _Inverse:

@@ -76,7 +76,7 @@ def evaluate(problem: Problem, u: Array, folder: Path, slopes: bool = False) -> 
                     held.callback(views[-1].destroy)
                     views[-1].into(pieces)
                 elif problem.of_floors(name):
-                    pieces.floors[name] = mesh_floors(view, where / name)
+                    pieces.floors[name] = mesh_floors(view, where / name, problem)
         values, shown = read_off(problem, case, pieces)
         # Without 3D modes there is nothing to compute: the place is not evaluated again for them.
         of_keys = _slopes(problem, u, views) if slopes or not views else None

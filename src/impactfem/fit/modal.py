@@ -18,28 +18,46 @@ from impactfem.building.mesh import DOFS, BuildingMesh, rigid_body, side_lengths
 from impactfem.building.model import action_of_cells
 from impactfem.building.parts import BuildingParts, FloorMasses
 from impactfem.case import Case
-from impactfem.case.buildings import GeneratedMesh
+from impactfem.case.buildings import FileMesh
 from impactfem.dynamics.mode_derivatives import mode_derivatives
 from impactfem.fit.fit_file import ModesTarget
 from impactfem.fit.pieces import Pieces, paired
 from impactfem.fit.problem import Problem
-from impactfem.stages.building.compute import BuildingStudy, analysed, mesh_of_run
+from impactfem.stages.building.compute import BuildingStudy, Known, analysed, mesh_of_run
 from impactfem.stages.building.store import SHOWN_BENDING, bending_of, building_scalars
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.scalar import of_building
 
+_KNOWN: dict[tuple[str, bool], tuple[str, Case, Known]] = {}
+"""Of each building, on its own mesh and on that of `coarse`, the last model in this process: the
+digest of its problem, the view of the case, and what is known of it."""
 
-def mesh_floors(view: Case, folder: Path) -> dict[str, Array]:
-    """The floor table of the mesh of a view, which is generated unless it is there.
+
+def known_of(problem: Problem, view: Case) -> Known | None:
+    """What is known of the last model of a building in this process, had it the same mesh."""
+    digest, last, known = _KNOWN.get((view.modelled.building, not problem.fixed), ("", view, None))
+    return known if digest == problem.digest and same_mesh(view, last) else None
+
+
+def remember(problem: Problem, view: Case, known: Known) -> None:
+    """Remember a model for `known_of`."""
+    _KNOWN[view.modelled.building, not problem.fixed] = problem.digest, view, known
+
+
+def mesh_floors(view: Case, folder: Path, problem: Problem | None = None) -> dict[str, Array]:
+    """The floor table of the mesh of a view, which is generated unless it is there or known.
 
     Raises:
         InputError: The mesh is not usable.
     """
     path = mesh_of_run(view, folder)
-    if not path.is_file():
+    known = None if problem is None else known_of(problem, view)
+    if known is None and not path.is_file():
         generate(geometry_of(view), path, source=str(view.path))
-    parts, masses, _ = read_parts(view, path)
+    parts, masses, _ = read_parts(view, path, None if known is None else known.mesh)
+    if problem is not None:
+        remember(problem, view, Known(parts.mesh))
     return floor_properties(parts, masses)
 
 
@@ -62,6 +80,26 @@ def sensor_nodes(problem: Problem, target: ModesTarget, mesh: BuildingMesh) -> I
     return np.asarray(nodes)
 
 
+def same_mesh(one: Case, other: Case) -> bool:
+    """Whether the mesh of two views is the same; thicknesses do not count."""
+    files = [
+        mesh.file if isinstance(mesh := case.modelled.mesh, FileMesh) else None
+        for case in (one, other)
+    ]
+    if files != [None, None]:
+        return files[0] == files[1]
+    plain = [
+        replace(
+            geometry,
+            slab_thickness=1.0,
+            slabs={},
+            parapet=geometry.parapet and replace(geometry.parapet, thickness=1.0),
+        )
+        for geometry in (geometry_of(one), geometry_of(other))
+    ]
+    return plain[0] == plain[1]
+
+
 @dataclass(eq=False)
 class Change:
     """What a key changes, from the differences of two models on the mesh of a third one.
@@ -81,6 +119,8 @@ class Change:
 class View:
     """The modes of the 3D model of a building in an evaluation.
 
+    They start from those of the last one in this process, where it had the same mesh.
+
     Args:
         case: The view of the case for the building.
         folder: A folder for its mesh.
@@ -95,10 +135,12 @@ class View:
         self.case, self.name = case, case.modelled.building
         self.floors, self.target = problem.of_floors(self.name), problem.measured(self.name)
         self.file = mesh_of_run(case, folder)
+        known = known_of(problem, case)
         self.study, self.model, self.result = analysed(
-            case, folder, MPI.COMM_SELF, lambda name: nullcontext()
+            case, folder, MPI.COMM_SELF, lambda name: nullcontext(), known
         )
         self.mesh = self.study.parts.mesh
+        remember(problem, case, Known(self.mesh, self.result.shapes))
         # The modes whose derivatives count: bending ones in the summary, and measured ones.
         numbers = {int(k) for k in bending_of(self.study)[:SHOWN_BENDING]}
         self.rows = np.zeros(0, dtype=np.int64)  #: of the sensors; −1 of a clamped one
@@ -127,7 +169,9 @@ class View:
     def change(self, cases: tuple[Case, Case], ends: tuple[float, float]) -> Change | None:
         """What changes between two cases; None where the mesh does, or the factor is fitted."""
         views = [v for case in cases for v in case.views if v.modelled.building == self.name]
-        if self.case.modelled.calibration is not None or not all(map(self._same_mesh, views)):
+        if self.case.modelled.calibration is not None or not all(
+            same_mesh(self.case, view) for view in views
+        ):
             return None
         read = [read_parts(view, self.file, self.mesh) for view in views]
         parts = tuple(one for one, _, _ in read)
@@ -152,23 +196,6 @@ class View:
             M=M[free, :k],
             ground=M[free, k:],
         )
-
-    def _same_mesh(self, other: Case) -> bool:
-        if type(other.modelled.mesh) is not type(self.case.modelled.mesh):
-            return False
-        if not isinstance(self.case.modelled.mesh, GeneratedMesh):
-            return mesh_of_run(other, self.file.parent) == self.file
-        # Thicknesses do not count.
-        plain = [
-            replace(
-                one,
-                slab_thickness=1.0,
-                slabs={},
-                parapet=None if one.parapet is None else replace(one.parapet, thickness=1.0),
-            )
-            for one in (geometry_of(self.case), geometry_of(other))
-        ]
-        return plain[0] == plain[1]
 
     def moved(self, changes: Sequence[Change], pieces: Sequence[tuple[Pieces, Pieces]]) -> None:
         """Add the results at both ends of each change, linear in the modes. Not collective."""

@@ -15,9 +15,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from petsc4py import PETSc
 
-from impactfem.dynamics.columns import inner
+from impactfem.dynamics.columns import inner, product
 from impactfem.dynamics.damping import DampingLaw, Rayleigh
+from impactfem.dynamics.modes import Modes, counted, modes, with_signs
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.system.arrays import Array, Complex
 from impactfem.system.errors import SolutionError
@@ -96,6 +98,42 @@ def reduced_model(basis: KrylovBasis, size: int | None = None) -> ReducedModel:
         shift=basis.shift,
         tail=outside @ Y,
     )
+
+
+def modes_near(
+    K: PETSc.Mat, M: PETSc.Mat, start: Array, count: int, *, tolerance: float = 1e-10
+) -> Modes:
+    """The lowest modes of a model that is near one with known modes. Collective.
+
+    They are those of the reduced model with the loads M φ of the known ones, which grows until all
+    of their residuals are small. Where it does not hold so many, or one is missing by the Sturm
+    count, `modes` finds them.
+
+    Args:
+        K: Stiffness, symmetric, positive definite (AIJ).
+        M: Mass, symmetric, positive definite (AIJ), on part of the pattern of K.
+        start: The known modes, shape (n_local, k).
+        count: Number of modes wanted.
+        tolerance: Largest residual of a mode; an eigenvalue's error is of the order of its square.
+
+    Raises:
+        SingularMatrixError: The stiffness is singular: the model is a mechanism.
+        SolutionError: As `modes`.
+    """
+    with KrylovBasis(K, M, 0.0) as basis:
+        basis.add(product(M, start))
+        while True:
+            model = reduced_model(basis)
+            residual = np.linalg.norm(model.tail, axis=0) * model.eigenvalue
+            found = len(residual) > count and bool(np.all(residual[: count + 1] <= tolerance))
+            if found or not basis.grow(1):
+                break
+        shapes = basis.vectors.combination(model.coordinates[:, :count])
+    if found:
+        place, below = counted(K, M, model.eigenvalue[: count + 1], count)
+        if place == below:
+            return with_signs(K, model.eigenvalue[:count], shapes, residual[:count])
+    return modes(K, M, count)
 
 
 def shift_of(omega: Array, damping: Rayleigh) -> Complex:

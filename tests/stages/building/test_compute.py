@@ -220,7 +220,7 @@ def test_a_rank_without_free_nodes(monkeypatch, tmp_path):
         size=2, gather=lambda own, root: [own, sent], allreduce=lambda value: value
     )
     monkeypatch.setattr(compute, "assemble_building", lambda comm, parts: model)
-    monkeypatch.setattr(compute, "_modes", lambda model, structure: (1.0, mine))
+    monkeypatch.setattr(compute, "_modes", lambda model, structure, known: (1.0, mine))
     case = load_case(GEOMETRY / "frame.toml")
     found, _, _ = analysed(case, tmp_path, comm, lambda name: nullcontext())
     assert found.shapes.shape == (3, 4, 3) and found.participation.shape == (3, 6)

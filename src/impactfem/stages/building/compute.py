@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from impactfem.building.from_case import geometry_of, read_parts
 from impactfem.building.generate import generate
-from impactfem.building.mesh import place
+from impactfem.building.mesh import BuildingMesh, place
 from impactfem.building.mesh_report import MeshReport
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts, FloorMasses
@@ -22,7 +22,7 @@ from impactfem.dynamics.columns import inner, product
 from impactfem.dynamics.factorisation import SingularMatrixError
 from impactfem.dynamics.modes import Modes, modes
 from impactfem.reduction.krylov import KrylovBasis
-from impactfem.reduction.reduced import reduced_model
+from impactfem.reduction.reduced import modes_near, reduced_model
 from impactfem.stages.building.targets import bending_modes
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
@@ -64,13 +64,21 @@ class BuildingStudy:
         return self.participation**2
 
 
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What is known of a model on the same mesh."""
+
+    mesh: BuildingMesh  #: The mesh.
+    shapes: Array | None = None  #: Its modes, shape (n_local, k), as of `Modes`.
+
+
 def analysed(
-    case: Case, folder: Path, comm: Any, step: Step
+    case: Case, folder: Path, comm: Any, step: Step, known: Known | None = None
 ) -> tuple[BuildingStudy, BuildingModel, Modes]:
     """The results of the stage, with the matrices and all degrees of freedom. Collective.
 
-    The mesh is written into the folder. Each step ("mesh", "matrices", "modes") runs inside the
-    context that `step` gives for its name.
+    The mesh is written into the folder, unless it is known. Each step ("mesh", "matrices", "modes")
+    runs inside the context that `step` gives for its name.
 
     Raises:
         InputError: The mesh is not usable.
@@ -79,6 +87,8 @@ def analysed(
     structure, path = case.modelled, mesh_of_run(case, folder)
 
     def read() -> tuple[BuildingParts, FloorMasses, MeshReport]:
+        if known is not None:
+            return read_parts(case, path, known.mesh)
         if path == folder / MESH:
             generate(geometry_of(case), path, source=str(case.path))
         return read_parts(case, path)
@@ -94,7 +104,7 @@ def analysed(
     mesh = parts.mesh
     with step("modes"):
         try:
-            factor, result = _modes(model, structure)
+            factor, result = _modes(model, structure, None if known is None else known.shapes)
         except SingularMatrixError as error:
             # Which part of a mechanism moves.
             node = model.node_of(error.row)
@@ -130,7 +140,7 @@ def analysed(
     return study, model, result
 
 
-def _modes(model: BuildingModel, structure: Structure) -> tuple[float, Modes]:
+def _modes(model: BuildingModel, structure: Structure, known: Array | None) -> tuple[float, Modes]:
     """The storey factor, given or fitted, and the modes with it. Collective."""
     factor, fit = structure.storey_stiffness_factor, structure.calibration
     if fit is not None:
@@ -146,9 +156,14 @@ def _modes(model: BuildingModel, structure: Structure) -> tuple[float, Modes]:
         )
         return factor, result
     K = model.stiffness(factor)
-    result = modes(K, model.mass, structure.modes)
+    result = _lowest(K, model.mass, structure.modes, known)
     K.destroy()
     return factor, result
+
+
+def _lowest(K: Any, M: Any, count: int, known: Array | None) -> Modes:
+    """The lowest modes, from those of a model near this one where they are known. Collective."""
+    return modes(K, M, count) if known is None else modes_near(K, M, known, count)
 
 
 def mesh_of_run(case: Case, folder: Path) -> Path:
@@ -200,10 +215,12 @@ def fit_storey_factor(
     K.destroy()
     factor = _reduced_fit(model, V, frequency, direction, start)
     del basis, shapes, V  # beside the factors of the modal analyses memory may be short
+    known = None
     for rounds in range(1, MOST_ROUNDS + 1):
         K = model.stiffness(factor)
-        result = modes(K, model.mass, count)
+        result = _lowest(K, model.mass, count, known)
         K.destroy()
+        known = result.shapes
         bending = _bending(model, result.shapes, direction)
         if bending.size == 0:
             raise SolutionError(
