@@ -48,8 +48,9 @@ settings.load_profile("untimed")
 
 
 def pytest_configure(config):
-    # Debian's h5py on the NumPy 1.26 of the virtual environment.
+    # Debian's h5py and netCDF4 on the NumPy 1.26 of the virtual environment.
     config.addinivalue_line("filterwarnings", "ignore:`product` is deprecated:DeprecationWarning")
+    config.addinivalue_line("filterwarnings", "ignore:numpy.ndarray size changed:RuntimeWarning")
 
 
 def pytest_collection_modifyitems(items):

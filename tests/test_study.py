@@ -81,9 +81,9 @@ class TestFinished:
     def test_values_are_those_of_the_stores(self, finished):
         values = scalars(finished.run)
         with (
-            xr.open_dataset(finished.folder / "pounding.nc", engine="h5netcdf") as sticks,
-            xr.open_dataset(finished.folder / "forces.nc", engine="h5netcdf") as forces,
-            xr.open_dataset(finished.folder / "motion.nc", engine="h5netcdf") as motion,
+            xr.open_dataset(finished.folder / "pounding.nc", engine="netcdf4") as sticks,
+            xr.open_dataset(finished.folder / "forces.nc", engine="netcdf4") as forces,
+            xr.open_dataset(finished.folder / "motion.nc", engine="netcdf4") as motion,
         ):
             force = forces["force"].values
             assert values["pounding.peak_force.floor_3"] == force[:, 2].max() > 1e6
@@ -122,7 +122,7 @@ class TestFinished:
         assert "unknown" not in found["packages"].values()
         assert set(found["seconds"]) == set(finished.run.times)
         assert found["started"].endswith("+00:00")
-        with xr.open_dataset(finished.folder / "forces.nc", engine="h5netcdf") as forces:
+        with xr.open_dataset(finished.folder / "forces.nc", engine="netcdf4") as forces:
             assert forces.attrs["case_hash"] == case.content_hash()
 
     def test_nothing_tells_of_the_machine(self, finished):
@@ -130,7 +130,7 @@ class TestFinished:
         del provenance["command"]  # as it was typed
         texts = [json.dumps(provenance), (finished.folder / "summary.json").read_text()]
         for name in ("pounding.nc", "motion.nc", "forces.nc"):
-            with xr.open_dataset(finished.folder / name, engine="h5netcdf") as store:
+            with xr.open_dataset(finished.folder / name, engine="netcdf4") as store:
                 texts.append(str(store.attrs) + str([v.attrs for v in store.variables.values()]))
         for path in (*finished.folder.glob("tables/*.csv"), finished.folder / "forces.csv"):
             texts.append(path.read_text(encoding="utf-8")[:10_000])

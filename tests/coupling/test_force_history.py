@@ -39,7 +39,7 @@ def minimal():
 
 
 def write(dataset, path):
-    dataset.to_netcdf(path, engine="h5netcdf")
+    dataset.to_netcdf(path, engine="netcdf4")
     return path
 
 
@@ -47,7 +47,7 @@ def test_netcdf_there_and_back(response, tmp_path):
     path = tmp_path / "forces.nc"
     write_forces(path, response, "abc123", "key")
     assert [p.name for p in tmp_path.iterdir()] == ["forces.nc"]
-    with xr.open_dataset(path, engine="h5netcdf") as data:
+    with xr.open_dataset(path, engine="netcdf4") as data:
         assert data["force"].dims == ("time", "pair")
         units = {"force": "N", "time": "s", "offset_a": "m", "offset_b": "m", "gap": "m"}
         assert {name: data[name].attrs["units"] for name in units} == units
@@ -77,7 +77,7 @@ def test_a_storey_point_and_a_wall(floors, tmp_path):
     pair = Pair("wall", end, None, Y, 0.01, kelvin_voigt(1e9, 0.1, 1e5))
     path = tmp_path / "forces.nc"
     write_forces(path, simulate(System((stick,), (pair,)), np.zeros((5, 3)), DT), "")
-    with xr.open_dataset(path, engine="h5netcdf") as data:
+    with xr.open_dataset(path, engine="netcdf4") as data:
         assert data["relative_height_a"].values == pytest.approx([0.25])
         assert data["floor_a"].values == [2]
         assert data["building_b"].values == [""] and data["floor_b"].values == [0]

@@ -136,7 +136,7 @@ def test_the_stage_and_its_store(study, tmp_path):
     assert found.floors.pfa == pytest.approx(study.floors.pfa, rel=1e-6)
     assert found.steps_of_law == pytest.approx(study.steps_of_law, rel=1e-6)
     write_sticks(tmp_path / "pounding.nc", found, "")
-    with xr.open_dataset(tmp_path / "pounding.nc", engine="h5netcdf") as store:
+    with xr.open_dataset(tmp_path / "pounding.nc", engine="netcdf4") as store:
         assert set(store.pair_law.values) == {"again"}
         assert set(store.pair_stiffness_unit.values) == {"N/m"}
         expected = [pair.law.epsilon for pair in study.system.pairs]
@@ -146,7 +146,7 @@ def test_the_stage_and_its_store(study, tmp_path):
         lambda pair: pair.law if pair.a.floor == 1 else hertz(BETA, pair.law.mass)
     )
     write_sticks(tmp_path / "mixed.nc", run_sticks(study.case, ready=(None, mixed)), "")
-    with xr.open_dataset(tmp_path / "mixed.nc", engine="h5netcdf") as store:
+    with xr.open_dataset(tmp_path / "mixed.nc", engine="netcdf4") as store:
         assert store.pair_stiffness.attrs["units"] == "N/m, N/m^1.5"
 
 

@@ -95,7 +95,7 @@ def test_table_has_labels_units_and_both_spectra(made):
         *("raw [m/s2]", "broadened [m/s2]"),
     ]
     one = of_one(rows)
-    with xr.open_dataset(made / "pounding.nc", engine="h5netcdf") as source:
+    with xr.open_dataset(made / "pounding.nc", engine="netcdf4") as source:
         psa = source["psa"].values[1, 1, 1]
     computed = [r for r in one if r["raw [m/s2]"]]
     np.testing.assert_allclose([float(r["frequency [Hz]"]) for r in computed], F, rtol=1e-5)
@@ -125,7 +125,7 @@ def test_rotations_have_products_of_their_own(made, tmp_path):
     text = {str(cell.value) for row in book["B1 rz 5 %"].iter_rows() for cell in row}
     assert {"raw [rad/s2]", "zero-period acceleration [rad/s2]"} <= text
     assert not any("m/s2" in one for one in text)
-    with xr.open_dataset(tmp_path / "products/floor_rotations.nc", engine="h5netcdf") as data:
+    with xr.open_dataset(tmp_path / "products/floor_rotations.nc", engine="netcdf4") as data:
         assert data["broadened"].attrs["units"] == data["zpa"].attrs["units"] == "rad/s2"
     drawn = (tmp_path / "figures/floor_rotations_B1.svg").read_text(encoding="utf-8")
     assert "[rad/s²]" in drawn and "[m/s²]" not in drawn
@@ -171,7 +171,7 @@ def test_workbook_has_a_sheet_for_each_building_direction_and_damping(made):
 
 
 def test_store_carries_method_and_inputs(made):
-    with xr.open_dataset(made / "products/floor_spectra.nc", engine="h5netcdf") as data:
+    with xr.open_dataset(made / "products/floor_spectra.nc", engine="netcdf4") as data:
         assert data.attrs["inputs"] == "abc"
         assert data.attrs["title"] == "a pair"
         assert "20 points in a cycle upsampled" in data.attrs["method"]
@@ -184,9 +184,9 @@ def test_store_carries_method_and_inputs(made):
 def test_ensemble_has_fractiles(tmp_path):
     source = store(tmp_path / "ensemble.nc", motions=5)
     write_floor_products(tmp_path, source, statistic=0.84)
-    with xr.open_dataset(tmp_path / "products/floor_spectra.nc", engine="h5netcdf") as data:
+    with xr.open_dataset(tmp_path / "products/floor_spectra.nc", engine="netcdf4") as data:
         assert data.attrs["motions"] == "5 motions, 84 % fractile"
-        with xr.open_dataset(source, engine="h5netcdf") as given:
+        with xr.open_dataset(source, engine="netcdf4") as given:
             psa = given["psa"].values
         np.testing.assert_allclose(data["median"], np.median(psa, axis=0))
         np.testing.assert_allclose(data["mean"], psa.mean(axis=0))
@@ -201,12 +201,12 @@ def test_ensemble_has_fractiles(tmp_path):
 def test_broadening_and_clipping_reach_the_files(tmp_path):
     source = store(tmp_path / "pounding.nc")
     write_floor_products(tmp_path, source, broadening=0.0, clipping=True)
-    with xr.open_dataset(tmp_path / "products/floor_spectra.nc", engine="h5netcdf") as data:
+    with xr.open_dataset(tmp_path / "products/floor_spectra.nc", engine="netcdf4") as data:
         assert np.any(data["broadened"].max("design_frequency") < data["raw"].max("frequency"))
         assert data.attrs["design"].startswith("peaks not broadened; ")
         assert "narrow peaks reduced" in data.attrs["design"]
     write_floor_products(tmp_path, source, broadening=0.0)
-    with xr.open_dataset(tmp_path / "products/floor_spectra.nc", engine="h5netcdf") as data:
+    with xr.open_dataset(tmp_path / "products/floor_spectra.nc", engine="netcdf4") as data:
         assert data.sizes["design_frequency"] == F.size
         np.testing.assert_allclose(data["broadened"].values, data["raw"].values, rtol=1e-13)
 

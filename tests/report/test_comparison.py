@@ -32,8 +32,7 @@ def store(transient_folder):
 def whole(folder):
     """Results and mesh of a run in one."""
     results, building = (
-        xr.load_dataset(folder / name, engine="h5netcdf")
-        for name in ("transient.nc", "building.nc")
+        xr.load_dataset(folder / name, engine="netcdf4") for name in ("transient.nc", "building.nc")
     )
     results.attrs |= {"inputs": "a", "title": "a fine mesh", "case_hash": "b"}
     results["pfa"][:] = 1.0

@@ -73,9 +73,9 @@ def test_calibrated_values_reach_the_contact(done):
     assert 0.0 < found["calibration.epsilon"] < 1.0
     assert found["calibration.complementarity"] < 1e-9
     assert found["calibration.epsilon.light"] > found["calibration.epsilon"]
-    with xr.open_dataset(done.folder / "forces.nc", engine="h5netcdf") as forces:
+    with xr.open_dataset(done.folder / "forces.nc", engine="netcdf4") as forces:
         laws = [str(law) for law in forces["law"].values]
-    with xr.open_dataset(done.folder / "calibrate.nc", engine="h5netcdf") as store:
+    with xr.open_dataset(done.folder / "calibrate.nc", engine="netcdf4") as store:
         assert float(store["epsilon"][0]) == pytest.approx(found["calibration.epsilon"])
     assert f"{found['calibration.K_Ceq']:.4g}"[:4] in laws[0]
     assert found["pounding.impacts"] > 0
@@ -88,7 +88,7 @@ def test_the_pump(done):
     assert abs(found["device.relative_difference.no_impact"]) < 0.6
     assert found["device.fy.detailed.impact.light"] > found["device.fy.detailed.impact"]
     assert found["device.epsilon.light"] == found["calibration.epsilon.light"]  # one value
-    with xr.open_dataset(done.folder / "device.nc", engine="h5netcdf") as store:
+    with xr.open_dataset(done.folder / "device.nc", engine="netcdf4") as store:
         assert store["case"].values.tolist() == ["own", "light"]
         assert float(store["imbalance"].max()) < 1e-8
         largest = float(abs(store["force"].isel(case=0, impact=1, device=0, component=1)).max())
@@ -197,7 +197,7 @@ def copied(case, done, tmp_path, monkeypatch):
 
 
 def forces(run):
-    with xr.open_dataset(run.folder / "device.nc", engine="h5netcdf") as store:
+    with xr.open_dataset(run.folder / "device.nc", engine="netcdf4") as store:
         return (
             store[["force", "largest_force", "anchor_acceleration"]]
             .assign_attrs(store.attrs)

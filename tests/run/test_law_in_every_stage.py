@@ -39,7 +39,7 @@ def frequencies(folder):
     A table has the law's own ratios at its points, and not between them.
     """
     with (
-        xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as sticks,
+        xr.open_dataset(folder / "pounding.nc", engine="netcdf4") as sticks,
         np.load(folder / "reduce.npz") as models,
     ):
         names = [name for name in models.files if name.endswith("eigenvalue")]
@@ -87,8 +87,8 @@ def differences(one, other):
     """The largest difference of each result of two stores, over its largest value."""
     found = {}
     with (
-        xr.open_dataset(one, engine="h5netcdf") as store,
-        xr.open_dataset(other, engine="h5netcdf") as again,
+        xr.open_dataset(one, engine="netcdf4") as store,
+        xr.open_dataset(other, engine="netcdf4") as again,
     ):
         assert set(store.variables) == set(again.variables)
         for name in set(store.variables) - NAMES - BOUND - ROUNDING:
@@ -128,7 +128,7 @@ def test_one_per_cent_more_damping_is_seen(runs, store):
 def test_the_law_of_each_run(runs):
     """The second one has no coefficients, and no rigorous bound."""
     for name, finite in (("rayleigh", True), ("table", False)):
-        with xr.open_dataset(runs / name / "transient.nc", engine="h5netcdf") as store:
+        with xr.open_dataset(runs / name / "transient.nc", engine="netcdf4") as store:
             assert np.isfinite(store["transfer_bound"]).any() == finite
-        with xr.open_dataset(runs / name / "device.nc", engine="h5netcdf") as store:
+        with xr.open_dataset(runs / name / "device.nc", engine="netcdf4") as store:
             assert np.isfinite(store["stiffness_coefficient"]).all() == finite

@@ -27,7 +27,7 @@ def results(folder, names):
     """Scalars, and the content of stores."""
     stores = {}
     for name in names:
-        with xr.open_dataset(folder / name, engine="h5netcdf") as store:
+        with xr.open_dataset(folder / name, engine="netcdf4") as store:
             stores[name] = store.load()
     return json.loads((folder / "summary.json").read_text(encoding="utf-8")), stores
 
@@ -120,7 +120,7 @@ def test_entries(tmp_path, named):
 def test_scalars_through_a_store(tmp_path):
     store = with_scalars(xr.Dataset({"other": ("time", [1.0])}), SCALARS)
     write_netcdf(tmp_path / "store.nc", with_scalars(store, SCALARS[:3]))
-    with xr.open_dataset(tmp_path / "store.nc", engine="h5netcdf") as found:
+    with xr.open_dataset(tmp_path / "store.nc", engine="netcdf4") as found:
         # What is not a number does not exist.
         assert scalars_of(found) == [*SCALARS[:2], replace(SCALARS[2], value=None)]
         assert found["result_value"].sel(result=SCALARS[0].name) == SCALARS[0].value

@@ -106,7 +106,7 @@ def found(done):
 
 @pytest.fixture(scope="module")
 def store(done):
-    with xr.open_dataset(done.folder / "pounding.nc", engine="h5netcdf") as sticks_store:
+    with xr.open_dataset(done.folder / "pounding.nc", engine="netcdf4") as sticks_store:
         return sticks_store.load()
 
 
@@ -201,7 +201,7 @@ def test_spectra_end_at_the_peak_acceleration(store):
 
 @pytest.mark.slow
 def test_3d_model_is_struck_on_the_floor_that_is_looked_at(done):
-    with xr.open_dataset(done.folder / "transient.nc", engine="h5netcdf") as response:
+    with xr.open_dataset(done.folder / "transient.nc", engine="netcdf4") as response:
         names = [str(name) for name in response["probe"].values]
         line = [k for k, name in enumerate(names) if name.startswith("line_")]
         assert response["probe_position"].values[line, 2] == pytest.approx(np.full(9, 17.8))
@@ -220,7 +220,7 @@ def test_3d_model_is_struck_on_the_floor_that_is_looked_at(done):
 
 @pytest.mark.slow
 def test_devices_from_a_table_and_a_body(found, done):
-    with xr.open_dataset(done.folder / "device.nc", engine="h5netcdf") as devices:
+    with xr.open_dataset(done.folder / "device.nc", engine="netcdf4") as devices:
         names = [str(name) for name in devices["device"].values]
         assert float(devices["imbalance"].max()) < 1e-8
         along_x = devices["largest_force"].sel(component="x", case="own").values

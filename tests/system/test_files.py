@@ -8,14 +8,11 @@ import resource
 import signal
 import subprocess
 import sys
-from contextlib import nullcontext
-from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem.system import files
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import (
     atomic,
@@ -154,40 +151,18 @@ def test_netcdf(tmp_path):
     rng = np.random.default_rng(0)
     written = xr.Dataset(
         {
-            "long": ("t", np.round(rng.standard_normal(5000), 2), {"units": "m"}),
+            "long": ("t", np.round(rng.standard_normal(50000), 2), {"units": "m"}),
             "short": ("s", np.array([1.0, np.nan])),
             "words": ("s", np.array(["a", "é"], dtype=object)),
         },
         attrs={"title": "é"},
     )
     write_netcdf(path, written)
-    with xr.open_dataset(path, engine="h5netcdf") as found:
+    with xr.open_dataset(path, engine="netcdf4") as found:
         xr.testing.assert_identical(found.load(), written)
         assert found["long"].encoding["zlib"] and not found["short"].encoding["zlib"]
     assert only(path)
-    assert path.stat().st_size < 8 * 5000
-
-
-def test_a_write_that_fails_holds_no_memory(tmp_path, monkeypatch):
-    """Whoever keeps the error keeps its frames: no view in them may hold the file made in memory.
-
-    Python 3.13 reports the `BufferError` of a buffer that goes while a view of it is there.
-    """
-    made = []
-
-    class Kept(io.BytesIO):
-        def __init__(self):
-            super().__init__()
-            made.append(self)
-
-    monkeypatch.setattr(io, "BytesIO", Kept)
-    monkeypatch.setattr(files, "atomic", lambda _: nullcontext(Path("/dev/full")))
-    with pytest.raises(OSError, match="No space left on device") as raised:
-        write_netcdf(tmp_path / "a.nc", xr.Dataset({"a": ("t", np.zeros(5000))}))
-    assert raised.tb is not None
-    (whole,) = made
-    whole.close()  # a BufferError where the view lives on in a frame
-    assert whole.closed
+    assert path.stat().st_size < 8 * 50000
 
 
 def test_what_comes_with_the_source_tree():

@@ -276,7 +276,7 @@ def read_forces(path: Path) -> ForceHistory:
 
 
 def _read_netcdf(path: Path) -> ForceHistory:
-    with xr.open_dataset(path, engine="h5netcdf") as dataset:
+    with xr.open_dataset(path, engine="netcdf4") as dataset:
         faults = []
         for name, unit in REQUIRED.items():
             if name not in dataset.variables:

@@ -176,7 +176,7 @@ def read_floor_spectra(store: Path) -> tuple[FloorSpectrumSet, FloorSpectrumSet 
         ImpactfemError: The file cannot be read, or holds no floor spectra.
     """
     try:
-        with xr.open_dataset(store, engine="h5netcdf") as data:
+        with xr.open_dataset(store, engine="netcdf4") as data:
             turned = "rotational_psa" in data
             rotations = _spectra_of(data, "rotational_", "rotation") if turned else None
             return _spectra_of(data), rotations, str(data.attrs.get("inputs", ""))

@@ -19,7 +19,7 @@ from impactfem.system.files import atomic, write_json
 from impactfem.system.log import LOGGER
 
 PACKAGES = (
-    *("numpy", "scipy", "numba", "xarray", "h5netcdf", "pydantic", "pint", "matplotlib"),
+    *("numpy", "scipy", "numba", "xarray", "netCDF4", "pydantic", "pint", "matplotlib"),
     *("fenics-dolfinx", "petsc4py", "slepc4py", "mpi4py", "gmsh", "pyvista"),
 )
 """What the program stands on."""

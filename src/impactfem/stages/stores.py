@@ -125,7 +125,7 @@ def open_store(path: Path) -> Iterator[xr.Dataset]:
 def stores_kept_open() -> Iterator[None]:
     """Within the block a store that was opened stays open for who opens it next.
 
-    Opening one takes 0.2 s, as all of its outputs are read, and a page opens one 30 times.
+    Opening one takes some 30 ms, as all of its outputs are read, and a page opens one 30 times.
     """
     with ExitStack() as opened:
         token = _KEPT.set(cache(lambda path, _: opened.enter_context(_opened(path))))
@@ -143,7 +143,7 @@ _KEPT: ContextVar[Callable[[Path, object], xr.Dataset] | None] = ContextVar(
 @contextmanager
 def _opened(path: Path) -> Iterator[xr.Dataset]:
     try:
-        store = xr.open_dataset(path, engine="h5netcdf")
+        store = xr.open_dataset(path, engine="netcdf4")
     except DAMAGE as error:
         raise ImpactfemError(f"cannot read {path}: {error}") from error
     with store:

@@ -5,7 +5,6 @@ What is written, JSON, NetCDF and archives of arrays, is whole or not there.
 
 from __future__ import annotations
 
-import io
 import json
 import os
 import re
@@ -87,12 +86,9 @@ def write_netcdf(path: Path, dataset: xr.Dataset) -> None:
         if variable.dtype.kind == "f" and variable.size > 1000
     }
     # Made in memory first: HDF5 aborts the process when its own writing hits a full disk.
-    whole = io.BytesIO()
-    dataset.to_netcdf(whole, engine="h5netcdf", encoding=encoding)
-    # The view is released here: left to the traceback of a failed write, it would outlive `whole`,
-    # which cannot be closed under a view.
-    with atomic(path) as temporary, temporary.open("wb") as stream, whole.getbuffer() as view:
-        stream.write(view)
+    whole = dataset.to_netcdf(engine="netcdf4", encoding=encoding)
+    with atomic(path) as temporary:
+        temporary.write_bytes(whole)
 
 
 def write_json(path: Path, value: object) -> None:

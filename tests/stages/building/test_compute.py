@@ -40,7 +40,7 @@ def frame_run(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def store(frame_run):
-    with xr.open_dataset(frame_run.folder / "building.nc", engine="h5netcdf") as opened:
+    with xr.open_dataset(frame_run.folder / "building.nc", engine="netcdf4") as opened:
         yield opened.load()
 
 

@@ -49,7 +49,7 @@ def store(folder, epsilon, **more):
     values = {"epsilon": [epsilon, 0.5]} | {name: [value, 1e9] for name, value in more.items()}
     xr.Dataset(
         {name: ("case", both) for name, both in values.items()}, coords={"case": ["own", "other"]}
-    ).to_netcdf(folder / "calibrate.nc", engine="h5netcdf")
+    ).to_netcdf(folder / "calibrate.nc", engine="netcdf4")
     return folder
 
 
@@ -169,7 +169,7 @@ def test_impulses_along_the_edges(given, tmp_path):
     xr.Dataset(
         {"constraint_force": (("step", "constraint"), [[1.0, 0.0, 2.0], [3.0, 5.0, 0.0]])},
         coords={"constraint_floor": ("constraint", [2, 2, 3])},
-    ).to_netcdf(tmp_path / "calibrate.nc", engine="h5netcdf")
+    ).to_netcdf(tmp_path / "calibrate.nc", engine="netcdf4")
     case = given.model_copy(update={"transient": Transient(time_step=1e-3, spread="calibrated")})
     found = impulses_of_run(case, tmp_path)
     assert {floor: of.tolist() for floor, of in found.items()} == {2: [4.0, 5.0], 3: [2.0]}

@@ -90,7 +90,7 @@ def drawn(tmp_path_factory):
         for name, (wanted, building, _) in CASES.items():
             one = found[name] = Drawn(device_folder(tmp_path_factory.mktemp("device"), **wanted))
             if building:
-                one_floor().to_netcdf(one.folder / "building.nc", engine="h5netcdf")
+                one_floor().to_netcdf(one.folder / "building.nc", engine="netcdf4")
 
             # Axes with logarithms plot, too.
             def seen_plot(self, x, y, *args, one=one, **options):
@@ -296,7 +296,7 @@ def test_plan_of_a_floor():
 def test_pictures_of_two_devices(tmp_path):
     folder = device_folder(tmp_path, devices=("pump", "fan"))
     assert draw_pictures(folder) == []
-    one_floor().to_netcdf(folder / "building.nc", engine="h5netcdf")
+    one_floor().to_netcdf(folder / "building.nc", engine="netcdf4")
     found = in_own_process(draw_pictures, folder)
     assert [path.name for path in found] == ["figure_23_model.png", "figure_23_model_fan.png"]
     for path in found:

@@ -170,7 +170,7 @@ def test_store(case, run, tmp_path):
 
     result = run()
     write_ensemble(tmp_path / "ensemble.nc", case, result, "the key")
-    with xr.open_dataset(tmp_path / "ensemble.nc", engine="h5netcdf") as store:
+    with xr.open_dataset(tmp_path / "ensemble.nc", engine="netcdf4") as store:
         assert store.attrs["inputs"] == "the key"
         assert list(store["motion"].values) == list(result.scalars.index)
         middle = store["psa_percentile"].sel(percentile=store["percentile"] == 50.0).values[0]
@@ -236,13 +236,13 @@ def test_without_published_values(folder):
 
 
 def test_inside_or_not(folder):
-    with xr.open_dataset(folder / "ensemble.nc", engine="h5netcdf") as store:
+    with xr.open_dataset(folder / "ensemble.nc", engine="netcdf4") as store:
         table = bands(store, {"a.b": 20.0, "c.d": 5.0})
     assert [(row[0], row[-1]) for row in table.rows] == [("a.b", "yes"), ("c.d", "no")]
 
 
 def test_checks(folder):
-    members = xr.load_dataset(folder / "ensemble.nc", engine="h5netcdf")
+    members = xr.load_dataset(folder / "ensemble.nc", engine="netcdf4")
     for failed, good in ((0.0, True), (2.0, False)):
         counts = {"ensemble.members": 40.0, "ensemble.failed": failed}
         scalars = [Scalar(name, x, "-") for name, x in counts.items()]
@@ -257,7 +257,7 @@ def test_checks(folder):
 @pytest.mark.parametrize(("shift", "count"), [(0.0, 0), (-2.5, 3)])
 def test_floors_in_no_pair(folder, shift, count):
     """The scalar of their closest approach: below zero they overlap."""
-    members = xr.load_dataset(folder / "ensemble.nc", engine="h5netcdf")
+    members = xr.load_dataset(folder / "ensemble.nc", engine="netcdf4")
     members["scalar"] = np.array(["pounding.facing_distance_min", "c.d", "e"], dtype=object)
     members["value"][:, 0] += shift
     scalars = [Scalar("ensemble.members", 40.0, "-"), Scalar("ensemble.failed", 0.0, "-")]

@@ -370,17 +370,17 @@ def case():
     ],
 )
 def test_facing_floors(tmp_path, case, nearest, good, text):
-    store(nearest).to_netcdf(tmp_path / "pounding.nc", engine="h5netcdf")
+    store(nearest).to_netcdf(tmp_path / "pounding.nc", engine="netcdf4")
     assert facing_checks(tmp_path, case) == [(good, text)]
 
 
 def test_all_in_pairs(tmp_path, case):
-    xr.Dataset().to_netcdf(tmp_path / "pounding.nc", engine="h5netcdf")
+    xr.Dataset().to_netcdf(tmp_path / "pounding.nc", engine="netcdf4")
     assert facing_checks(tmp_path, case) == []
 
 
 def test_a_plan_that_is_not_known(tmp_path, case):
-    xr.Dataset().to_netcdf(tmp_path / "pounding.nc", engine="h5netcdf")
+    xr.Dataset().to_netcdf(tmp_path / "pounding.nc", engine="netcdf4")
     bare = {"length": None, "width": None}
     buildings = tuple(one.model_copy(update=bare) for one in case.buildings)
     other = case.model_copy(update={"buildings": buildings, "contacts": case.contacts[:3]})

@@ -211,7 +211,7 @@ def test_waves_that_pass(small_case, run, study, tmp_path):
     alike = {one.name: one.value for one in stick_scalars(study)}
     assert not any("passage" in name for name in alike)
     write_sticks(tmp_path / "pounding.nc", found, "")
-    with xr.open_dataset(tmp_path / "pounding.nc", engine="h5netcdf") as store:
+    with xr.open_dataset(tmp_path / "pounding.nc", engine="netcdf4") as store:
         np.testing.assert_array_equal(store["ground_apart"].values, [0.0 * moved, moved])
         assert "relative to the ground under the first building" in _response(store).caption
     # Without contact each does what it did, only later.

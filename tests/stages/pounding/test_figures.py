@@ -130,7 +130,7 @@ def draw(new_case, tmp_path, monkeypatch):
         if one is None:
             return stick_figures(tmp_path)
         stores = [
-            xr.load_dataset(tmp_path / f"{name}.nc", engine="h5netcdf") for name in STORES[one]
+            xr.load_dataset(tmp_path / f"{name}.nc", engine="netcdf4") for name in STORES[one]
         ]
         return getattr(model_figures, one)(tmp_path / "one.svg", *stores)
 
@@ -161,14 +161,14 @@ def test_the_law_of_figure_5(draw, tmp_path, hertz):
 def test_3d_models_are_no_sticks(draw, tmp_path, monkeypatch):
     """Slabs in figure 5, no modes of sticks, no figure 3."""
     draw(changed(), "contact_figure")
-    store = xr.load_dataset(tmp_path / "pounding.nc", engine="h5netcdf")
+    store = xr.load_dataset(tmp_path / "pounding.nc", engine="netcdf4")
     laws = ["unilateral"] * store.sizes["pair"]
     sticks = store.assign_coords(pair_law=("pair", laws))
     store = sticks.assign_coords(building_model=("building", ["structure"] * 2))
     drawn = list[str]()
     for name in ("_draw_slabs", "_draw_stick"):
         monkeypatch.setattr(model_figures, name, lambda *_, name=name: drawn.append(name))
-    forces = xr.load_dataset(tmp_path / "forces.nc", engine="h5netcdf")
+    forces = xr.load_dataset(tmp_path / "forces.nc", engine="netcdf4")
     model_figures.contact_figure(tmp_path / "one.svg", store, forces)
     assert drawn == ["_draw_slabs"] * store.sizes["building"]
     words = read_words(tmp_path / "one.svg")

@@ -20,7 +20,7 @@ def stored(write, study, folder):
     path = folder / "store.nc"
     write(path, study, "key-of-the-inputs")
     assert [file.name for file in folder.iterdir()] == ["store.nc"]
-    return xr.load_dataset(path, engine="h5netcdf")
+    return xr.load_dataset(path, engine="netcdf4")
 
 
 @pytest.fixture(scope="module")

@@ -21,9 +21,9 @@ def pair(transient_folder, tmp_path, monkeypatch):
         second = run / "two"
         second.mkdir()
         for name in ("transient.nc", "transient_maps.nc", "building.nc"):
-            store = xr.load_dataset(run / name, engine="h5netcdf")
+            store = xr.load_dataset(run / name, engine="netcdf4")
             store.attrs["building"] = "two"
-            store.to_netcdf(second / name, engine="h5netcdf")
+            store.to_netcdf(second / name, engine="netcdf4")
         ends = {"impact": [line, "other"]}
         stores = {
             "pounding.nc": xr.Dataset(
@@ -53,7 +53,7 @@ def pair(transient_folder, tmp_path, monkeypatch):
             ground = xr.DataArray(moved, {"time": [0.0, 1.0]}, ("building", "time", "axis"))
             stores["pounding.nc"]["ground_apart"] = ground
         for name, store in stores.items():
-            store.to_netcdf(run / name, engine="h5netcdf")
+            store.to_netcdf(run / name, engine="netcdf4")
         return second
 
     return write

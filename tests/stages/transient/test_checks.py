@@ -42,7 +42,7 @@ def logged(transient_folder, caplog):
 
     def log(highest=100.0, end=1.02, between=1.0, **changes):
         path = transient_folder() / "transient.nc"
-        store = xr.load_dataset(path, engine="h5netcdf")
+        store = xr.load_dataset(path, engine="netcdf4")
         scalars = [Scalar(f"transient.{name}", x, "-") for name, x in {**GOOD, **changes}.items()]
         store = with_scalars(store, scalars).assign_attrs(maximum_frequency=highest)
         # At one point the spectrum ends elsewhere, or a peak is between the samples.

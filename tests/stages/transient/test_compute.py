@@ -55,7 +55,7 @@ def run(caplog):
 
 
 def loaded(run, name="transient.nc"):
-    return xr.load_dataset(run.folder / name, engine="h5netcdf")
+    return xr.load_dataset(run.folder / name, engine="netcdf4")
 
 
 def steps_of(run):

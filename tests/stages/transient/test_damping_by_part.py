@@ -113,7 +113,7 @@ def computed(case):
 
 
 def loaded(case):
-    return xr.load_dataset(case.parent / "run" / "transient.nc", engine="h5netcdf")
+    return xr.load_dataset(case.parent / "run" / "transient.nc", engine="netcdf4")
 
 
 def test_stage(case, edited):

@@ -52,7 +52,7 @@ def seen(exported, tmp_path_factory):
 
 @pytest.fixture
 def store(exported):
-    return xr.load_dataset(exported.folder / "transient.nc", engine="h5netcdf")
+    return xr.load_dataset(exported.folder / "transient.nc", engine="netcdf4")
 
 
 def steps_of(run):

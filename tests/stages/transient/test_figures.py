@@ -102,8 +102,8 @@ def test_the_band_is_drawn(transient_folder, monkeypatch):
     def draw_one(**wanted):
         folder = transient_folder(maps=False, **wanted)
         with (
-            xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
-            xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as sticks,
+            xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
+            xr.open_dataset(folder / "pounding.nc", engine="netcdf4") as sticks,
         ):
             response = shown(store)
             centre_spectrum(response, sticks).write(folder)
@@ -122,8 +122,8 @@ def test_many_points_are_one_curve(transient_folder, count):
     """A legend of 78 left no room for the curves of figure 13."""
     folder = transient_folder(maps=False)
     with (
-        xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
-        xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as sticks,
+        xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
+        xr.open_dataset(folder / "pounding.nc", engine="netcdf4") as sticks,
     ):
         response = shown(store.load())
         other = response.isel(probe=[0] * count)
@@ -140,8 +140,8 @@ def test_forces_inside_storeys_are_called_so(transient_folder):
     """The legend and caption of figure 21, and the title of the film, name what is struck."""
     folder = transient_folder(maps=False)
     with (
-        xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
-        xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as sticks,
+        xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
+        xr.open_dataset(folder / "pounding.nc", engine="netcdf4") as sticks,
     ):
         time = float(abs(store["edge_force"]).max("edge").idxmax("time"))
         assert "; force " in _title(shown(store), ["one"], time)
@@ -186,8 +186,8 @@ def drawn(transient_folder, monkeypatch):
         monkeypatch.setattr(floor_figures, "figure", figure)
         monkeypatch.setitem(style.SETTINGS, "savefig.dpi", 40.0)
         with (
-            xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
-            xr.open_dataset(folder / "transient_maps.nc", engine="h5netcdf") as fields,
+            xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
+            xr.open_dataset(folder / "transient_maps.nc", engine="netcdf4") as fields,
         ):
             stores = (shown(store), fields) if maps else (shown(store),)
             getattr(floor_figures, name)(folder / "one.png", *stores)
@@ -252,8 +252,8 @@ def test_what_pounded(transient_folder, model, words):
     """Figures 12 and 13 have it beside the 3D model."""
     folder = transient_folder(model=model, maps=False)
     with (
-        xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
-        xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as pounding,
+        xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
+        xr.open_dataset(folder / "pounding.nc", engine="netcdf4") as pounding,
     ):
         found = {one.name[:9]: one for one in probe_figures(shown(store), pounding)}
     for name in ("figure_12", "figure_13"):
@@ -266,8 +266,8 @@ def test_displacements_are_relative_to_the_ground_under_the_building(transient_f
     """Those of the 3D model are: what pounded is, too, where waves move its ground elsewhere."""
     folder = transient_folder(maps=False)
     with (
-        xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
-        xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as pounding,
+        xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
+        xr.open_dataset(folder / "pounding.nc", engine="netcdf4") as pounding,
     ):
         time = pounding["time"].values
         ground = np.zeros((1, len(time), 3))
@@ -283,8 +283,8 @@ def test_displacements_are_relative_to_the_ground_under_the_building(transient_f
 def test_captions_of_spectra_say_it_too(transient_folder):
     folder = transient_folder(plates=True)
     with (
-        xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
-        xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as sticks,
+        xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
+        xr.open_dataset(folder / "pounding.nc", engine="netcdf4") as sticks,
     ):
         figures = list(probe_figures(shown(store), sticks))
     told = {one.name[:9] for one in figures if "that of pump at" in one.caption}
@@ -293,7 +293,7 @@ def test_captions_of_spectra_say_it_too(transient_folder):
 
 def test_without_an_impact_there_is_nothing_to_say(transient_folder):
     path = transient_folder(loads=(), maps=False) / "transient.nc"
-    with xr.open_dataset(path, engine="h5netcdf") as store:
+    with xr.open_dataset(path, engine="netcdf4") as store:
         assert forces_note(store) == ""
 
 
@@ -313,7 +313,7 @@ def test_signed_limits(values):
 
 @pytest.fixture
 def maps(transient_folder):
-    yield xr.load_dataset(transient_folder() / "transient_maps.nc", engine="h5netcdf")
+    yield xr.load_dataset(transient_folder() / "transient_maps.nc", engine="netcdf4")
 
 
 def test_spectrum_at_a_frequency(maps):

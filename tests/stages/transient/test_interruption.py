@@ -91,7 +91,7 @@ def full_disk(name):
 def opens(path):
     """Whether a store is whole."""
     if path.suffix == ".nc":
-        with xr.open_dataset(path, engine="h5netcdf") as opened:
+        with xr.open_dataset(path, engine="netcdf4") as opened:
             return bool(opened.load().sizes)
     if path.suffix == ".npz":
         with np.load(path) as opened:
@@ -112,8 +112,8 @@ def same(one, other):
             continue
         if first.suffix == ".nc":
             with (
-                xr.open_dataset(first, engine="h5netcdf") as left_one,
-                xr.open_dataset(second, engine="h5netcdf") as right_one,
+                xr.open_dataset(first, engine="netcdf4") as left_one,
+                xr.open_dataset(second, engine="netcdf4") as right_one,
             ):
                 equal = left_one.load().equals(right_one.load())
         else:
@@ -193,11 +193,11 @@ def test_results_before(uninterrupted, tmp_path, monkeypatch, name):
     case, folder = tmp_path / "frame.toml", tmp_path / "run"
     with full_disk(name), pytest.raises(ImpactfemError, match=f"cannot write .*{name}"):
         study.run(case, out=folder, stage="transient")
-    first = xr.load_dataset(folder / "transient.nc", engine="h5netcdf")
+    first = xr.load_dataset(folder / "transient.nc", engine="netcdf4")
     assert not (folder / "transient_motion.vtkhdf").exists()
     done = study.run(case, out=folder, stage="transient")
     assert done.reused == ["building", "reduce", "pounding"]
-    second = xr.load_dataset(folder / "transient.nc", engine="h5netcdf")
+    second = xr.load_dataset(folder / "transient.nc", engine="netcdf4")
     assert first.equals(second) == (name != "transient.nc")
     assert not same(folder, uninterrupted("both"))
 
@@ -212,9 +212,9 @@ def test_full_solver_goes_on_after_a_kill_of_one_rank(case_of, uninterrupted, un
         ended = under_mpirun(2, *command("-", case, *["--resume"][: name == "killed"]))
         assert ended.returncode == 0, ended.stderr
         assert ("going on from 0.200 s" in ended.stderr) == (name == "killed")
-        with xr.open_dataset(case.parent / "run" / "transient.nc", engine="h5netcdf") as opened:
+        with xr.open_dataset(case.parent / "run" / "transient.nc", engine="netcdf4") as opened:
             found[name] = opened.load()
-    one = xr.load_dataset(uninterrupted("full") / "transient.nc", engine="h5netcdf")
+    one = xr.load_dataset(uninterrupted("full") / "transient.nc", engine="netcdf4")
     for variable in ("displacement", "acceleration", "psa"):
         whole = found["whole"][variable]
         largest = float(np.abs(whole).max())

@@ -27,8 +27,8 @@ def numbers(transient_folder):
     def compute(change=lambda store: None, **wanted):
         folder = transient_folder(**wanted)
         with (
-            xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
-            xr.open_dataset(folder / "pounding.nc", engine="h5netcdf") as sticks,
+            xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
+            xr.open_dataset(folder / "pounding.nc", engine="netcdf4") as sticks,
         ):
             store.load()
             change(store)
@@ -257,7 +257,7 @@ def test_where_an_impact_begins_and_ends():
 def response(transient_folder):
     def of(**wanted):
         path = transient_folder(**wanted) / "transient.nc"
-        with xr.open_dataset(path, engine="h5netcdf") as store:
+        with xr.open_dataset(path, engine="netcdf4") as store:
             return shown(store).load()
 
     return of

@@ -92,7 +92,7 @@ def test_round_numbers():
 def test_the_impact_edge_is_seen(transient_folder):
     for direction, along in (("x", 0), ("y", 1)):
         with xr.open_dataset(
-            transient_folder(direction=direction) / "building.nc", engine="h5netcdf"
+            transient_folder(direction=direction) / "building.nc", engine="netcdf4"
         ) as store:
             view = impact_view(store)
             none = impact_view(store.isel(edge=slice(0)))
@@ -143,8 +143,8 @@ def test_frames_say_when(transient_folder, monkeypatch):
     said = []
     folder = transient_folder()
     with (
-        xr.open_dataset(folder / "transient.nc", engine="h5netcdf") as store,
-        xr.open_dataset(folder / "transient_maps.nc", engine="h5netcdf") as maps,
+        xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
+        xr.open_dataset(folder / "transient_maps.nc", engine="netcdf4") as maps,
     ):
         from impactfem.stages.transient import animation
 

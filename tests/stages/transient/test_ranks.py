@@ -86,8 +86,8 @@ def test_whole_stage(found, reduced):
         "transient_maps.nc": ("psa", "pfa", "wave_displacement", "membrane_force"),
     }.items():
         with (
-            xr.open_dataset(folder / name, engine="h5netcdf") as two,
-            xr.open_dataset(reduced[1].folder / name, engine="h5netcdf") as one,
+            xr.open_dataset(folder / name, engine="netcdf4") as two,
+            xr.open_dataset(reduced[1].folder / name, engine="netcdf4") as one,
         ):
             assert two.attrs["inputs"] == one.attrs["inputs"]
             for variable in variables:

@@ -17,12 +17,12 @@ def folder(reduced):
 
 @pytest.fixture(scope="module")
 def store(folder):
-    return xr.load_dataset(folder / "transient.nc", engine="h5netcdf")
+    return xr.load_dataset(folder / "transient.nc", engine="netcdf4")
 
 
 @pytest.fixture(scope="module")
 def maps(folder):
-    return xr.load_dataset(folder / "transient_maps.nc", engine="h5netcdf")
+    return xr.load_dataset(folder / "transient_maps.nc", engine="netcdf4")
 
 
 def test_every_number_has_a_unit(store, maps):
@@ -111,7 +111,7 @@ def test_of_floors_and_edges(values, store):
 
 def test_along_the_edges(reduced, values, store):
     """Over all vertices at the level and in the plane of the edge; more than its middle has."""
-    with xr.open_dataset(reduced[1].folder / "transient_maps.nc", engine="h5netcdf") as maps:
+    with xr.open_dataset(reduced[1].folder / "transient_maps.nc", engine="netcdf4") as maps:
         position, pfa = maps.node_position.values, maps.pfa.sel(component="y").values
     for k in (1, 2):
         middle = store.probe_position.sel(probe=f"edge_{k}").values
