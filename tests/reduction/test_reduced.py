@@ -191,14 +191,14 @@ def test_modes_near_known_ones(membrane, petsc, searches):
     exact, shapes = scipy.linalg.eigh(K, model.M)
     found = modes_near(petsc(K), petsc(model.M), known, 6)
     assert (2.0 * np.pi * found.frequency) ** 2 == pytest.approx(exact[:6], rel=1e-11)
-    assert np.abs(shapes[:, :6].T @ model.M @ found.shapes) == pytest.approx(np.eye(6), abs=1e-7)
-    assert np.all(found.residual <= 1e-10) and not searches
+    assert np.abs(shapes[:, :6].T @ model.M @ found.shapes) == pytest.approx(np.eye(6), abs=1e-5)
+    assert np.all(found.residual <= 1e-7) and not searches
     # The known ones are no such modes.
     ritz = np.einsum("nk,nk->k", known, K @ known)
     assert np.all(np.abs(ritz / exact[:6] - 1.0) > 1e-3)
     # A looser tolerance is less accurate.
     loose = modes_near(petsc(K), petsc(model.M), known, 6, tolerance=1e-2)
-    assert 1e-10 < loose.residual.max() <= 1e-2 and not searches
+    assert 1e-7 < loose.residual.max() <= 1e-2 and not searches
 
 
 @pytest.mark.parametrize("count", [3, 40])

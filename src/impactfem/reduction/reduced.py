@@ -24,6 +24,9 @@ from impactfem.reduction.krylov import KrylovBasis
 from impactfem.system.arrays import Array, Complex
 from impactfem.system.errors import SolutionError
 
+NEXT = 1e-3
+"""Residual of the mode above those that are wanted, up to which its frequency is known enough."""
+
 
 @dataclass(frozen=True, eq=False)
 class ReducedModel:
@@ -101,7 +104,7 @@ def reduced_model(basis: KrylovBasis, size: int | None = None) -> ReducedModel:
 
 
 def modes_near(
-    K: PETSc.Mat, M: PETSc.Mat, start: Array, count: int, *, tolerance: float = 1e-10
+    K: PETSc.Mat, M: PETSc.Mat, start: Array, count: int, *, tolerance: float = 1e-7
 ) -> Modes:
     """The lowest modes of a model that is near one with known modes. Collective.
 
@@ -125,7 +128,9 @@ def modes_near(
         while True:
             model = reduced_model(basis)
             residual = np.linalg.norm(model.tail, axis=0) * model.eigenvalue
-            found = len(residual) > count and bool(np.all(residual[: count + 1] <= tolerance))
+            # Of the one above the wanted ones the Sturm count needs no more than where it is.
+            found = len(residual) > count and residual[count] <= NEXT
+            found = bool(found and np.all(residual[:count] <= tolerance))
             if found or not basis.grow(1):
                 break
         shapes = basis.vectors.combination(model.coordinates[:, :count])

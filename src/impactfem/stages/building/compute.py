@@ -156,14 +156,12 @@ def _modes(model: BuildingModel, structure: Structure, known: Array | None) -> t
         )
         return factor, result
     K = model.stiffness(factor)
-    result = _lowest(K, model.mass, structure.modes, known)
+    if known is None:
+        result = modes(K, model.mass, structure.modes)
+    else:
+        result = modes_near(K, model.mass, known, structure.modes)
     K.destroy()
     return factor, result
-
-
-def _lowest(K: Any, M: Any, count: int, known: Array | None) -> Modes:
-    """The lowest modes, from those of a model near this one where they are known. Collective."""
-    return modes(K, M, count) if known is None else modes_near(K, M, known, count)
 
 
 def mesh_of_run(case: Case, folder: Path) -> Path:
@@ -215,12 +213,10 @@ def fit_storey_factor(
     K.destroy()
     factor = _reduced_fit(model, V, frequency, direction, start)
     del basis, shapes, V  # beside the factors of the modal analyses memory may be short
-    known = None
     for rounds in range(1, MOST_ROUNDS + 1):
         K = model.stiffness(factor)
-        result = _lowest(K, model.mass, count, known)
+        result = modes(K, model.mass, count)
         K.destroy()
-        known = result.shapes
         bending = _bending(model, result.shapes, direction)
         if bending.size == 0:
             raise SolutionError(
