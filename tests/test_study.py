@@ -273,8 +273,6 @@ class TestReuse:
         assert study.run(copied, out=run, stage="pounding").reused == []
         assert record() == part
 
-    # The destructor of a file that was never open, in h5netcdf.
-    @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
     @pytest.mark.parametrize(
         ("name", "damage"),
         [

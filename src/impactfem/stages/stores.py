@@ -24,6 +24,10 @@ from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.scalar import Scalar, with_scalars
 
+LOADED = 1 << 23
+"""Size up to which an output is read when its store is opened [byte]. From a list of entries
+netCDF4 reads each by itself, and of an empty one it may fail."""
+
 # What xarray and HDF5 raise for a file that is missing, of another kind, or damaged.
 DAMAGE = (OSError, ValueError, KeyError, RuntimeError, TypeError, AttributeError)
 
@@ -149,6 +153,12 @@ def _opened(path: Path) -> Iterator[xr.Dataset]:
     with store:
         if "scalars" in store.attrs:
             raise ImpactfemError(f"{path} is of an earlier version; run the case again")
+        try:
+            for variable in store.variables.values():
+                if variable.nbytes <= LOADED:
+                    variable.load()
+        except DAMAGE as error:
+            raise ImpactfemError(f"cannot read {path}: {error}") from error
         yield store
 
 

@@ -16,7 +16,7 @@ from impactfem.stages.ensemble import compute as ensemble
 from impactfem.stages.ensemble.compute import members_of, run_ensemble
 from impactfem.stages.ensemble.figures import bands, ensemble_checks, ensemble_results
 from impactfem.stages.ensemble.store import OUTPUTS, ensemble_scalars, write_ensemble
-from impactfem.stages.stores import dataset
+from impactfem.stages.stores import dataset, open_store
 from impactfem.system.errors import SolutionError
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, scalars_of, with_scalars
@@ -236,7 +236,7 @@ def test_without_published_values(folder):
 
 
 def test_inside_or_not(folder):
-    with xr.open_dataset(folder / "ensemble.nc", engine="netcdf4") as store:
+    with open_store(folder / "ensemble.nc") as store:
         table = bands(store, {"a.b": 20.0, "c.d": 5.0})
     assert [(row[0], row[-1]) for row in table.rows] == [("a.b", "yes"), ("c.d", "no")]
 
