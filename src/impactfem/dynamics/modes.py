@@ -79,7 +79,8 @@ def modes(K: PETSc.Mat, M: PETSc.Mat, count: int, *, tolerance: float = 1e-10) -
         if values.size <= count:
             wanted += 2
             continue
-        place, below = counted(K, M, values, count)
+        place = _gap(values, count)
+        below = number_below(K, M, math.sqrt(values[place - 1] * values[place]))
         if below == place:
             break
         wanted = max(wanted, values.size) + max(0, below - place)
@@ -103,12 +104,6 @@ def with_signs(K: PETSc.Mat, values: Array, shapes: Array, residual: Array) -> M
         mine = float(shapes[row - start, j]) if start <= row < end else 0.0
         shapes[:, j] *= math.copysign(1.0, K.getComm().tompi4py().allreduce(mine))
     return Modes(frequency=np.sqrt(values) / (2.0 * np.pi), shapes=shapes, residual=residual)
-
-
-def counted(K: PETSc.Mat, M: PETSc.Mat, values: Array, count: int) -> tuple[int, int]:
-    """How many of ω², and how many there are, up to the first gap above the wanted ones (Sturm)."""
-    place = _gap(values, count)
-    return place, number_below(K, M, math.sqrt(values[place - 1] * values[place]))
 
 
 class _Inverse:

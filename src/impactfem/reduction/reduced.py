@@ -19,13 +19,13 @@ from petsc4py import PETSc
 
 from impactfem.dynamics.columns import inner, product
 from impactfem.dynamics.damping import DampingLaw, Rayleigh
-from impactfem.dynamics.modes import Modes, counted, modes, with_signs
+from impactfem.dynamics.modes import Modes, modes, number_below, with_signs
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.system.arrays import Array, Complex
 from impactfem.system.errors import SolutionError
 
-NEXT = 1e-3
-"""Residual of the mode above those that are wanted, up to which its frequency is known enough."""
+ABOVE = 1e-4
+"""Relative distance in ω² above the last wanted mode at which those up to there are counted."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,16 +128,12 @@ def modes_near(
         while True:
             model = reduced_model(basis)
             residual = np.linalg.norm(model.tail, axis=0) * model.eigenvalue
-            # Of the one above the wanted ones the Sturm count needs no more than where it is.
-            found = len(residual) > count and residual[count] <= NEXT
-            found = bool(found and np.all(residual[:count] <= tolerance))
+            found = len(residual) >= count and bool(np.all(residual[:count] <= tolerance))
             if found or not basis.grow(1):
                 break
         shapes = basis.vectors.combination(model.coordinates[:, :count])
-    if found:
-        place, below = counted(K, M, model.eigenvalue[: count + 1], count)
-        if place == below:
-            return with_signs(K, model.eigenvalue[:count], shapes, residual[:count])
+    if found and number_below(K, M, model.eigenvalue[count - 1] * (1.0 + ABOVE)) == count:
+        return with_signs(K, model.eigenvalue[:count], shapes, residual[:count])
     return modes(K, M, count)
 
 
