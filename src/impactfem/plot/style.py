@@ -14,6 +14,8 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 from PIL import Image
@@ -129,7 +131,8 @@ def figure(
 def _svg(drawn: Figure, words: Words) -> str:
     """The figure as an element that a page can hold: nothing in it names or formats the page."""
     buffer = io.StringIO()
-    drawn.savefig(buffer, format="svg", metadata={"Date": None})
+    # savefig would draw twice: once to see what is where, which is known here.
+    FigureCanvasSVG(drawn).print_svg(buffer, metadata={"Date": None})
     text = buffer.getvalue()
     said = "".join(
         f"<{tag}>{html.escape(one, quote=False)}</{tag}>"
@@ -156,12 +159,12 @@ def _shorter(tag: str) -> str:
 
 def _write_png(drawn: Figure, path: Path, words: Words) -> None:
     """The figure in 256 colours, however rare: a marker keeps its colour, a scale its ends."""
-    buffer = io.BytesIO()
-    drawn.savefig(buffer, format="png")
-    image = Image.open(buffer).convert("RGB")
+    canvas = FigureCanvasAgg(drawn)
+    canvas.draw()
+    image = np.asarray(canvas.buffer_rgba())[..., :3]  # the ground is opaque
     # The most frequent colours, in steps of 4 in 256, which are not seen; then one after the other
     # that which is farthest from all that there are.
-    pixels = np.minimum((np.asarray(image).astype(np.int32) + 2) // 4 * 4, 255)
+    pixels = np.minimum((image.astype(np.int32) + 2) // 4 * 4, 255)
     packed = (pixels @ (1 << np.array([16, 8, 0]))).ravel()
     codes, where, counts = np.unique(packed, return_inverse=True, return_counts=True)
     every = np.stack([codes >> 16, codes >> 8 & 255, codes & 255], axis=-1)
