@@ -22,6 +22,7 @@ from .sections import (
     MOTION,
     PUMP,
     RECORD,
+    RECORDED,
     TRANSIENT,
     WALL,
     with_spectrum,
@@ -30,7 +31,7 @@ from .texts import replaced
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 LONGEST = 16.79
-FLOORS = "pair_floors.csv"
+FLOORS, TARGETS = "pair_floors.csv", "pair_targets.csv"
 SHAPE = 'shape = { type = "cylinder", radius = "50 cm", length = "1 m" }'
 
 
@@ -99,6 +100,23 @@ def test_a_generated_mesh_gives_none(structured):
          "0.119 times the longest motion, 16.79 s"),
         (FLOORS, "1,2502,6.3e7", "1,2502,6.3e3", "pair_floors.csv: floor 1, Jx = '0.0502 m'",
          "√(Jx/mass) of floor 1; usual is 2 to 30 m"),
+        (FLOORS, "1,2502,6.3e7,5.1e8,5.7e8", "1,2502,6.3e8,5.1e8,5.7e7",
+         "pair_floors.csv: floor 1, Jx = 630000000.0: more than the sum of the other two", "no bo"),
+        (FLOORS, ",234,169,214,", ",234,469,214,", "pair_floors.csv: floor 1, Avy = '469 m2'",
+         "more than A, 234 m2"),
+        (None, 'frequencies = ["1 Hz", "20 Hz"]', 'frequencies = ["0.1 Hz", "0.2 Hz"]', "damping",
+         "467 % of critical at 20 Hz; usual is 1 % to 10 % from 1 to 20 Hz"),
+        (None, "[[buildings]]\nname = \"B1\"",
+         '[materials.steel]\nyoung_modulus = "210 GPa"\npoisson_ratio = 0.3\n[[buildings]]\n'
+         'name = "B1"', "materials.steel", "not used: nothing in the case has it"),
+        (None, "[contact_laws.floor]", '[contact_laws.spare]\ntype = "unilateral"\n'
+         "[contact_laws.floor]", "contact_laws.spare", "not used: nothing in the case has it"),
+        (None, 'rigid_depth = "0.85 m"', 'rigid_depth = "0.5 m"', "calibration.rigid_depth",
+         "usual is rigid_below + rigid_above, 0.85 m of B1 and 0.85 m of B2"),
+        (None, "stiffness_factor = [0.02, 1.0]", "stiffness_factor = [10, 300]",
+         "calibration.stiffness_factor = [10, 300]", "0.131 of B1 and 0.131 of B2"),
+        (TARGETS, "B1,1,1.75,", "B1,1,17.5,", "mode 2, frequency = '", "mode 1 of B1 has 17.5 Hz"),
+        (TARGETS, "B1,1,1.75,10100", "B1,1,1.75,1e6", "effective_mass = '", "the modes of B1 tog"),
         (None, '[[motions]]\ndirection = "y"', '[[motions]]\ndirection = "x"',
          "motions[0].direction = 'x'", "no contact has a normal along it"),
         (None, 'name = "B1"', 'name = "B1"\nwidth = "10 m"', "contacts[0].a.offset",
@@ -241,7 +259,7 @@ def test_moduli_of_what_is_not_as_dense_as_concrete(broken):
     ],
 )  # fmt: skip
 def test_a_record(broken, step, peak, keys, told):
-    lines = (f"{k * step:g},{peak * (-1) ** k:g}" for k in range(1679))
+    lines = (f"{k * step:g},{peak * (-1) ** k:g}" for k in range(round(LONGEST / step)))
     record = RECORD.replace('"x"', '"y"').replace("\n\n", f"\n{keys}\n\n")
     path = broken(
         (None, MOTION, record),
@@ -249,6 +267,45 @@ def test_a_record(broken, step, peak, keys, told):
     )
     found = [line for line in warnings(path) if not {"longest", "velocity"} & {*line.split()}]
     assert [told in line for line in found] == [True] if told else found == []
+
+
+def test_two_motions_that_are_one(written, broken):
+    """By their seeds, or their records and components."""
+    other = MOTION.replace('"y"', '"x"')
+    (line,) = warnings(broken(more=other))
+    assert "motions[1].seed = 1: the seed of motions[0] along y, too: both go up and down" in line
+    assert warnings(broken(more=other.replace("seed = 1", "seed = 2"))) == []
+    lines = "".join(f"{k / 100:g},{(-1) ** k},{(-1) ** k}\n" for k in range(1680))
+    record = RECORD.replace("\n\n", '\ncomponent = "NS"\n\n')
+    for component, told in (("NS", True), ("EW", False)):
+        second = record.replace('"x"', '"y"').replace("NS", component)
+        path = written(RECORDED, (None, RECORD, f"{record}{second}"))
+        (path.parent / "motion.csv").write_text(f"time [s],NS [m/s2],EW [m/s2]\n{lines}", "utf-8")
+        found = [line for line in warnings(path) if "motions[1].file = 'motion.csv'" in line]
+        assert len(found) == told
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("20,0,0", "20,0,0", None),
+        ("5,2.5,-40", "5,2.5e4,-40", "B1.floor_8 = '2.5e+10 N': 846 times its weight; usual is"),
+        ("[ms]", "[s]", None),
+        ("0,0,0\n5,2.5,-40\n20,0,0", "0,0,0\n17000,0,0\n17005,1,1",
+         "loads[0].file = 'blast.csv': no force within the 16.79 s that are computed"),
+    ],
+)  # fmt: skip
+def test_forces_on_floors(broken, old, new, told):
+    blast = {"blast.csv": replaced(BLAST["blast.csv"], (old, new))}
+    found = warnings(broken(more=LOADS, files=blast))
+    assert [told in line for line in found] == [True] if told else found == []
+
+
+def test_a_plan_of_another_size_than_its_mesh(structured):
+    for width, told in (("15.7 m", False), ("16 m", True)):
+        found = warnings(structured((None, 'name = "B1"', f'name = "B1"\nwidth = "{width}"')))
+        key = f"buildings[1].width = '{width}': the width of its mesh is 15.6 m; usual is the same"
+        assert [key in line for line in found] == ([True] if told else [])
 
 
 @pytest.mark.parametrize(
@@ -355,9 +412,9 @@ def test_plans_that_overlap(tmp_path):
     text = text[:first] + text[text.index("[pounding]") :]
     path = tmp_path / "row.toml"
     path.write_text(text, encoding="utf-8")
-    assert warnings(path, 10.0) == []
+    assert not any("axis" in line for line in warnings(path, 10.0))
     path.write_text(replaced(text, ('"24.05 m"', '"20.05 m"')), encoding="utf-8")
-    (line,) = warnings(path, 10.0)
+    (line,) = (line for line in warnings(path, 10.0) if "axis" in line)
     assert "buildings[2].axis = ['8 m', '20.05 m']: the plan overlaps that of B by 3.97 m" in line
 
 
@@ -371,6 +428,7 @@ def test_the_usual_ranges_are_ranges():
     [
         ("10,y,300,1200", "pair_modes.csv: row 1, height = 1200.0: in SI; usual is 0.2 to 5 m"),
         ("10,y,600000,1.2", "times the mass of floor"),
+        ("10,x,300,1.2", "modes = 'pair_modes.csv': no mode along y, along which the ground moves"),
         ("10,y,300,1.2", None),
     ],
 )

@@ -28,6 +28,8 @@ gap = "1 cm"
 law = "floor"
 
 """
+SWAPPED = TWICE.replace("b = {", "c = {").replace("a = {", "b = {").replace("c = {", "a = {")
+SWAPPED = SWAPPED.replace("[0, 1, 0]", "[0, -1, 0]")
 SECTIONS = [
     ('gap = "1 cm"', "gap = 0.01", "contacts[0].gap", "expected a length with its unit"),
     ('gap = "1 cm"', 'gap = "-1 cm"', "contacts[0].gap", "expected a length of at least 0"),
@@ -105,6 +107,7 @@ SECTIONS = [
     ("b = { build", 'wall = "B2" # { build', "contacts[0].wall", "a name that no building has"),
     ("b = { build", 'wall = "a b" # { build', "contacts[0].wall", "expected a name of letters"),
     ("[pounding]", f"{TWICE}[pounding]", "contacts", "found B1.floor_8 and B2.floor_8 twice"),
+    ("[pounding]", f"{SWAPPED}[pounding]", "contacts", "found B2.floor_8 and B1.floor_8 twice"),
     (FLOORS, f'floors = "none.csv"\n{AXIS}', "buildings[0].floors", "no such file"),
     (FLOORS, f'floors = "."\n{AXIS}', "buildings[0].floors", "this is a directory"),
     (FLOORS, f"floors = 3\n{AXIS}", "buildings[0].floors", "expected a file name in quotes"),

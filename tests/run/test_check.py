@@ -139,6 +139,39 @@ def test_a_folder_of_records_that_is_not_there(frame):
     assert "expected a folder of records; there is none of this name" in "".join(faults(case, True))
 
 
+def test_records_of_an_ensemble(frame, tmp_path, caplog):
+    """Those that are none are all told; one in another unit is warned of."""
+    (tmp_path / "records").mkdir()
+    header, time = "time [s],acceleration [m/s2]\n", 0.01 * np.arange(501)
+    rows = zip(time, 2.0 * np.sin(2.0 * np.pi * time), strict=True)
+    text = header + "".join(f"{t:.2f},{a:.6f}\n" for t, a in rows)
+    for name in "abcd":
+        (tmp_path / "records" / f"{name}.csv").write_text(text)
+    case = frame('[ensemble]\nrecords = "records"\n')
+    whole = case.read_text()
+    start, end = whole.index("[[motions]]"), whole.index("[pounding]")
+    record = '[[motions]]\ndirection = "y"\ntype = "record"\nfile = "records/a.csv"\n'
+    case.write_text(whole[:start] + record + whole[end:])
+    assert not any("records/" in one for one in warned(caplog, case))
+    (tmp_path / "records" / "d.csv").write_text(text.replace("m/s2", "g"))
+    (told,) = (one for one in warned(caplog, case) if "records/" in one)
+    assert "records/d.csv: peak ground acceleration = '19.61 m/s2': as the case uses it" in told
+    for name in "bc":
+        (tmp_path / "records" / f"{name}.csv").write_text("none")
+    found = faults(case, mesh=False)
+    assert len(found) == 2 and all(f"records/{name}.csv" in found[k] for k, name in enumerate("bc"))
+
+
+def test_a_mesh_of_another_building(frame, tmp_path):
+    """It has fewer floors: told once, and no search for what it cannot have."""
+    case = frame(PROBE % "6 m")
+    table = tmp_path / "frame_floors.csv"
+    rows = table.read_text().splitlines()
+    last = next(row for row in rows if row.startswith("2,"))
+    table.write_text("\n".join([*rows, f"3{last[1:]}", ""]))
+    assert any("floors 1, 2" in one and "the floors 1 to 3" in one for one in faults(case))
+
+
 @pytest.fixture
 def coarse(tmp_path):
     """The paper's case on a coarse mesh, which the generator makes."""

@@ -55,12 +55,12 @@ def pair_distance(contact: Contact, case: Case) -> float:
 
 def of_contacts(case: Case, reading: Reading) -> Iterator[Finding]:
     """Contacts that stand twice, are the wrong way round, or have the law of another building."""
-    seen: set[tuple[ContactPoint, ContactPoint | str | None]] = set()
+    seen: set[frozenset[ContactPoint | str | None]] = set()
     reported: set[tuple[str, int]] = set()  # of each table of [[contacts]] once
     twice = False
     struck = case.wall_impact.building if case.wall_impact and case.structure else ""
     for contact in case.contacts:
-        table, ends = contact.table, (contact.a, contact.b or contact.wall)
+        table, ends = contact.table, frozenset((contact.a, contact.b or contact.wall))
         place = reading.original(("contacts", table))
         # Twice the same points would double the stiffness of their contact unseen.
         if ends in seen and not twice:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -250,6 +250,15 @@ class Ensemble(Section):
     def files(self) -> tuple[Path, ...]:
         """The records of the folder in the order of their names; none for synthetic motions."""
         return tuple(path for path in self.entries() if path.is_file())
+
+    def of_records(self, motions: Sequence[Motion]) -> tuple[RecordMotion, ...]:
+        """The one motion of the case with each record of the folder in place of its file."""
+        return tuple(
+            motion.model_copy(update={"file": file, "format": None})
+            for motion in motions
+            if isinstance(motion, RecordMotion)
+            for file in self.files()
+        )
 
     def entries(self) -> tuple[Path, ...]:
         """What is in the folder, files and others, but hidden ones, in the order of the names."""

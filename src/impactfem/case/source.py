@@ -69,6 +69,10 @@ class Source:
         """A fault in the file that says a key, with the value as it is written there, or None."""
         return Fault(self.file_of(place), dotted(place), self.written.get(place, value), expected)
 
+    def remark(self, place: Place, text: str) -> Fault:
+        """What is to be said about a key, with the value as it is written."""
+        return self.fault(place, value_at(place, self.raw), text)
+
     def lay(self, over: dict[str, Any], file: Path, table: Place = ()) -> None:
         """Lay a table that a file says over what stands at its place, and note who says what."""
         under: dict[str, Any] = value_at(table, self.raw)

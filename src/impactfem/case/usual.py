@@ -32,13 +32,15 @@ SOIL = "buildings.*.soil."
 MODULUS = Usual(
     "materials.*.young_modulus", 3e8, 2.5e11, "concrete 20 to 45 GPa, masonry 1 to 15 GPa"
 )
-PGA = Usual("motions.*.pga", 0.05, 15.0, "0.5 to 10 m/s2")
-STEP = Usual("motions.*.time_step", 1e-4, 0.05, "1 to 20 ms")
+PGA = Usual("motions.*.pga", 0.2, 15.0, "0.5 to 10 m/s2")
+STEP = Usual("motions.*.time_step", 1e-4, 0.04, "1 to 20 ms")
+LASTING = Usual("motions.*.duration", 2.0, 300.0, "5 to 60 s")
 MASS = Usual("buildings.*.floors.row.mass", 1e3, 3e7, "20 to 5000 t")
 USUAL = (
     MODULUS,
     Usual("materials.*.density", 300.0, 1e4, "concrete 2200 to 2600 kg/m3, steel 7850 kg/m3"),
     Usual("materials.*.compressive_strength", 1e6, 2e8, "concrete 12 to 100 MPa"),
+    Usual("materials.*.poisson_ratio", 0.05, 0.4, "0.15 to 0.3"),
     *(
         Usual(f"{place}.{key}", low, high, words)
         for place in ("damping", "damping_cases.*", "buildings.*.damping", "devices.*.damping")
@@ -55,6 +57,9 @@ USUAL = (
     Usual("buildings.*.second_moment_factor", 0.02, 5.0, "0.1 to 1"),
     Usual("buildings.*.length", 2.0, 400.0, "5 to 200 m"),
     Usual("buildings.*.width", 2.0, 400.0, "5 to 200 m"),
+    Usual("buildings.*.setback", 0.0, 20.0, "0 to 5 m"),
+    Usual("buildings.*.rigid_below", 0.0, 3.0, "0.1 to 1 m"),
+    Usual("buildings.*.rigid_above", 0.0, 3.0, "0.1 to 1 m"),
     Usual(f"{SOIL}shear_velocity", 50.0, 5e3, "150 to 3000 m/s"),
     Usual(f"{SOIL}density", 1e3, 3500.0, "1600 to 2700 kg/m3"),
     Usual(f"{SOIL}damping_ratio", 0.0, 0.3, "0 to 15 %"),
@@ -66,6 +71,8 @@ USUAL = (
     Usual(f"{SOIL}raft.density", 500.0, 8e3, "2400 kg/m3"),
     Usual(f"{SOIL}raft.mass", 1e3, 1e9, "20 to 50,000 t"),
     Usual(f"{MODEL}storey_stiffness_factor", 0.02, 5.0, "0.1 to 1: cracked or fitted"),
+    Usual(f"{MODEL}calibration.frequency", 0.1, 40.0, "0.3 to 15 Hz"),
+    Usual(f"{MODEL}drilling", 1e-3, 1e3, "1"),
     Usual(f"{MODEL}mesh.length", 2.0, 400.0, "5 to 200 m"),
     Usual(f"{MODEL}mesh.width", 2.0, 400.0, "5 to 200 m"),
     Usual(f"{MODEL}mesh.slab_thickness", 0.05, 3.0, "0.1 to 1 m"),
@@ -87,12 +94,25 @@ USUAL = (
     Usual("contact_laws.*.restitution", 0.1, 1.0, "0.4 to 0.9"),
     Usual("contact_laws.*.damping_ratio", 0.0, 0.6, "5 % to 35 %"),
     Usual("contact_laws.*.slowest_approach", 0.0, 0.1, "0.1 to 10 mm/s"),
-    Usual("pounding.contact_spacing", 0.1, 10.0, "0.5 to 3 m"),
+    *(
+        Usual(f"{stage}.contact_spacing", 0.1, 10.0, "0.5 to 3 m")
+        for stage in ("pounding", "wall_impact")
+    ),
+    *(
+        Usual(f"{stage}.time_step", 1e-6, 0.01, "0.1 to 2 ms")
+        for stage in ("pounding", "transient", "wall_impact", "device_analysis")
+    ),
+    Usual("transient.duration", 0.1, 1e3, "that of the motion"),
+    Usual("transient.maximum_frequency", 5.0, 1e3, "30 to 200 Hz"),
+    Usual("transient.shift", 1.0, 200.0, "10 to 60 Hz"),
+    Usual("transient.tolerance", 1e-6, 0.2, "0.1 % to 5 %"),
+    Usual("transient.largest_basis", 50.0, 1e5, "some hundreds to some thousands"),
     PGA,
     STEP,
     Usual("motions.*.resample", STEP.low, STEP.high, STEP.words),
-    Usual("motions.*.duration", 2.0, 300.0, "5 to 60 s"),
+    LASTING,
     Usual("motions.*.damping", 2e-3, 0.2, "5 %"),
+    Usual("motions.*.spectrum.corner_periods.*", 0.01, 20.0, "0.05 to 10 s"),
     Usual("motions.*.spectrum.amplification", 1.5, 4.0, "2.5 to 3"),
     Usual("motions.*.spectrum.importance_factor", 0.5, 4.0, "0.8 to 1.6"),
     Usual("wave_passage.apparent_velocity", 200.0, 2e4, "500 to 5000 m/s"),
@@ -110,6 +130,7 @@ USUAL = (
     Usual("devices.*.modes.row.height", -20.0, 20.0, "0.2 to 5 m"),
     Usual("devices.*.modes.row.damping", 2e-3, 0.2, "1 % to 10 %"),
     Usual("device_analysis.broadening", 0.0, 0.3, "10 % to 15 %"),
+    Usual("wall_impact.duration", 0.05, 100.0, "0.5 to 5 s"),
     Usual("wall_impact.gap", 0.0, 0.6, "0 to 30 cm"),
     Usual("wall_impact.displacement", -0.6, 0.6, "-10 to -1 cm"),
     MASS,

@@ -2,15 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 
 from impactfem.case import Case, Motion, RecordMotion, SyntheticMotion
 from impactfem.case.design_spectrum import TableSpectrum as SpectrumTable
 from impactfem.case.model import CaseFile
-from impactfem.case.place import value_at
 from impactfem.case.source import read_source
-from impactfem.case.usual import PGA, STEP
+from impactfem.case.usual import LASTING, PGA, STEP
 from impactfem.motion.acceptance import Acceptance, Misfit, acceptance
 from impactfem.motion.design_spectrum import DesignSpectrum, TableSpectrum, design_spectrum
 from impactfem.motion.synthesis import default_range, synthesise
@@ -101,12 +101,24 @@ def ground_motions(motions: Sequence[Motion], *, accept: bool = False) -> tuple[
 def hardly_meant(case: Case) -> list[Fault]:
     """What is hardly meant of the motions of a case, beside the values of its file.
 
-    Of a synthetic motion a peak that is not that of its target, of a record its peak, as the case
-    uses it, its time step, and a velocity that is left at its end. Motions at fault are left out.
+    Of a synthetic motion a peak that is not that of its target; of a record, also of the ensemble,
+    its peak, as the case uses it, its time step and duration, and a velocity that is left at its
+    end; two that are the same. Motions at fault are left out.
     """
     source, found = read_source(case.path, CaseFile), list[Fault]()
+    for (i, a), (j, b) in combinations(enumerate(case.motions), 2):
+        what, key = "", "seed"
+        if isinstance(a, SyntheticMotion) and isinstance(b, SyntheticMotion) and a.seed == b.seed:
+            what = "the seed"
+        elif isinstance(a, RecordMotion) and isinstance(b, RecordMotion):
+            key, same = "file", (a.file, a.component) == (b.file, b.component)
+            what = "the record and component" if same else ""
+        if what:
+            text = f"{what} of motions[{i}] along {a.direction}, too: both go up and down together"
+            found.append(source.remark(("motions", j, key), text))
     low, high = PEAK
-    for index, motion in enumerate(case.motions):
+    records = () if case.ensemble is None else case.ensemble.of_records(case.motions)
+    for index, motion in (*enumerate(case.motions), *enumerate(records)):
         try:
             if isinstance(motion, SyntheticMotion):
                 level = _at_zero_period(design_spectrum(motion.spectrum, motion.damping))
@@ -116,7 +128,7 @@ def hardly_meant(case: Case) -> list[Fault]:
                         f"{motion.pga / level:.3g} times that of its spectrum at zero period, "
                         f"{level:.4g} m/s2 with the soil; usual is the same"
                     )
-                    found.append(source.fault(place, value_at(place, source.raw), text))
+                    found.append(source.remark(place, text))
             elif isinstance(motion, RecordMotion):
                 with quiet(warnings=False):  # those of the file were given when it was checked
                     record = treated_record(motion)
@@ -125,6 +137,7 @@ def hardly_meant(case: Case) -> list[Fault]:
                 for what, value, unit, usual, given in (
                     ("peak ground acceleration", peak, "m/s2", PGA, motion.pga),
                     ("time step", record.time_step, "s", STEP, motion.resample),
+                    ("duration", record.duration, "s", LASTING, None),
                 ):
                     if given is None and not usual.low <= value <= usual.high:
                         text = f"as the case uses it; usual is {usual.words}"

@@ -118,6 +118,8 @@ def further_checks(
     if not left_out & {"devices", "device_analysis", "damping_cases"}:
         attempt(lambda: checked_devices(case))
     durations = None
+    if case.ensemble is not None and not left_out & {"motions", "ensemble"}:
+        attempt(lambda: checked_durations(case.ensemble.of_records(case.motions)))
     if "motions" not in left_out:
         durations = _attempt(faults, lambda: checked_durations(case.motions))
     if durations is None:
@@ -209,7 +211,8 @@ def check_mesh(case: Case, path: Path, faults: list[Fault]) -> BuildingMesh | No
     mesh = None if read is None else read[0].mesh
     if read is None and not generated:  # sections or heights hide no other fault
         mesh = _attempt(faults, lambda: read_mesh(path))
-    if mesh is None:
+    # A mesh of another building contradicts all that the case says of its own.
+    if mesh is None or list(mesh.floors) != [one.floor for one in case.modelled_building.floors]:
         return None
     if case.wall_impact is not None:
         from impactfem.reduction.wall import wall_side

@@ -55,10 +55,8 @@ def members_of(case: Case) -> dict[str, Case]:
     if ensemble is None:
         return {}
     if ensemble.records is not None:
-        (motion,) = case.motions
         found: dict[str, tuple[Any, ...]] = {
-            file.name: (motion.model_copy(update={"file": file, "format": None}),)
-            for file in ensemble.files()
+            one.file.name: (one,) for one in ensemble.of_records(case.motions)
         }
     else:
         first = ensemble.first_seed
