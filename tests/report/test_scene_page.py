@@ -190,6 +190,11 @@ def test_lines_of_a_stage():
     assert headlines(stage, results) == ["up to 4 m/s²"]
     results.append({"name": "a.t", "value": 0.0135, "unit": "s"})
     assert headlines(stage, results) == ["2 MN at 13.5 ms", "up to 4 m/s²"]
+    # The first one, with its letter, though another is larger.
+    stage = SimpleNamespace(headlines=("F? {d.f?.whole}",))
+    forces = (("d.fy.whole", 8e3), ("d.fx.whole", 9e3))
+    results = [{"name": name, "value": value, "unit": "N"} for name, value in forces]
+    assert headlines(stage, results) == ["Fy 8 kN"]
 
 
 def test_a_figure_that_cannot_be_written(tmp_path):

@@ -295,7 +295,11 @@ def test_a_soil_that_no_model_has(new_case, tmp_path, caplog, layered, told):
     with caplog.at_level(logging.WARNING):
         study.check(path, mesh=True)
     assert (
-        sum("model of the soil of east, off by up to" in line for line in caplog.messages) == told
+        sum(
+            "model of the soil of east, off its formulas or table by up to" in line
+            for line in caplog.messages
+        )
+        == told
     )
 
 

@@ -105,10 +105,10 @@ def _same(a: Damping, b: Damping) -> bool:
 def _plans(source: Source, case: Case) -> Iterator[Fault]:
     """Buildings in one another, by their axes or by their plans."""
     names = [building.name for building in case.buildings]
-    for k, one in enumerate(case.buildings):
-        mesh = None if one.structure is None else one.structure.mesh
+    for k, building in enumerate(case.buildings):
+        mesh = None if building.structure is None else building.structure.mesh
         for key in ("length", "width") if isinstance(mesh, GeneratedMesh) else ():
-            given, made = getattr(one, key), getattr(mesh, key)
+            given, made = getattr(building, key), getattr(mesh, key)
             if given is not None and abs(given - made) > BESIDE:
                 text = f"the {key} of its mesh is {made:g} m; usual is the same"
                 yield source.remark(("buildings", k, key), text)

@@ -62,7 +62,7 @@ USUAL = (
     Usual("buildings.*.rigid_above", 0.0, 3.0, "0.1 to 1 m"),
     Usual(f"{SOIL}shear_velocity", 50.0, 5e3, "150 to 3000 m/s"),
     Usual(f"{SOIL}density", 1e3, 3500.0, "1600 to 2700 kg/m3"),
-    Usual(f"{SOIL}damping_ratio", 0.0, 0.3, "0 to 15 %"),
+    Usual(f"{SOIL}damping_ratio", 0.0, 0.15, "0 to 10 %; SRP 3.7.2 allows 15 %"),
     Usual(f"{SOIL}embedment", 0.0, 50.0, "0 to 20 m"),
     Usual(f"{SOIL}raft.length", 2.0, 500.0, "5 to 200 m"),
     Usual(f"{SOIL}raft.width", 2.0, 500.0, "5 to 200 m"),

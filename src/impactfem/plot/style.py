@@ -14,8 +14,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.backends import backend_agg, backend_svg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 from PIL import Image
@@ -132,7 +131,8 @@ def _svg(drawn: Figure, words: Words) -> str:
     """The figure as an element that a page can hold: nothing in it names or formats the page."""
     buffer = io.StringIO()
     # savefig would draw twice: once to see what is where, which is known here.
-    FigureCanvasSVG(drawn).print_svg(buffer, metadata={"Date": None})
+    canvas: Any = backend_svg.FigureCanvasSVG(drawn)
+    canvas.print_svg(buffer, metadata={"Date": None})
     text = buffer.getvalue()
     said = "".join(
         f"<{tag}>{html.escape(one, quote=False)}</{tag}>"
@@ -159,7 +159,7 @@ def _shorter(tag: str) -> str:
 
 def _write_png(drawn: Figure, path: Path, words: Words) -> None:
     """The figure in 256 colours, however rare: a marker keeps its colour, a scale its ends."""
-    canvas = FigureCanvasAgg(drawn)
+    canvas: Any = backend_agg.FigureCanvasAgg(drawn)
     canvas.draw()
     image = np.asarray(canvas.buffer_rgba())[..., :3]  # the ground is opaque
     # The most frequent colours, in steps of 4 in 256, which are not seen; then one after the other

@@ -118,8 +118,9 @@ def further_checks(
     if not left_out & {"devices", "device_analysis", "damping_cases"}:
         attempt(lambda: checked_devices(case))
     durations = None
-    if case.ensemble is not None and not left_out & {"motions", "ensemble"}:
-        attempt(lambda: checked_durations(case.ensemble.of_records(case.motions)))
+    ensemble = case.ensemble
+    if ensemble is not None and not left_out & {"motions", "ensemble"}:
+        attempt(lambda: checked_durations(ensemble.of_records(case.motions)))
     if "motions" not in left_out:
         durations = _attempt(faults, lambda: checked_durations(case.motions))
     if durations is None:

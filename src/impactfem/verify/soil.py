@@ -69,7 +69,7 @@ def soil_cones(rows: Rows) -> None:
     """A disk by cones: matrices, with masses in the soil, against closed forms from 0 to 50 Hz.
 
     S = K (1 + iωz/c) − ω² ΔM in translation; S = K (1 − b²/3/(1 + b²) + i b/3 b²/(1 + b²)) − ω² ΔM
-    with b = ωz/c in rotation; up to ν = ½, with the trapped mass ΔM.
+    with b = ωz/c in rotation; up to ν = ½, with the trapped mass ΔM = 2.4 (ν − ⅓) ρ π r³.
     """
     r, ω = 6.0, 2.0 * np.pi * np.linspace(0.1, 50.0, 200)
     for ν in (0.0, 1.0 / 3.0, 0.5):
@@ -77,7 +77,7 @@ def soil_cones(rows: Rows) -> None:
         squeezed, J = max(ν - 1.0 / 3.0, 0.0), math.pi * r**4 / 4.0
         z = math.pi / 4.0 * (1.0 - ν) * (c / SPEED) ** 2 * r
         up = DENSITY * c**2 * math.pi * r**2 / z * (1.0 + 1j * ω * z / c)
-        up = up - ω**2 * 2.4 * squeezed * DENSITY * r**3
+        up = up - ω**2 * 2.4 * squeezed * DENSITY * math.pi * r**3
         z *= 9.0 / 8.0
         b = ω * z / c
         rock = 1.0 - b**2 / 3.0 / (1.0 + b**2) + 1j * b**3 / 3.0 / (1.0 + b**2)

@@ -262,6 +262,10 @@ def test_a_reviewers_criteria_are_told(checked, missed):
     assert good is None
     met = "1 of 2 criteria met; not met: duration 1 (at least 20 is required)"
     assert text.endswith(f"information): {met if missed else '2 of 2 criteria met'}")
+    # Of records the other criteria are not known.
+    notes = {"motion.correlation.x_y": notes["motion.correlation.x_y"]}
+    (text,) = (text for _, text in checked(notes=notes) if "3.7.1" in text)
+    assert "SRP 3.7.1, independence of the components alone (for information): 1 of 1" in text
 
 
 def test_targets_against_the_tolerances_of_the_reference(checked):

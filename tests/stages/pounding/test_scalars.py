@@ -145,6 +145,20 @@ def test_pounding(study, scalars):
     assert scalars["pounding.impacts"].value == len(study.impacts)
 
 
+@pytest.mark.parametrize(("turned", "together"), [(False, 1.5), (True, 1.0)])
+def test_pairs_on_one_side_push_a_floor_together(study, scalars, turned, together):
+    """A second pair at the top with half of the force; on the other side it pushes alone."""
+    top = study.system.pairs[2]
+    second = replace(top, name="corner", normal=-np.asarray(top.normal) if turned else top.normal)
+    system = replace(study.system, pairs=(*study.system.pairs, second))
+    force = study.response.force
+    force = np.hstack([force, 0.5 * force[:, [2]]])
+    response = replace(study.response, system=system, force=force)
+    found = {s.name: s for s in stick_scalars(replace(study, system=system, response=response))}
+    name = "pounding.peak_force.floor_3"
+    assert found[name].value == pytest.approx(together * scalars[name].value)
+
+
 def test_checks(study, scalars):
     assert scalars["pounding.energy_residual"].value < 1e-9
     expected = max(separation.required for separation in study.separations)

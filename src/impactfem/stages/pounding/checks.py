@@ -98,7 +98,7 @@ def distance_check(
 
 def soil_check(building: str, error: float) -> Check:
     """Whether the model of the soil under a building is the soil, by its largest error."""
-    text = f"soil: model of the soil of {building}, off by up to"
+    text = f"soil: model of the soil of {building}, off its formulas or table by up to"
     met, text = limited(text, error, SOIL, "%")
     if not met:
         text += (
@@ -136,8 +136,10 @@ def stick_checks(
             for name, s in criteria.items()
             if s.note.startswith("missed")
         ]
+        synthetic = any(".acceptance." in s.name for s in criteria.values())
+        what = f"SRP 3.7.1{'' if synthetic else ', independence of the components alone'}"
         text = (
-            f"motion: SRP 3.7.1 (for information): {len(criteria) - len(missed)} of "
+            f"motion: {what} (for information): {len(criteria) - len(missed)} of "
             f"{len(criteria)} criteria met{'; not met: ' if missed else ''}{', '.join(missed)}"
         )
         return [

@@ -16,6 +16,7 @@ from impactfem.stages.pounding.foundation import DIRECTIONS
 from impactfem.sticks.element import COMPONENTS
 from impactfem.sticks.modes import Modes
 from impactfem.sticks.stick import Stick
+from impactfem.system.arrays import Array
 from impactfem.system.scalar import Scalar
 
 Row = tuple[str, float | None, str, str]
@@ -195,17 +196,20 @@ def _pounding(study: StickStudy) -> list[Row]:
     studied, rows = system.sticks[0], list[Row]()
     for dofs, floor in zip(system.floor_dofs(studied.name), studied.floors, strict=True):
         at = (studied.name, floor.number, None)
-        columns = [
-            j
-            for j, pair in enumerate(system.pairs)
-            for end in (pair.a, pair.b)
-            if end is not None and (end.building, end.floor, end.relative_height) == at
-        ]
+        columns: list[int] = []
+        # Pairs of a floor on one side, as those at its corners, push it together.
+        pushed: dict[tuple[object, ...], Array] = {}
+        for j, pair in enumerate(system.pairs):
+            for end, other in ((pair.a, pair.b), (pair.b, pair.a)):
+                if end is not None and (end.building, end.floor, end.relative_height) == at:
+                    side = (*pair.normal, None if other is None else other.building)
+                    pushed[side] = pushed.get(side, 0.0) + response.force[:, j]
+                    columns.append(j)
         name = f"floor_{floor.number}"
         peak = float(np.linalg.norm(response.absolute_acceleration[:, dofs[:3]], axis=1).max())
         force, depth = 0.0, 0.0
         if columns:
-            force = float(response.force[:, columns].max())
+            force = max(float(one.max()) for one in pushed.values())
             depth = float(max((-response.gap[:, columns]).max(), 0.0))
             rows += [
                 (f"pounding.peak_force.{name}", force, "N", ""),
