@@ -62,9 +62,7 @@ def test_numbers_out_of_range(text):
         ('result = "motion.misfit_rms"\nvalue = "1.80"', False),
         ('result = "motion.misfit_rms"\nvalue = 1.80\ndeviation = "1 %"', False),
         ('result = "pounding.impacts"\nvalue = 180', False),  # of whole numbers nothing is lost
-        (FLOOR + "value = 1.80", True),
-        (FLOOR + 'value = 1.80\ndeviation = "1 %"', False),
-        (FLOOR + 'value = "1.80"', False),
+        (FLOOR + 'value = "1.80 m2"', False),
     ],
 )
 def test_a_bare_number(written, target, refused):
@@ -150,6 +148,7 @@ PRIOR = 'scale = "log"\nprior = { mean = "0 Pa", deviation = "1 GPa" }'
     [
         ("targets = 3\n" + FREE, "targets = 3: expected"),
         (FREE.replace('scale = "log"', PRIOR) + TARGETS, "mean above zero for a logarithmic"),
+        (f'{FREE}[[targets]]\n{FLOOR}value = "13 m"\n', "'13 m': expected a value in m2"),
     ],
 )
 def test_faults_of_the_file_alone(case, written, text, words):
@@ -206,6 +205,22 @@ def test_faults_of_the_file_alone(case, written, text, words):
         (
             f'{FREE}[posterior]\n[[targets]]\nresult = "building.mass"\nvalue = "3 t"\n',
             "posterior: expected targets of sticks or floors",
+        ),
+        *(
+            (f'{FREE}[[targets]]\nresult = "{name}"\nvalue = "{value}"\n', words)
+            for name, value, words in (
+                ("building.frequency.3", "9 Hz", ""),
+                ("building.frequency.3", "9 s", "targets[2].value: expected a value in Hz"),
+                ("building.frequency.0", "9 Hz", "building.frequency.1 to building.frequency.3"),
+                ("building.frequency.4", "9 Hz", "building.frequency.1 to building.frequency.3"),
+                ("building.floor_mass.4", "9 t", ""),
+                ("building.floor_mass.4", "9 m", "targets[2].value: expected a value in kg"),
+                ("building.floor_mass.5", "9 t", "building.floor_mass.1 to building.floor_mass.4"),
+                ("building.mas", "9 t", "did you mean 'building.mass'?"),
+                ("motion.pga", "9 m/s2", ""),
+                ("motion.pga", "9 m/s", "targets[2].value: expected a value in m/s2"),
+                ("pounding.storey_shear_max", "9 m", "targets[2].value: expected a value in N"),
+            )
         ),
         (f'{FREE}[[targets]]\nresult = "stick.T"\nvalue = 3\n', "did you mean 'sticks'?"),
         (f'{FREE}[[targets]]\nresult = "device.f"\nvalue = 3\n', "expected a section"),

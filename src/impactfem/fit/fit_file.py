@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field, ValidationError, ValidationInfo
 
+from impactfem.building.floor_properties import UNITS
 from impactfem.case.base import Leaf, Section, refuse, rule
 from impactfem.case.device_tables import Direction
 from impactfem.case.explain import explain
@@ -234,6 +235,12 @@ class FloorTarget(Section):
     """Its value, of all of these floors; default that of the floor table of each."""
     deviation: Spread | None = Field(default=None, validate_default=True)
     """Standard deviation; with a value, as a text, by default that of its printed digits."""
+
+    @rule("value", "quantity")
+    @staticmethod
+    def _of_the_quantity(value: Given | None, quantity: str) -> Iterator[str]:
+        if value is not None and value.unit != UNITS[quantity]:
+            yield f"expected a value in {UNITS[quantity]}, the unit of {quantity}"
 
     @rule("deviation", "value")
     @staticmethod

@@ -24,7 +24,8 @@ from impactfem.fit.fit_file import ModesTarget
 from impactfem.fit.pieces import Pieces, paired
 from impactfem.fit.problem import Problem
 from impactfem.stages.building.compute import BuildingStudy, Known, analysed, mesh_of_run
-from impactfem.stages.building.store import SHOWN_BENDING, bending_of, building_scalars
+from impactfem.stages.building.store import bending_of, building_scalars
+from impactfem.stages.building.targets import SHOWN_BENDING
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.scalar import of_building

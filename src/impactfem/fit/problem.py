@@ -35,11 +35,12 @@ from impactfem.fit.fit_file import (
 from impactfem.run.check import check
 from impactfem.run.stages import asked_stages
 from impactfem.run.variants import COMMAND_LINE, Axis, Variant, check_variants, in_si
-from impactfem.stages.building.targets import from_structure
+from impactfem.stages.building.targets import RESULTS, SHOWN_BENDING, from_structure
 from impactfem.stages.inputs import program_key
-from impactfem.stages.pounding.scalars import MAIN_IMPACT
+from impactfem.stages.pounding.scalars import DEMANDS, MAIN_IMPACT, MEASURES
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, InputError
+from impactfem.system.scalar import of_building
 
 PROGRAM = ("fit.evaluate",)
 """Modules that an evaluation depends on, with all that they import."""
@@ -352,19 +353,37 @@ def _of_stick(target: ScalarTarget, case: Case) -> list[tuple[str, Any, str]]:
 
 def _of_run(target: ScalarTarget, case: Case) -> list[tuple[str, Any, str]]:
     """What is wrong with a target whose name no run of this case makes, as far as that is known."""
-    first = "pounding.main_impact_"
-    units = {f"{first}{name}": unit for name, (_, unit) in MAIN_IMPACT.items()}
-    if target.result.startswith(first) and target.result not in units:
-        hint = nearest(target.result, list(units))
-        return [(".result", target.result, f"expected the name of a result; {hint}")]
+    units, name = _units(case), target.result
+    for first in ("building.", "pounding.main_impact_"):
+        if name.startswith(first) and name not in units:
+            known = [one for one in units if one.startswith(first)]
+            alike = [one for one in known if one.rpartition(".")[0] == name.rpartition(".")[0]]
+            numbered = alike and alike[0].endswith(".1")
+            hint = f"there are {alike[0]} to {alike[-1]}" if numbered else nearest(name, known)
+            return [(".result", name, f"expected the name of a result; {hint}")]
     floors = sorted({floor.floor for building in case.buildings for floor in building.floors})
-    found = re.findall(r"\.floor_(\d{1,9})\b", target.result.removeprefix("device."))
+    found = re.findall(r"\.floor_(\d{1,9})\b", name.removeprefix("device."))
     if any(int(k) not in floors for k in found):
-        return [(".result", target.result, f"expected a floor of the case, {floors}")]
-    unit = units.get(target.result, target.value.unit)
+        return [(".result", name, f"expected a floor of the case, {floors}")]
+    unit = units.get(name, target.value.unit)
     if unit != target.value.unit:
         return [(".value", None, f"expected a value in {unit}, the unit of the result")]
     return []
+
+
+def _units(case: Case) -> dict[str, str]:
+    """SI units of results by their names, as far as they are known without a run."""
+    units = {f"motion.{name}": unit for name, (_, unit) in MEASURES.items()}
+    units |= {f"pounding.main_impact_{name}": unit for name, (_, unit) in MAIN_IMPACT.items()}
+    units |= {f"pounding.{name}_max": unit for name, unit in DEMANDS.items()}
+    for view in case.views:
+        counts = {"frequency": SHOWN_BENDING, "effective_mass": SHOWN_BENDING}
+        counts["floor_mass"] = len(case.building(view.modelled.building).floors)
+        for name, unit in RESULTS.items():
+            of = of_building(f"building.{name}", view.part) if view.part else f"building.{name}"
+            numbers = range(1, counts.get(name, 0) + 1)
+            units |= {f"{of}.{k}": unit for k in numbers} or {of: unit}
+    return units
 
 
 def _lacking(case: Case, stage: str, key: str, value: Any) -> list[tuple[str, Any, str]]:

@@ -6,14 +6,11 @@ import numpy as np
 
 from impactfem.building.floor_properties import UNITS, floor_properties
 from impactfem.stages.building.compute import BuildingStudy
-from impactfem.stages.building.targets import bending_modes
+from impactfem.stages.building.targets import RESULTS, SHOWN_BENDING, bending_modes
 from impactfem.stages.stores import Output, dataset
 from impactfem.system.arrays import Index
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar
-
-SHOWN_BENDING = 3
-
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -46,28 +43,31 @@ def building_scalars(study: BuildingStudy) -> list[Scalar]:
     effective = study.effective_mass[:, axis]
     bending = bending_of(study)
     note = f"bending about {about}"
-    scalars = [
-        Scalar("building.elements", report.shells + report.beams, "-", "shells and beams"),
-        Scalar("building.nodes", report.nodes, "-"),
-        Scalar("building.dofs", 6 * report.nodes, "-", "clamped ones included"),
-        Scalar("building.mass", float(study.total[0]), "kg", "with what belongs to the base"),
-        Scalar("building.storey_stiffness_factor", study.factor, "-", "on walls and columns"),
+    rows: list[tuple[str, float | None, str]] = [
+        ("elements", report.shells + report.beams, "shells and beams"),
+        ("nodes", report.nodes, ""),
+        ("dofs", 6 * report.nodes, "clamped ones included"),
+        ("mass", float(study.total[0]), "with what belongs to the base"),
+        ("storey_stiffness_factor", study.factor, "on walls and columns"),
     ]
     for number in range(SHOWN_BENDING):
         mode = int(bending[number]) if number < len(bending) else None
         which = note if mode is None else f"{note}, mode {mode + 1} of all"
         frequency = None if mode is None else float(study.frequency[mode])
         mass = None if mode is None else float(effective[mode])
-        scalars += [
-            Scalar(f"building.frequency.{number + 1}", frequency, "Hz", which),
-            Scalar(f"building.effective_mass.{number + 1}", mass, "kg", which),
+        rows += [
+            (f"frequency.{number + 1}", frequency, which),
+            (f"effective_mass.{number + 1}", mass, which),
         ]
     for k, (mass, added) in enumerate(
         zip(study.masses.floors, study.masses.added, strict=True), start=1
     ):
         share = f"of it {added / 1e3:.0f} t added" if added else ""
-        scalars.append(Scalar(f"building.floor_mass.{k}", float(mass), "kg", share))
-    return scalars
+        rows.append((f"floor_mass.{k}", float(mass), share))
+    return [
+        Scalar(f"building.{name}", value, RESULTS[name.partition(".")[0]], note)
+        for name, value, note in rows
+    ]
 
 
 _NOTE = "rotations about the middle of the base"
