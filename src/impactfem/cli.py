@@ -239,7 +239,7 @@ def check(
     if fit is not None:
         from impactfem.fit.problem import read_problem
 
-        problem = read_problem(case, fit)[0]
+        problem = read_problem(case, fit, mesh=True)[0]
         typer.echo(f"{fit}: good. {len(problem.keys)} keys, {len(problem.data)} data")
     counts = (
         (len(found.buildings), "building"),

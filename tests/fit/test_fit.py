@@ -288,14 +288,32 @@ def test_results_that_are_not_there(case, written, tmp_path):
         assert words in str(error.value)
 
 
-def test_a_sensor_outside_the_building(case, written, tmp_path):
-    """Named by its target and its place, before anything is compared."""
+@pytest.mark.parametrize(
+    ("sensor", "words"),
+    [
+        ("14,8,12", ""),
+        ("14,20,12", "the sensor at (14, 20, 12) m is 12 m from the nearest node of T; expected"),
+        ("7,4,17", "the size of an element; so it is of 1 more"),  # in mid-air
+    ],
+)
+def test_a_sensor_outside_the_building(case, written, tmp_path, sensor, words):
+    """Named by its target and its place, by `check --fit` and before anything is compared."""
     case.write_text(case.read_text().replace('size = "1 m"', 'size = "3 m"'))
-    shapes = (tmp_path / "updating_shapes.csv").read_text().replace("1,14,8,12,y", "1,14,20,12,y")
+    shapes = (tmp_path / "updating_shapes.csv").read_text().replace("1,14,8,12,y", f"1,{sensor},y")
+    if "more" in words:
+        shapes = shapes.replace("1,0,0,6,x", "1,0,0,6000,x")  # in mm
     (tmp_path / "shapes.csv").write_text(shapes)
     path = written(FREE + MODES.replace('"modes.csv"', '"updating_modes.csv"'))
-    with pytest.raises(InputError, match=r"targets\[0\].shapes: the sensor at \(14, 20, 12\) m"):
-        study.fit(case, path, out=tmp_path / "f")
+    if not words:
+        read_problem(case, path, mesh=True)
+        return
+    for refused in (
+        lambda: read_problem(case, path, mesh=True),
+        lambda: study.fit(case, path, out=tmp_path / "f"),
+    ):
+        with pytest.raises(InputError, match=r"targets\[0\].shapes: the sensor at") as error:
+            refused()
+        assert words in str(error.value)
 
 
 def test_the_posterior_of_two_keys(case, written, tmp_path):

@@ -15,7 +15,7 @@ from impactfem.case import Case
 from impactfem.coupling.from_case import calibration_of, system_of
 from impactfem.fit.fit_file import ModesTarget, ScalarTarget
 from impactfem.fit.pieces import Pieces, read_off
-from impactfem.fit.problem import STICK_MODES, Problem
+from impactfem.fit.problem import STICK_MODES, Problem, sensor_nodes
 from impactfem.run.sweep import run_variant
 from impactfem.run.variants import write_case
 from impactfem.stages.pounding.scalars import mode_rows
@@ -151,10 +151,10 @@ def _run(problem: Problem, case: Case, u: Array, folder: Path, pieces: Pieces) -
             pieces.floors[name] = mesh_floors(view, own)
         if target is not None:
             from impactfem.building.read_mesh import read_mesh
-            from impactfem.fit.modal import sensor_nodes
             from impactfem.stages.building.compute import mesh_of_run
 
-            nodes = sensor_nodes(problem, target, read_mesh(mesh_of_run(view, own)))
+            mesh = read_mesh(mesh_of_run(view, own))
+            nodes = sensor_nodes(problem.path, problem.fit, target, mesh)
             with open_store(own / "building.nc") as store:
                 at = store["shape"].values[:, nodes, target.along].astype(np.float64)
                 pieces.modes[name] = store["frequency"].values, at

@@ -9,25 +9,22 @@ from pathlib import Path
 
 import numpy as np
 from mpi4py import MPI
-from scipy.spatial import cKDTree
 
 from impactfem.building.floor_properties import floor_properties
 from impactfem.building.from_case import geometry_of, read_parts
 from impactfem.building.generate import generate
-from impactfem.building.mesh import DOFS, BuildingMesh, rigid_body, side_lengths
+from impactfem.building.mesh import DOFS, rigid_body
 from impactfem.building.model import action_of_cells
 from impactfem.building.parts import BuildingParts, FloorMasses
 from impactfem.case import Case
 from impactfem.case.buildings import FileMesh
 from impactfem.dynamics.mode_derivatives import mode_derivatives
-from impactfem.fit.fit_file import ModesTarget
 from impactfem.fit.pieces import Pieces, paired
-from impactfem.fit.problem import Problem
+from impactfem.fit.problem import Problem, sensor_nodes
 from impactfem.stages.building.compute import BuildingStudy, Known, analysed, mesh_of_run
 from impactfem.stages.building.store import bending_of, building_scalars
 from impactfem.stages.building.targets import SHOWN_BENDING
-from impactfem.system.arrays import Array, Index
-from impactfem.system.errors import Fault, InputError
+from impactfem.system.arrays import Array
 from impactfem.system.scalar import of_building
 
 _KNOWN: dict[tuple[str, bool], tuple[str, Case, Known]] = {}
@@ -60,25 +57,6 @@ def mesh_floors(view: Case, folder: Path, problem: Problem | None = None) -> dic
     if problem is not None:
         remember(problem, view, Known(parts.mesh))
     return floor_properties(parts, masses)
-
-
-def sensor_nodes(problem: Problem, target: ModesTarget, mesh: BuildingMesh) -> Index:
-    """The node nearest to each sensor, shape (n,).
-
-    Raises:
-        InputError: A sensor is farther from all of them than the size of an element.
-    """
-    distance, nodes = cKDTree(mesh.nodes).query(target.places)
-    farthest = float(side_lengths(mesh.nodes, mesh.triangles).mean())
-    if distance.max() > farthest:
-        x, y, z = target.places[int(np.argmax(distance))]
-        expected = (
-            f"the sensor at ({x:g}, {y:g}, {z:g}) m is {distance.max():.3g} m from the nearest "
-            f"node of {target.building}; expected at most {farthest:.3g} m, the size of an element"
-        )
-        where = f"targets[{problem.fit.targets.index(target)}].shapes"
-        raise InputError([Fault(problem.path, where, None, expected)])
-    return np.asarray(nodes)
 
 
 def same_mesh(one: Case, other: Case) -> bool:
@@ -146,7 +124,7 @@ class View:
         numbers = {int(k) for k in bending_of(self.study)[:SHOWN_BENDING]}
         self.rows = np.zeros(0, dtype=np.int64)  #: of the sensors; −1 of a clamped one
         if self.target is not None:
-            rows = self.model.rows(sensor_nodes(problem, self.target, self.mesh))
+            rows = self.model.rows(sensor_nodes(problem.path, problem.fit, self.target, self.mesh))
             self.rows = np.where(rows < 0, -1, rows + self.target.along)
             at = self._at(self.result.shapes)
             numbers |= {k for k, _ in paired(self.target, self.study.frequency, at)}

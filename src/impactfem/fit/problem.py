@@ -13,8 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from impactfem.building.floor_properties import UNITS
+from impactfem.building.mesh import BuildingMesh, side_lengths
 from impactfem.case import Case
 from impactfem.case.base import nearest
 from impactfem.case.load import read_case
@@ -32,13 +34,13 @@ from impactfem.fit.fit_file import (
     read_fit,
     spread,
 )
-from impactfem.run.check import check
+from impactfem.run.check import check, mesh_of
 from impactfem.run.stages import asked_stages
 from impactfem.run.variants import COMMAND_LINE, Axis, Variant, check_variants, in_si
 from impactfem.stages.building.targets import RESULTS, SHOWN_BENDING, from_structure
 from impactfem.stages.inputs import program_key
 from impactfem.stages.pounding.scalars import DEMANDS, MAIN_IMPACT, MEASURES
-from impactfem.system.arrays import Array
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.scalar import of_building
 
@@ -166,8 +168,16 @@ def _written(value: float, unit: str) -> Any:
     return float(f"{value:.12g}") if unit == "-" else f"{value:.12g} {unit}"
 
 
-def read_problem(path: Path, fit_path: Path) -> tuple[Problem, Problem | None]:
+def read_problem(
+    path: Path, fit_path: Path, *, mesh: bool = False
+) -> tuple[Problem, Problem | None]:
     """Read a case and the file of a fit; nothing is computed.
+
+    Args:
+        path: The case file.
+        fit_path: The file of the fit (TOML).
+        mesh: Whether the meshes of buildings with measured modes are read, or made, too, which
+            takes some seconds, so that sensors beside them are refused.
 
     Returns:
         The problem, and the same with the keys of `coarse`, None without.
@@ -218,6 +228,15 @@ def read_problem(path: Path, fit_path: Path) -> tuple[Problem, Problem | None]:
         faults += [
             Fault(fit_path, f"targets[{k}]{key}", *one) for key, *one in _wrong(target, case)
         ]
+    for view in case.views if mesh else ():
+        every = (one for one in fit.targets if isinstance(one, ModesTarget))
+        measured = next((one for one in every if one.building == view.modelled.building), None)
+        made = None if measured is None else mesh_of(view, view.modelled.mesh, faults)
+        if measured is not None and made is not None:
+            try:
+                sensor_nodes(fit_path, fit, measured, made)
+            except InputError as error:
+                faults += error.faults
     level, stages = _needed(fit, case) if not faults else ("", ())
     if fit.posterior is not None and level in ("modes", "run"):
         expected = "expected targets of sticks or floors: of others each evaluation takes too long"
@@ -231,6 +250,27 @@ def read_problem(path: Path, fit_path: Path) -> tuple[Problem, Problem | None]:
     rough = replace(problem, fixed=tuple(fixed)) if fixed else None
     _check_corners(problem, rough)
     return problem, rough
+
+
+def sensor_nodes(path: Path, fit: FitFile, target: ModesTarget, mesh: BuildingMesh) -> Index:
+    """The node nearest to each sensor of a target of the fit in a file, shape (n,).
+
+    Raises:
+        InputError: A sensor is farther from all of them than the size of an element.
+    """
+    distance, nodes = cKDTree(mesh.nodes).query(target.places)
+    farthest = float(side_lengths(mesh.nodes, mesh.triangles).mean())
+    if distance.max() > farthest:
+        x, y, z = target.places[int(np.argmax(distance))]
+        others = len(np.unique(target.places[distance > farthest], axis=0)) - 1
+        expected = (
+            f"the sensor at ({x:g}, {y:g}, {z:g}) m is {distance.max():.3g} m from the nearest "
+            f"node of {target.building}; expected at most {farthest:.3g} m, the size of an element"
+        )
+        expected += f"; so it is of {others} more" if others else ""
+        where = f"targets[{fit.targets.index(target)}].shapes"
+        raise InputError([Fault(path, where, None, expected)])
+    return np.asarray(nodes)
 
 
 def _overridden(place: Place, case: Case) -> str | None:

@@ -174,7 +174,7 @@ def further_checks(
         if isinstance(view.structure.mesh, GeneratedMesh):
             parts = sorted(geometry_of(view).part_sections())
             faults += part_faults(view.structure, parts, case.path)
-        read = _mesh_of(view, view.structure.mesh, faults) if mesh and not refused else None
+        read = mesh_of(view, view.structure.mesh, faults) if mesh and not refused else None
         if read is not None:
             meshes[view.structure.building] = read
     in_3d = {*case.pounding_in_3d}
@@ -188,7 +188,7 @@ def further_checks(
     return found, faults
 
 
-def _mesh_of(case: Case, of: GeneratedMesh | FileMesh, faults: list[Fault]) -> BuildingMesh | None:
+def mesh_of(case: Case, of: GeneratedMesh | FileMesh, faults: list[Fault]) -> BuildingMesh | None:
     """The mesh of the building of a view, read or made and read; None where it cannot be."""
     if not isinstance(of, GeneratedMesh):
         return check_mesh(case, of.file, faults)
