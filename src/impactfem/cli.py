@@ -237,9 +237,11 @@ def check(
 
     found, estimate = checked(case, mesh=True)
     if fit is not None:
+        from impactfem.fit.plausibility import warn_of_implausible
         from impactfem.fit.problem import read_problem
 
         problem = read_problem(case, fit, mesh=True)[0]
+        warn_of_implausible(problem)
         typer.echo(f"{fit}: good. {len(problem.keys)} keys, {len(problem.data)} data")
     counts = (
         (len(found.buildings), "building"),

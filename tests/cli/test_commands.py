@@ -64,6 +64,7 @@ def test_check_of_a_fit(program):
     case, fit = (GEOMETRY / f"updating{end}.toml" for end in ("", "_fit"))
     ended = program("check", case, "--fit", fit)
     assert ended.code == 0 and ended.out.startswith(f"{fit}: good. 4 keys, 120 data\n{case}: good")
+    assert "warning" not in ended.err
 
 
 def test_bench(program, tmp_path, monkeypatch):

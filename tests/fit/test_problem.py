@@ -1,5 +1,6 @@
 """The file of a fit: what it says, and every fault of it at once."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 from fit_texts import TARGETS
 from impactfem.fit.fit_file import Quantity, read_fit
+from impactfem.fit.plausibility import implausible
 from impactfem.fit.problem import read_problem
 from impactfem.reduction.probes import LINE_POINTS
 from impactfem.system.errors import InputError
@@ -306,6 +308,45 @@ rigid_above = "0.1 m"
     read_problem(case, written(free.format(0) + TARGETS))
     found = faults(case, written(free.format(1) + TARGETS))
     assert len(found) == 1 and "[calibration] gives S the values of T in every" in found[0]
+
+
+MODES = """
+[[targets]]
+type = "modes"
+building = "T"
+modes = "updating_modes.csv"
+shapes = "updating_shapes.csv"
+"""
+
+
+def warned(case, path):
+    found = [str(one) for one in implausible(read_problem(case, path)[0])]
+    return [one.removeprefix(f"{path.parent}/") for one in found]
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({}, ""),
+        ({r"^([25],.*),.*$": r"\1,1"}, "all amplitudes of mode 2, 5 are the same"),
+        ({r"^2,.*,(6|9),.*$|^2,.*,y,.*$": "", r"^(2,.*),.*$": r"\1,1"}, ""),  # the roof along x
+        ({r"^2,.*\n": "", r"^1,(.*)$": r"1,\1\n2,\1"}, "one shape of modes 1 and 2 (MAC 1.000): a"),
+        ({r",12,(.*)$": r",16,\1"}, "the sensor at (0, 0, 16) m is away from T; so are 2 more"),
+        ({r",12,(.*)$": r",14,\1"}, ""),
+        ({r",14,(0|8),": r",14000,\1,"}, "the sensor at (14000, 0, 6) m is away from T"),
+    ],
+)
+def test_shapes_that_are_hardly_meant(case, written, changes, words):
+    """None are measured, two of one mode, or sensors that are not on the stick."""
+    before, _, rest = case.read_text().partition("[buildings.structure]")
+    case.write_text(f"{before}[[motions]]{rest.partition('[[motions]]')[2]}")
+    table = case.with_name("updating_shapes.csv")
+    for old, new in changes.items():
+        table.write_text(re.sub(old, new, table.read_text(), flags=re.MULTILINE))
+    found = warned(case, written(FREE + MODES))
+    assert len(found) == bool(words)
+    where = "some_fit.toml: targets[0].shapes = 'updating_shapes.csv': "
+    assert all(one.startswith(where) and words in one for one in found)
 
 
 SPECTRUM = """

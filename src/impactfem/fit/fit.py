@@ -16,6 +16,7 @@ import scipy.stats
 
 from impactfem.case import Case
 from impactfem.fit.evaluate import Evaluation, evaluate
+from impactfem.fit.plausibility import warn_of_implausible
 from impactfem.fit.posterior import sample
 from impactfem.fit.problem import Problem, read_problem
 from impactfem.fit.results import Fit, write_results
@@ -154,6 +155,7 @@ def fit(path: Path, fit_path: Path, *, out: Path | None = None, processes: int =
 
 def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Executor | None) -> Fit:
     """The fit on rank 0."""
+    warn_of_implausible(problem)
     LOGGER.info(
         "fit of %d keys to %d data by %s -> %s",
         len(problem.keys),

@@ -20,6 +20,7 @@ from impactfem.case.base import Leaf, Section, refuse, rule
 from impactfem.case.device_tables import Direction
 from impactfem.case.explain import explain
 from impactfem.case.leaf import FloorNumbers, Text, Whole
+from impactfem.case.place import Place, value_at
 from impactfem.case.quantity import (
     QUANTITY,
     Acceleration,
@@ -437,8 +438,11 @@ class FitFile(Section):
             yield f"expected {2 * len(free)} walkers at least, two for each key"
 
 
-def read_fit(path: Path) -> FitFile:
+def read_fit(path: Path) -> tuple[FitFile, Source]:
     """Read the file of a fit and the tables that it names; nothing of the case is read.
+
+    Returns:
+        What it says, and as it is written.
 
     Raises:
         InputError: With every fault of the file and of its tables.
@@ -460,7 +464,12 @@ def read_fit(path: Path) -> FitFile:
     faults = [_quoted(fault, source.raw) for fault in [*faults, *reading.faults]]
     if faults or found is None:
         raise InputError(faults)
-    return found
+    return found, source
+
+
+def written(source: Source, place: Place, expected: str) -> Fault:
+    """A fault at a place of the file of a fit, with the value as it is written there."""
+    return _quoted(source.fault(place, value_at(place, source.raw), expected), source.raw)
 
 
 def _quoted(fault: Fault, raw: Mapping[str, Any]) -> Fault:

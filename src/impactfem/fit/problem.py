@@ -68,6 +68,7 @@ class Problem:
 
     path: Path  #: the file of the fit
     fit: FitFile  #: what it says
+    said: Source  #: the same as it is written
     source: Source  #: the case
     axes: tuple[Axis, ...]  #: the free keys, with their values at bounds and start as written
     fixed: tuple[Axis, ...]  #: further keys, each with the one value that it has here
@@ -185,7 +186,7 @@ def read_problem(
     Raises:
         InputError: With every fault of the case, or else of the fit.
     """
-    case, source, fit = check(path), read_source(path, CaseFile), read_fit(fit_path)
+    case, source, (fit, said) = check(path), read_source(path, CaseFile), read_fit(fit_path)
     faults: list[Fault] = []
     axes: list[Axis] = []
     for key, entry in fit.free.items():
@@ -244,9 +245,9 @@ def read_problem(
     if faults:
         raise InputError(faults)
     data = tuple(one for target in fit.targets for one in _data(target, case))
-    said = f"{case.digest} {fit.model_dump_json(include={'targets'})} {program_key(PROGRAM)}"
-    digest = hashlib.sha256(said.encode()).hexdigest()
-    problem = Problem(fit_path, fit, source, tuple(axes), (), data, level, stages, digest)
+    all_of_it = f"{case.digest} {fit.model_dump_json(include={'targets'})} {program_key(PROGRAM)}"
+    digest = hashlib.sha256(all_of_it.encode()).hexdigest()
+    problem = Problem(fit_path, fit, said, source, tuple(axes), (), data, level, stages, digest)
     rough = replace(problem, fixed=tuple(fixed)) if fixed else None
     _check_corners(problem, rough)
     return problem, rough

@@ -1,0 +1,82 @@
+"""What is valid in the file of a fit and hardly meant; each is a warning, nothing is refused."""
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+
+from impactfem.fit.fit_file import ModesTarget, written
+from impactfem.fit.pieces import mac
+from impactfem.fit.problem import Problem
+from impactfem.system.errors import Fault
+from impactfem.system.log import LOGGER
+
+ALIKE = 0.95
+"""MAC from which on two measured shapes may be one; those of two modes are far below."""
+FAR = 400.0
+"""Largest usual size of a building, where that is not given [m]."""
+
+
+def warn_of_implausible(problem: Problem) -> None:
+    """Warn of what is probably a mistake in the file of a fit."""
+    for one in implausible(problem):
+        LOGGER.warning("warning: %s", one)
+
+
+def implausible(problem: Problem) -> list[Fault]:
+    """What is hardly meant in the file of a fit, with what is usual."""
+    return [
+        written(problem.said, ("targets", k, key), text)
+        for k, target in enumerate(problem.fit.targets)
+        if isinstance(target, ModesTarget)
+        for key, text in (*_shapes(target), *_sensors(target, problem))
+    ]
+
+
+def _shapes(target: ModesTarget) -> Iterator[tuple[str, str]]:
+    """Measured shapes that are none, or are those of another mode."""
+    shapes = {
+        mode.mode: {
+            (row.x, row.y, row.z, row.direction): row.amplitude
+            for row in target.shapes
+            if row.mode == mode.mode
+        }
+        for mode in target.modes
+    }
+    # A floor may move as a whole; several heights or directions do not move alike.
+    flat = [
+        mode
+        for mode, shape in shapes.items()
+        if len(set(shape.values())) == 1 and len({sensor[2:] for sensor in shape}) > 1
+    ]
+    if flat:
+        numbers = ", ".join(map(str, flat))
+        yield "shapes", f"all amplitudes of mode {numbers} are the same; expected measured ones"
+    alike = []
+    for a, b in itertools.combinations([mode for mode in shapes if mode not in flat], 2):
+        common = [sensor for sensor in shapes[a] if sensor in shapes[b]]
+        one, other = (np.array([shapes[mode][at] for at in common]) for mode in (a, b))
+        # Fewer sensors than modes cannot tell all of them apart.
+        if len(common) > len(shapes) and mac(one, other) > ALIKE:
+            alike.append(f"{a} and {b} (MAC {mac(one, other):.3f})")
+    if alike:
+        text = f"one shape of modes {', '.join(alike)}: a mode twice, or sensors that cannot tell"
+        yield "shapes", text
+
+
+def _sensors(target: ModesTarget, problem: Problem) -> Iterator[tuple[str, str]]:
+    """Sensors away from a stick; of those of a 3D model its mesh tells."""
+    case = problem.case(problem.start)
+    if target.building in {one.building for one in case.structures}:
+        return
+    building = case.building(target.building)
+    heights = (building.base, *building.elevations)
+    sides = building.length or FAR, building.width or FAR  # the axis may be at a corner
+    reach = np.array([*sides, max(np.diff(heights))])
+    low, high = (np.array([*building.axis, z]) for z in (heights[0], heights[-1]))
+    places = np.unique(target.places, axis=0)
+    away = places[((places < low - reach) | (places > high + reach)).any(axis=1)]
+    if len(away):
+        x, y, z = away[0]
+        text = f"the sensor at ({x:g}, {y:g}, {z:g}) m is away from {target.building}"
+        yield "shapes", text + (f"; so are {len(away) - 1} more" if len(away) > 1 else "")
