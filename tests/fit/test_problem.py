@@ -349,6 +349,28 @@ def test_shapes_that_are_hardly_meant(case, written, changes, words):
     assert all(one.startswith(where) and words in one for one in found)
 
 
+KNOWN = '"log"\nprior = {{ mean = "{}", deviation = "10 %" }}'
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (FREE + TARGETS, ""),
+        (FREE.replace('"log"', KNOWN.format("45 GPa")), ""),
+        (FREE.replace('"log"', KNOWN.format("50 GPa")), "the bounds, by 1.05 of its deviations"),
+        (
+            FREE.replace('"log"', KNOWN.format("30 MPa")),
+            """free."materials.concrete.young_modulus".prior.mean = '30 MPa': outside of the """
+            "bounds, by 62.1 of its deviations",
+        ),
+    ],
+)
+def test_what_is_hardly_meant(case, written, text, words):
+    """Each a warning with its key and the value as it is written."""
+    found = warned(case, written(text if "[[targets]]" in text else text + TARGETS))
+    assert len(found) == bool(words) and all(words in one for one in found)
+
+
 SPECTRUM = """
 [[targets]]
 type = "spectrum"

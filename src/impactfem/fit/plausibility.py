@@ -25,12 +25,23 @@ def warn_of_implausible(problem: Problem) -> None:
 
 def implausible(problem: Problem) -> list[Fault]:
     """What is hardly meant in the file of a fit, with what is usual."""
-    return [
+    of_targets = [
         written(problem.said, ("targets", k, key), text)
         for k, target in enumerate(problem.fit.targets)
         if isinstance(target, ModesTarget)
         for key, text in (*_shapes(target), *_sensors(target, problem))
     ]
+    return [*_keys(problem), *of_targets]
+
+
+def _keys(problem: Problem) -> Iterator[Fault]:
+    """Priors of the free keys."""
+    for key, entry in problem.fit.free.items():
+        mean, width = entry.scaled_prior or (0.0, 1.0)
+        if not 0.0 <= mean <= 1.0:
+            beyond = max(-mean, mean - 1.0) / width
+            text = f"outside of the bounds, by {beyond:.3g} of its deviations"
+            yield written(problem.said, ("free", key, "prior", "mean"), text)
 
 
 def _shapes(target: ModesTarget) -> Iterator[tuple[str, str]]:
