@@ -363,12 +363,48 @@ KNOWN = '"log"\nprior = {{ mean = "{}", deviation = "10 %" }}'
             """free."materials.concrete.young_modulus".prior.mean = '30 MPa': outside of the """
             "bounds, by 62.1 of its deviations",
         ),
+        *(
+            (f"{FREE}{MODES}{key} = {value}\n", words and f"targets[0].{key} = {value}: {words}")
+            for key, value, words in (
+                ("frequency_deviation", "'100 %'", ""),
+                ("frequency_deviation", "'101 %'", "more than 100 % of the value"),
+                ("frequency_deviation", "'0.9 Hz'", ""),  # of 0.9078 Hz
+                ("frequency_deviation", "'0.92 Hz'", "more than 100 % of the value"),
+                ("damping_deviation", "0.008", ""),  # of 0.888 %
+                ("damping_deviation", "0.009", "more than 100 % of the value"),
+                ("shape_deviation", "1.0", ""),
+                ("shape_deviation", "5", "usual is 0.02 to 0.1 of the largest amplitude"),
+            )
+        ),
+        (FREE + TARGETS.replace("1 %", "100 %"), ""),
+        (FREE + TARGETS.replace("1 %", "150 %"), "targets[1].deviation = '150 %': more than 100 %"),
     ],
 )
 def test_what_is_hardly_meant(case, written, text, words):
     """Each a warning with its key and the value as it is written."""
     found = warned(case, written(text if "[[targets]]" in text else text + TARGETS))
     assert len(found) == bool(words) and all(words in one for one in found)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("1,0.9078,2.548", "1,0.0521,0.205", ""),
+        ("1,0.9078,", "1,907.8,", "row 1, frequency = 907.8: in SI; usual is 0.3 to 50 Hz"),
+        (
+            "frequency [Hz]",
+            "frequency [kHz]",
+            "row 1, frequency = 907.8: in SI; usual is 0.3 to 50",
+        ),
+        (",2.548", ",0.025", "row 1, damping = 0.00025: in SI; usual is 0.5 % to 10 %"),
+    ],
+)
+def test_modes_that_are_hardly_meant(case, written, old, new, words):
+    table = case.with_name("updating_modes.csv")
+    table.write_text(table.read_text().replace(old, new))
+    found = warned(case, written(FREE + MODES))
+    assert len(found) == bool(words)
+    assert all(one.startswith(f"updating_modes.csv: {words}") for one in found)
 
 
 SPECTRUM = """

@@ -4,10 +4,11 @@ Most ranges reach about twice as far as what is usual, so that a warning is wort
 buildings from sheds to reactors.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from impactfem.case.base import Section
 from impactfem.case.floors import Floor
 from impactfem.case.model import Case
 from impactfem.case.place import Place, step
@@ -151,14 +152,26 @@ USUAL = (
 """Keys of the case file, and columns of its tables; no damping at all is another warning."""
 
 
-def unusual(case: Case, source: Source) -> list[Fault]:
-    """Values of a case outside of their usual range, one warning a value or a column of a table."""
+FIT = (
+    Usual("targets.*.modes.row.frequency", 0.05, 200.0, "0.3 to 50 Hz"),
+    Usual("targets.*.modes.row.damping", 2e-3, 0.2, "0.5 % to 10 %"),
+    Usual("targets.*.shape_deviation", 1e-3, 1.0, "0.02 to 0.1 of the largest amplitude"),
+    Usual("targets.*.deviation", 1e-3, 1.0, "0.05 to 0.3 of each ordinate"),
+)
+"""The same of the file of a fit; deviations there that are quantities have units of their own."""
+
+
+def unusual(found: Case | Section, source: Source, table: Iterable[Usual] = USUAL) -> list[Fault]:
+    """Values outside of their usual range, one warning a value or a column of a table.
+
+    They are those of a case, or of another file with a table of its own.
+    """
     # A table that several buildings name has one warning for each of its columns.
     return list(
         dict.fromkeys(
             fault
-            for usual in USUAL
-            for fault in _outside(usual, usual.keys.split("."), (), source.raw, case, source)
+            for usual in table
+            for fault in _outside(usual, usual.keys.split("."), (), source.raw, found, source)
         )
     )
 

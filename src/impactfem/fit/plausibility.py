@@ -5,7 +5,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from impactfem.fit.fit_file import ModesTarget, written
+from impactfem.case.usual import FIT, unusual
+from impactfem.fit.fit_file import Given, ModesTarget, spread, written
 from impactfem.fit.pieces import mac
 from impactfem.fit.problem import Problem
 from impactfem.system.errors import Fault
@@ -15,6 +16,8 @@ ALIKE = 0.95
 """MAC from which on two measured shapes may be one; those of two modes are far below."""
 FAR = 400.0
 """Largest usual size of a building, where that is not given [m]."""
+NOTHING = "more than 100 % of the value: it says nothing then"
+"""What is said of a deviation."""
 
 
 def warn_of_implausible(problem: Problem) -> None:
@@ -25,13 +28,15 @@ def warn_of_implausible(problem: Problem) -> None:
 
 def implausible(problem: Problem) -> list[Fault]:
     """What is hardly meant in the file of a fit, with what is usual."""
-    of_targets = [
-        written(problem.said, ("targets", k, key), text)
-        for k, target in enumerate(problem.fit.targets)
-        if isinstance(target, ModesTarget)
-        for key, text in (*_shapes(target), *_sensors(target, problem))
-    ]
-    return [*_keys(problem), *of_targets]
+    found = [*_keys(problem), *unusual(problem.fit, problem.said, FIT)]
+    for k, target in enumerate(problem.fit.targets):
+        own: list[tuple[str, str]] = []
+        if isinstance(target, ModesTarget):
+            own = [*_deviations(target), *_shapes(target), *_sensors(target, problem)]
+        elif isinstance(given := target.deviation, Given) and given.unit == "%":
+            own = [("deviation", NOTHING)] if given.value > 1.0 else []
+        found += [written(problem.said, ("targets", k, key), text) for key, text in own]
+    return found
 
 
 def _keys(problem: Problem) -> Iterator[Fault]:
@@ -42,6 +47,17 @@ def _keys(problem: Problem) -> Iterator[Fault]:
             beyond = max(-mean, mean - 1.0) / width
             text = f"outside of the bounds, by {beyond:.3g} of its deviations"
             yield written(problem.said, ("free", key, "prior", "mean"), text)
+
+
+def _deviations(target: ModesTarget) -> Iterator[tuple[str, str]]:
+    """Deviations of measured modes that are more than what is measured."""
+    damping = [one.damping for one in target.modes if one.damping is not None]
+    for key, given, values in (
+        ("frequency_deviation", target.frequency_deviation, [m.frequency for m in target.modes]),
+        ("damping_deviation", target.damping_deviation, damping),
+    ):
+        if values and spread(given, min(values)) > min(values):
+            yield key, NOTHING
 
 
 def _shapes(target: ModesTarget) -> Iterator[tuple[str, str]]:
