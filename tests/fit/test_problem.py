@@ -151,6 +151,10 @@ PRIOR = 'scale = "log"\nprior = { mean = "0 Pa", deviation = "1 GPa" }'
         ("targets = 3\n" + FREE, "targets = 3: expected"),
         (FREE.replace('scale = "log"', PRIOR) + TARGETS, "mean above zero for a logarithmic"),
         (f'{FREE}[[targets]]\n{FLOOR}value = "13 m"\n', "'13 m': expected a value in m2"),
+        (
+            f'{FREE}[[targets]]\n{FLOOR.replace("1", "[2, 1, 2]")}deviation = "2 %"\n',
+            "targets[0].floors = [2, 1, 2]: expected each floor once",
+        ),
     ],
 )
 def test_faults_of_the_file_alone(case, written, text, words):
@@ -349,6 +353,7 @@ def test_shapes_that_are_hardly_meant(case, written, changes, words):
     assert all(one.startswith(where) and words in one for one in found)
 
 
+ONE = TARGETS[: TARGETS.rindex("[[targets]]")]
 KNOWN = '"log"\nprior = {{ mean = "{}", deviation = "10 %" }}'
 
 
@@ -375,6 +380,33 @@ KNOWN = '"log"\nprior = {{ mean = "{}", deviation = "10 %" }}'
                 ("shape_deviation", "1.0", ""),
                 ("shape_deviation", "5", "usual is 0.02 to 0.1 of the largest amplitude"),
             )
+        ),
+        (
+            FREE + TARGETS + TARGETS.replace('T.frequency.1"', 'T.mass"').replace("0.93 Hz", "5 t"),
+            "'sticks.T.frequency.2': sticks.T.frequency.2 is that of targets[1] already, and counts",
+        ),
+        *(
+            (
+                f"{FREE}[[targets]]\n{FLOOR}value = '2 m2'\n[[targets]]\n{other}value = '3 m2'\n",
+                words,
+            )
+            for other, words in (
+                (FLOOR, "targets[1].floors = 1: A of T, floor 1 is that of targets[0] already"),
+                (FLOOR.replace("1", "[2, 3]"), ""),
+                (FLOOR.replace('"A"', '"Avy"'), ""),
+            )
+        ),
+        (FREE + ONE, "free: 2 keys, but 1 data and priors: they cannot determine all of the keys"),
+        (FREE.replace('"log"', KNOWN.format("45 GPa")) + ONE, ""),
+        (FREE.replace('"15 GPa"', '"46 MPa"'), ""),
+        (
+            FREE.replace('"15 GPa"', '"44 MPa"'),
+            "bounds = ['44 MPa', '45 GPa']: the upper one is 1.02e+03",
+        ),
+        (f'[coarse]\n"pounding.time_step" = "2 ms"\n{FREE}', ""),
+        (
+            f'[coarse]\n"pounding.time_step" = "1 ms"\n{FREE}',
+            """coarse."pounding.time_step" = '1 ms': not coarser than the case, which has '1 ms'""",
         ),
         (FREE + TARGETS.replace("1 %", "100 %"), ""),
         (FREE + TARGETS.replace("1 %", "150 %"), "targets[1].deviation = '150 %': more than 100 %"),

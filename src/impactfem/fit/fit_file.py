@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import Field, ValidationError, ValidationInfo
 
 from impactfem.building.floor_properties import UNITS
-from impactfem.case.base import Leaf, Section, refuse, rule
+from impactfem.case.base import Leaf, Section, once, refuse, rule
 from impactfem.case.device_tables import Direction
 from impactfem.case.explain import explain
 from impactfem.case.leaf import FloorNumbers, Text, Whole
@@ -236,6 +236,8 @@ class FloorTarget(Section):
     """Its value, of all of these floors; default that of the floor table of each."""
     deviation: Spread | None = Field(default=None, validate_default=True)
     """Standard deviation; with a value, as a text, by default that of its printed digits."""
+
+    _each_once = once("floors", "floor")
 
     @rule("value", "quantity")
     @staticmethod
@@ -473,12 +475,13 @@ def written(source: Source, place: Place, expected: str) -> Fault:
 
 
 def _quoted(fault: Fault, raw: Mapping[str, Any]) -> Fault:
-    """A fault of a free key with its name in quotes, as TOML has a key with points in it."""
-    free = raw.get("free")
-    for name in sorted(free, key=len, reverse=True) if isinstance(free, dict) else ():
-        rest = fault.key.removeprefix(f"free.{name}")
+    """A fault of a key of the case with its name in quotes, as TOML has one with points in it."""
+    table = fault.key.partition(".")[0]
+    keys = raw.get(table) if table in ("free", "coarse") else ()
+    for name in sorted(keys, key=len, reverse=True) if isinstance(keys, dict) else ():
+        rest = fault.key.removeprefix(f"{table}.{name}")
         if rest != fault.key and rest[:1] in ("", ".", "["):
-            return replace(fault, key=f'free."{name}"{rest}')
+            return replace(fault, key=f'{table}."{name}"{rest}')
     return fault
 
 

@@ -5,15 +5,27 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from impactfem.case.place import read_key, value_at
 from impactfem.case.usual import FIT, unusual
-from impactfem.fit.fit_file import Given, ModesTarget, spread, written
+from impactfem.fit.fit_file import (
+    FloorTarget,
+    Given,
+    ModesTarget,
+    ScalarTarget,
+    SpectrumTarget,
+    spread,
+    written,
+)
 from impactfem.fit.pieces import mac
 from impactfem.fit.problem import Problem
+from impactfem.run.variants import in_si
 from impactfem.system.errors import Fault
 from impactfem.system.log import LOGGER
 
 ALIKE = 0.95
 """MAC from which on two measured shapes may be one; those of two modes are far below."""
+RATIO = 1e3
+"""Largest usual ratio of two bounds."""
 FAR = 400.0
 """Largest usual size of a building, where that is not given [m]."""
 NOTHING = "more than 100 % of the value: it says nothing then"
@@ -28,7 +40,8 @@ def warn_of_implausible(problem: Problem) -> None:
 
 def implausible(problem: Problem) -> list[Fault]:
     """What is hardly meant in the file of a fit, with what is usual."""
-    found = [*_keys(problem), *unusual(problem.fit, problem.said, FIT)]
+    found = [*_keys(problem), *_coarse(problem), *_twice(problem)]
+    found += unusual(problem.fit, problem.said, FIT)
     for k, target in enumerate(problem.fit.targets):
         own: list[tuple[str, str]] = []
         if isinstance(target, ModesTarget):
@@ -40,13 +53,56 @@ def implausible(problem: Problem) -> list[Fault]:
 
 
 def _keys(problem: Problem) -> Iterator[Fault]:
-    """Priors of the free keys."""
+    """Bounds and priors of the free keys, and whether the data can determine all of them."""
+    keys, known = len(problem.keys), len(problem.data) + len(problem.priors)
+    if keys > known:
+        text = f"{keys} keys, but {known} data and priors: they cannot determine all of the keys"
+        yield Fault(problem.path, "free", None, text)
     for key, entry in problem.fit.free.items():
+        low, high = (one.value for one in entry.bounds)
+        if 0.0 < RATIO * low < high:
+            text = (
+                f"the upper one is {high / low:.3g} times the lower one; usual is below {RATIO:g}"
+            )
+            yield written(problem.said, ("free", key, "bounds"), text)
         mean, width = entry.scaled_prior or (0.0, 1.0)
         if not 0.0 <= mean <= 1.0:
             beyond = max(-mean, mean - 1.0) / width
             text = f"outside of the bounds, by {beyond:.3g} of its deviations"
             yield written(problem.said, ("free", key, "prior", "mean"), text)
+
+
+def _coarse(problem: Problem) -> Iterator[Fault]:
+    """Sizes of elements and time steps of `coarse` that make the case no cheaper."""
+    for key, value in problem.fit.coarse.items():
+        place = read_key(key) or ()
+        own = value_at(place, problem.source.raw)
+        here, there = in_si(value)[0], in_si(own)[0]
+        sized = key.endswith(("size", "time_step"))
+        if sized and isinstance(here, float) and isinstance(there, float) and here <= there:
+            text = f"not coarser than the case, which has {own!r}"
+            yield written(problem.said, ("coarse", key), text)
+
+
+def _twice(problem: Problem) -> Iterator[Fault]:
+    """Results that two targets know."""
+    first: dict[str, int] = {}
+    for k, target in enumerate(problem.fit.targets):
+        if isinstance(target, ScalarTarget):
+            key, names = "result", [target.result]
+        elif isinstance(target, FloorTarget):
+            of = f"{target.quantity} of {target.building}, floor"
+            key, names = "floors", [f"{of} {floor}" for floor in target.floors]
+        elif isinstance(target, SpectrumTarget):
+            place = target.probe or f"floor {target.floor}"
+            of = f"{target.building}, {place}, {target.direction}, {target.damping:.3g} damping"
+            key, names = "spectrum", [f"the spectrum of {of}"]
+        else:
+            continue
+        told = [name for name in names if first.setdefault(name, k) != k]
+        for name in told[:1]:
+            text = f"{name} is that of targets[{first[name]}] already, and counts twice"
+            yield written(problem.said, ("targets", k, key), text)
 
 
 def _deviations(target: ModesTarget) -> Iterator[tuple[str, str]]:
