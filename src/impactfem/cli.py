@@ -235,14 +235,16 @@ def check(
     """Check a case file and all files it names, and estimate what a run takes."""
     from impactfem.run.check import checked
 
-    found, estimate = checked(case, mesh=True)
-    if fit is not None:
+    of_fit = ""
+    if fit is not None:  # first, as it tells the faults of both files
         from impactfem.fit.plausibility import warn_of_implausible
         from impactfem.fit.problem import read_problem
 
         problem = read_problem(case, fit, mesh=True)[0]
         warn_of_implausible(problem)
-        typer.echo(f"{fit}: good. {len(problem.keys)} keys, {len(problem.data)} data")
+        of_fit = f"{fit}: good. {len(problem.keys)} keys, {len(problem.data)} data\n"
+    found, estimate = checked(case, mesh=True)
+    typer.echo(of_fit, nl=False)
     counts = (
         (len(found.buildings), "building"),
         (len(found.contacts), "contact pair"),

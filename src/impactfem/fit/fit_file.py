@@ -440,33 +440,34 @@ class FitFile(Section):
             yield f"expected {2 * len(free)} walkers at least, two for each key"
 
 
-def read_fit(path: Path) -> tuple[FitFile, Source]:
+def read_fit(path: Path, faults: list[Fault]) -> tuple[FitFile | None, Source]:
     """Read the file of a fit and the tables that it names; nothing of the case is read.
 
     Returns:
-        What it says, and as it is written.
-
-    Raises:
-        InputError: With every fault of the file and of its tables.
+        What it says, None where it or one of its tables has faults, which are added; and the same
+        as it is written, as far as that is TOML.
     """
     text = read_text(path, "a file of a fit (TOML)", LARGEST_TOML)
-    if isinstance(text, Fault):
-        raise InputError([text])
-    source = Source(path, parse(path, text), {"": text})
+    try:
+        if isinstance(text, Fault):
+            raise InputError([text])
+        source = Source(path, parse(path, text))
+    except InputError as error:
+        faults += error.faults
+        return None, Source(path)
     targets = source.raw.get("targets")
     for target in targets if isinstance(targets, list) else ():
         if isinstance(target, dict):
             target.setdefault("type", "scalar")
     reading = Reading(source)
-    faults, found = [], None
+    own, found = list[Fault](), None
     try:
         found = FitFile.model_validate(source.raw, context=reading)
     except ValidationError as error:
-        faults = explain(error, source, FitFile)
-    faults = [_quoted(fault, source.raw) for fault in [*faults, *reading.faults]]
-    if faults or found is None:
-        raise InputError(faults)
-    return found, source
+        own = explain(error, source, FitFile)
+    own += reading.faults
+    faults += [_quoted(fault, source.raw) for fault in own]
+    return None if own else found, source
 
 
 def written(source: Source, place: Place, expected: str) -> Fault:

@@ -184,15 +184,31 @@ def read_problem(
         The problem, and the same with the keys of `coarse`, None without.
 
     Raises:
-        InputError: With every fault of the case, or else of the fit.
+        InputError: With every fault of both files, and of the two together as far as those of one
+            do not hide them.
     """
-    case, source, (fit, said) = check(path), read_source(path, CaseFile), read_fit(fit_path)
-    faults: list[Fault] = []
+    faults, case = list[Fault](), None
+    try:
+        case = check(path)
+    except InputError as error:
+        faults += error.faults
+    fit, said = read_fit(fit_path, faults)
+    if case is None:
+        raise InputError(faults)
+    source, places = read_source(path, CaseFile), dict[tuple[str, str], Place]()
+    for table in ("free", "coarse"):
+        keys = said.raw.get(table)
+        for key in keys if isinstance(keys, dict) else ():
+            place = _place(key, source, fit_path, f'{table}."{key}"', faults)
+            if place is not None:
+                places[table, key] = place
+    if fit is None:
+        raise InputError(faults)
     axes: list[Axis] = []
     for key, entry in fit.free.items():
-        place = _place(key, source, fit_path, f'free."{key}"', faults)
-        if place is None:
+        if ("free", key) not in places:
             continue
+        place = places["free", key]
         low, high = entry.bounds
         written = value_at(place, source.raw)
         value, unit = (math.nan, low.unit) if written is None else in_si(written)
@@ -215,11 +231,8 @@ def read_problem(
         start = value if entry.start is None else entry.start.value
         values = tuple(_written(float(one), low.unit) for one in (low.value, high.value, start))
         axes.append(Axis(key, place, values))
-    fixed = []
-    for key, value in fit.coarse.items():
-        place = _place(key, source, fit_path, f'coarse."{key}"', faults)
-        if place is not None:
-            fixed.append(Axis(key, place, (value,)))
+    known = (("coarse", key) for key in fit.coarse)
+    fixed = [Axis(at[1], places[at], (fit.coarse[at[1]],)) for at in known if at in places]
     every = [("free", axis) for axis in axes] + [("coarse", axis) for axis in fixed]
     for (table, axis), (other_table, other) in combinations(every, 2):
         if all(a == b for a, b in zip(axis.place, other.place, strict=False)):
@@ -230,8 +243,8 @@ def read_problem(
             Fault(fit_path, f"targets[{k}]{key}", *one) for key, *one in _wrong(target, case)
         ]
     for view in case.views if mesh else ():
-        every = (one for one in fit.targets if isinstance(one, ModesTarget))
-        measured = next((one for one in every if one.building == view.modelled.building), None)
+        modes = (one for one in fit.targets if isinstance(one, ModesTarget))
+        measured = next((one for one in modes if one.building == view.modelled.building), None)
         made = None if measured is None else mesh_of(view, view.modelled.mesh, faults)
         if measured is not None and made is not None:
             try:
