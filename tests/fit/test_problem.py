@@ -204,6 +204,23 @@ def test_faults_of_the_file_alone(case, written, text, words):
         ),
         (f'[coarse]\n"buildings[0].rigid_above" = "10 cm"\n{FREE}', ""),
         (FREE + "[free.title]\nbounds = [1, 2]\n", 'free."title": the case has title'),
+        (
+            FREE + '[free."motions[0].seed"]\nbounds = [0, 10]\n',
+            'free."motions[0].seed": the case has motions[0].seed = 1; expected the key of a num',
+        ),
+        (FREE + '[free."damping.ratio"]\nbounds = [0.04, 0.1]\n', ""),
+        (
+            FREE + '[free."damping.ratio"]\nbounds = [0.5, 10]\n',
+            """free."damping.ratio".bounds = [0.5, 10]: the case has damping.ratio = '5 %'; """,
+        ),
+        *(
+            (FREE + f'[free."damping.ratio"]\nbounds = [0.01, "{high} %"]\n{start}', words)
+            for high, start, words in (
+                (90, 'start = "80 %"', ""),
+                (200, "", """free."damping.ratio".bounds[1] = '200 %': expected a number"""),
+                (300, 'start = "200 %"', """free."damping.ratio".start = '200 %': expected"""),
+            )
+        ),
         (f'{FREE}[[targets]]\nresult = "pounding.frequency"\nvalue = 3\n', ""),
         (f'{FREE}[[targets]]\nresult = "sticks.T.mass"\nvalue = "520 t"\n', ""),
         (f'{FREE}[[targets]]\nresult = "sticks.T.frequency"\nvalue = 3\n', "sticks.T.frequency.1"),
@@ -223,7 +240,7 @@ def test_faults_of_the_file_alone(case, written, text, words):
         ),
         (
             f'{FREE}[[targets]]\nresult = "pounding.main_impact_force"\nvalue = "9 Hz"\n',
-            "targets[2].value: expected a value in N",
+            "targets[2].value = '9 Hz': expected a value in N",
         ),
         (f'{FREE}[[targets]]\nresult = "pounding.main_impact_force"\nvalue = "9 kN"\n', ""),
         (
@@ -240,16 +257,24 @@ def test_faults_of_the_file_alone(case, written, text, words):
             (f'{FREE}[[targets]]\nresult = "{name}"\nvalue = "{value}"\n', words)
             for name, value, words in (
                 ("building.frequency.3", "9 Hz", ""),
-                ("building.frequency.3", "9 s", "targets[2].value: expected a value in Hz"),
+                ("building.frequency.3", "9 s", "targets[2].value = '9 s': expected a value in Hz"),
                 ("building.frequency.0", "9 Hz", "building.frequency.1 to building.frequency.3"),
                 ("building.frequency.4", "9 Hz", "building.frequency.1 to building.frequency.3"),
                 ("building.floor_mass.4", "9 t", ""),
-                ("building.floor_mass.4", "9 m", "targets[2].value: expected a value in kg"),
+                (
+                    "building.floor_mass.4",
+                    "9 m",
+                    "targets[2].value = '9 m': expected a value in kg",
+                ),
                 ("building.floor_mass.5", "9 t", "building.floor_mass.1 to building.floor_mass.4"),
                 ("building.mas", "9 t", "did you mean 'building.mass'?"),
                 ("motion.pga", "9 m/s2", ""),
-                ("motion.pga", "9 m/s", "targets[2].value: expected a value in m/s2"),
-                ("pounding.storey_shear_max", "9 m", "targets[2].value: expected a value in N"),
+                ("motion.pga", "9 m/s", "targets[2].value = '9 m/s': expected a value in m/s2"),
+                (
+                    "pounding.storey_shear_max",
+                    "9 m",
+                    "targets[2].value = '9 m': expected a value in N",
+                ),
             )
         ),
         (f'{FREE}[[targets]]\nresult = "stick.T"\nvalue = 3\n', "did you mean 'sticks'?"),
@@ -513,9 +538,7 @@ def test_bounds_that_the_case_refuses_elsewhere(written):
     free = '[free."buildings[1].axis[1]"]\nbounds = ["{}", "17.05 m"]\n'
     target = '[[targets]]\nresult = "sticks.B.mass"\nvalue = "500 t"\n'
     found = faults(case, written(free.format("16 m") + target))
-    where = (
-        """some_fit.toml: free."buildings[1].axis[1]".bounds = '16 m': two_frames.toml: contacts"""
-    )
+    where = """some_fit.toml: free."buildings[1].axis[1]".bounds[0] = '16 m': two_frames.toml: """
     assert found and all(one.startswith(where) and "/tmp" not in one for one in found)
     read_problem(case, written(free.format("17.04 m") + target))
 

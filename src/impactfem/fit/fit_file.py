@@ -471,8 +471,10 @@ def read_fit(path: Path, faults: list[Fault]) -> tuple[FitFile | None, Source]:
 
 
 def written(source: Source, place: Place, expected: str) -> Fault:
-    """A fault at a place of the file of a fit, with the value as it is written there."""
-    return _quoted(source.fault(place, value_at(place, source.raw), expected), source.raw)
+    """A fault at a place of the file of a fit, with the value that is written there if any."""
+    value = value_at(place, source.raw)
+    shown = None if isinstance(value, dict) else value
+    return _quoted(source.fault(place, shown, expected), source.raw)
 
 
 def _quoted(fault: Fault, raw: Mapping[str, Any]) -> Fault:

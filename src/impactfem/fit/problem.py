@@ -19,6 +19,7 @@ from impactfem.building.floor_properties import UNITS
 from impactfem.building.mesh import BuildingMesh, side_lengths
 from impactfem.case import Case
 from impactfem.case.base import nearest
+from impactfem.case.explain import expectation
 from impactfem.case.load import read_case
 from impactfem.case.model import CaseFile
 from impactfem.case.place import Place, field_at, key_fault, read_key, value_at
@@ -33,6 +34,7 @@ from impactfem.fit.fit_file import (
     measured_shape,
     read_fit,
     spread,
+    written,
 )
 from impactfem.run.check import check, mesh_of
 from impactfem.run.stages import asked_stages
@@ -126,7 +128,7 @@ class Problem:
     def variant(self, u: Array) -> Variant:
         """The case at these places; it says what differs."""
         given = zip(self.axes, self.values(u), strict=True)
-        values = [_written(value, axis.unit) for axis, value in given]
+        values = [_for_case(value, axis.unit) for axis, value in given]
         return Variant(self.axes + self.fixed, (*values, *(axis.values[0] for axis in self.fixed)))
 
     def case(self, u: Array) -> Case:
@@ -164,7 +166,7 @@ class Problem:
         return hashlib.sha256(f"{self.digest} {json.dumps(given)}".encode()).hexdigest()
 
 
-def _written(value: float, unit: str) -> Any:
+def _for_case(value: float, unit: str) -> Any:
     """A value as a case file has it; of twelve digits, so that its text is short."""
     return float(f"{value:.12g}") if unit == "-" else f"{value:.12g} {unit}"
 
@@ -210,26 +212,30 @@ def read_problem(
             continue
         place = places["free", key]
         low, high = entry.bounds
-        written = value_at(place, source.raw)
-        value, unit = (math.nan, low.unit) if written is None else in_si(written)
+        own = value_at(place, source.raw)
+        value, unit = (math.nan, low.unit) if own is None else in_si(own)
         field = field_at(CaseFile, place, source.raw)[1]
-        if written is None and field is not None and isinstance(field.default, int | float):
+        if own is None and field is not None and isinstance(field.default, int | float):
             value = float(field.default)
-        wrong = ""
+        phrase = "" if field is None else expectation(field.annotation, field.metadata)
+        has, wrong = f"the case has {key} = {own!r}", ""
+        at: Place = ("free", key)
         if not isinstance(value, int | float):
-            wrong = f"the case has {key} = {written!r}; expected the key of a number"
-        elif unit != low.unit:
-            wrong = f"the case has {key} = {written!r}; expected bounds of its unit"
+            wrong = f"{has}; expected the key of a number"
+        elif phrase.startswith("a whole number"):
+            wrong = f"{has}; expected the key of a number that need not be whole"
         elif (instead := _overridden(place, case)) is not None:
             wrong = f"{instead} in every evaluation; expected another key, or a case without that"
+        elif unit != low.unit:
+            at, wrong = (*at, "bounds"), f"{has}; expected bounds of its unit"
         elif entry.start is None and not low.value <= float(value) <= high.value:
-            has = "no such key" if written is None else f"{key} = {written!r}"
-            wrong = f"the case has {has}; expected bounds around its value, or a start"
+            has = "the case has no such key" if own is None else has
+            at, wrong = (*at, "bounds"), f"{has}; expected bounds around its value, or a start"
         if wrong:
-            faults.append(Fault(fit_path, f'free."{key}"', None, wrong))
+            faults.append(written(said, at, wrong))
             continue
         start = value if entry.start is None else entry.start.value
-        values = tuple(_written(float(one), low.unit) for one in (low.value, high.value, start))
+        values = tuple(_for_case(float(one), low.unit) for one in (low.value, high.value, start))
         axes.append(Axis(key, place, values))
     known = (("coarse", key) for key in fit.coarse)
     fixed = [Axis(at[1], places[at], (fit.coarse[at[1]],)) for at in known if at in places]
@@ -239,9 +245,10 @@ def read_problem(
             expected = f'expected keys that do not hold one another; {table}."{axis.key}" is one'
             faults.append(Fault(fit_path, f'{other_table}."{other.key}"', None, expected))
     for k, target in enumerate(fit.targets):
-        faults += [
-            Fault(fit_path, f"targets[{k}]{key}", *one) for key, *one in _wrong(target, case)
-        ]
+        for key, value, expected in _wrong(target, case):
+            if value is None and key:
+                value = value_at(("targets", k, key[1:]), said.raw)
+            faults.append(Fault(fit_path, f"targets[{k}]{key}", value, expected))
     for view in case.views if mesh else ():
         modes = (one for one in fit.targets if isinstance(one, ModesTarget))
         measured = next((one for one in modes if one.building == view.modelled.building), None)
@@ -522,41 +529,41 @@ def _check_corners(problem: Problem, rough: Problem | None) -> None:
     n, start = len(problem.axes), problem.start
     faults: dict[str, Fault] = {}
 
-    def read(variant: Variant, where: str, value: object = None, when: str = "") -> None:
+    def read(variant: Variant, place: Place, when: str = "") -> None:
         try:
             check_variants([variant], problem.source, None)
         except InputError as error:
             for fault in error.faults:
-                key, expected, of = _key_of(fault, problem), fault.expected, fault.value
-                if not key:
+                at, expected = _place_of(fault, problem), fault.expected
+                if not at and fault.file != COMMAND_LINE:
                     # Of another value of the case, which was read in a folder that is gone now.
-                    key, of = where, value
-                    if fault.file != COMMAND_LINE:
-                        expected = str(replace(fault, file=Path(fault.file).name))
-                found = Fault(problem.path, key, of, f"{when}{expected}")
+                    expected = str(replace(fault, file=Path(fault.file).name))
+                if at == place[:2] or not at:
+                    at = place
+                elif at[0] == "free":
+                    end: Place = (*at, "bounds" if when else "start")
+                    at = at if value_at(end, problem.said.raw) is None else end
+                found = written(problem.said, at, f"{when}{expected}")
                 faults.setdefault(str(found), found)
 
-    read(problem.variant(start), "free")
+    read(problem.variant(start), ("free",))
     for k, key in enumerate(problem.keys):
-        for bound in (0.0, 1.0):
+        for bound in (0, 1):
             u = start.copy()
             u[k] = bound
-            variant = problem.variant(u)
-            read(variant, f'free."{key}".bounds', variant.values[k])
+            read(problem.variant(u), ("free", key, "bounds", bound))
     if not faults:
-        for bound, name in ((0.0, "lower"), (1.0, "upper")):
-            read(
-                problem.variant(np.full(n, bound)), "free", when=f"at all {name} bounds together: "
-            )
+        for bound, name in enumerate(("lower", "upper")):
+            when = f"at all {name} bounds together: "
+            read(problem.variant(np.full(n, float(bound))), ("free",), when)
     if rough is not None:
-        read(rough.variant(start), "coarse")
+        read(rough.variant(start), ("coarse",))
     if faults:
         raise InputError(faults.values())
 
 
-def _key_of(fault: Fault, problem: Problem) -> str:
-    """Where the file of the fit says a value that `check_variants` refuses; "" for nowhere."""
+def _place_of(fault: Fault, problem: Problem) -> Place:
+    """Where the file of the fit says a value that `check_variants` refuses; () for nowhere."""
     key = fault.key.removeprefix("--set ") if fault.file == COMMAND_LINE else ""
-    if key in problem.fit.free:
-        return f'free."{key}"'
-    return f'coarse."{key}"' if key in problem.fit.coarse else ""
+    tables = {"free": problem.fit.free, "coarse": problem.fit.coarse}
+    return next(((name, key) for name, table in tables.items() if key in table), ())
