@@ -166,6 +166,15 @@ def test_faults_of_both_files(case, written, text, words):
     assert all(one.startswith("some_fit.toml: ") and words in one for one in found[1:])
 
 
+@pytest.mark.parametrize("text", ["[[buildings]]\nname = 'T'\n", "extends = 'updating.toml'\n"])
+def test_a_case_for_a_fit(case, written, text):
+    """Said in one line; with free keys it is the file of a fit that has keys of a case."""
+    one = "this is a case; expected the file of a fit, with [free] and [[targets]]"
+    assert faults(case, written(text)) == [f"some_fit.toml: {one}"]
+    found = faults(case, written(f"{FREE}{TARGETS}{text}"))
+    assert found and all("this is a case" not in fault for fault in found)
+
+
 PRIOR = 'scale = "log"\nprior = { mean = "0 Pa", deviation = "1 GPa" }'
 
 

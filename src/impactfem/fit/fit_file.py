@@ -31,7 +31,7 @@ from impactfem.case.quantity import (
     Ratio,
 )
 from impactfem.case.reading import Reading, TableFile
-from impactfem.case.source import Source, parse
+from impactfem.case.source import EXTENDS, Source, parse
 from impactfem.case.table import MOST_POINTS, Table, read_table
 from impactfem.case.unit import UnitError, to_si
 from impactfem.system.arrays import Array, Index
@@ -452,6 +452,12 @@ def read_fit(path: Path, faults: list[Fault]) -> tuple[FitFile | None, Source]:
         if isinstance(text, Fault):
             raise InputError([text])
         source = Source(path, parse(path, text))
+        if source.raw.keys() & {"buildings", EXTENDS} and not source.raw.keys() & {
+            "free",
+            "targets",
+        }:
+            expected = "this is a case; expected the file of a fit, with [free] and [[targets]]"
+            raise InputError([Fault(path, "", None, expected)])
     except InputError as error:
         faults += error.faults
         return None, Source(path)
