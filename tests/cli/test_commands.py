@@ -59,9 +59,17 @@ class TestVerify:
         assert ended.code == 1 and ended.err.startswith("error: cannot write")
 
 
-def test_check_of_a_fit(program):
+def test_check_of_a_fit(program, tmp_path):
     """The shipped case and its fit; the case's own line follows."""
     case, fit = (GEOMETRY / f"updating{end}.toml" for end in ("", "_fit"))
+    few = tmp_path / "few.toml"
+    few.write_text(
+        '[free."damping.ratio"]\nbounds = ["1 %", "9 %"]\n[[targets]]\n'
+        'result = "building.mass"\nvalue = "600 t"\ndeviation = "200 %"\n'
+    )
+    ended = program("check", case, "--fit", few)
+    assert ended.code == 0 and "1 keys, 1 data" in ended.out
+    assert "warning: " in ended.err and "targets[0].deviation = '200 %': more than" in ended.err
     ended = program("check", case, "--fit", fit)
     assert ended.code == 0 and ended.out.startswith(f"{fit}: good. 4 keys, 120 data\n{case}: good")
     assert "warning" not in ended.err

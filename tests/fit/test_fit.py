@@ -136,10 +136,13 @@ def test_a_key_that_the_data_do_not_see(case, written, tmp_path):
     assert result.values[2] == pytest.approx(0.05, abs=1e-6)  # as it was
     rows = (tmp_path / "f" / "fit_keys.csv").read_text().splitlines()
     assert rows[3].startswith("damping.ratio,-,0.05,") and rows[3].endswith(",,,no,no")
+    few = "some_fit.toml: free: 3 keys, but 2 data and priors"
+    assert few in (tmp_path / "f" / "fit.log").read_text("utf-8")
     # With a prior it has the value and the deviation of the prior, and is still not seen.
     prior = free + 'prior = { mean = "3 %", deviation = "0.5 %" }\n'
     known = study.fit(case, written(prior + TARGETS), out=tmp_path / "g")
     assert known.identification.unseen == [2]
+    assert "data and priors" not in (tmp_path / "g" / "fit.log").read_text("utf-8")
     assert known.values[2] == pytest.approx(0.03, rel=1e-4)
     assert known.identification.deviation[2] * 0.08 == pytest.approx(0.03 * 0.005, rel=1e-6)
 
