@@ -233,6 +233,7 @@ def check(
     ] = None,
 ) -> None:
     """Check a case file and all files it names, and estimate what a run takes."""
+    from impactfem.case.motions import RestMotion
     from impactfem.run.check import checked
 
     of_fit = ""
@@ -248,7 +249,7 @@ def check(
     counts = (
         (len(found.buildings), "building"),
         (len(found.contacts), "contact pair"),
-        (len(found.motions), "ground motion"),
+        (sum(not isinstance(one, RestMotion) for one in found.motions), "ground motion"),
     )
     counted = ", ".join(f"{n} {name}{'' if n == 1 else 's'}" for n, name in counts)
     typer.echo(f"{case}: good. {counted}")

@@ -207,6 +207,27 @@ def test_a_device(structured, old, new, told):
     assert ["devices[0]." + told in line for line in found] == [True] if told else found == []
 
 
+@pytest.mark.parametrize(
+    ("section", "key", "kept", "told"),
+    [
+        (TRANSIENT, "time_step", "2 ms", "50 ms"),
+        (TRANSIENT, "shift", "20 Hz", "300 Hz"),
+        (TRANSIENT, "maximum_frequency", "60 Hz", "1 Hz"),
+        (TRANSIENT, "tolerance", "3 %", "90 %"),
+        (TRANSIENT, "largest_basis", 500, 1),
+        (WALL, "duration", "2 s", "10 ms"),
+        (WALL, "contact_spacing", "2 m", "100 m"),
+    ],
+)
+def test_the_model_in_time(structured, section, key, kept, told):
+    name = section.split()[0].strip("[]")
+    lines = [line for line in section.splitlines() if not line.startswith(key)]
+    for value, found in ((kept, []), (told, [f"{name}.{key} = {told!r}: usual is"])):
+        case = structured(more="\n".join([*lines, f"{key} = {value!r}", ""]))
+        seen = [line for line in warnings(case) if f"{name}.{key}" in line]
+        assert [text in line for text, line in zip(found, seen, strict=True)] == [True] * len(found)
+
+
 def test_a_device_that_is_part_of_the_building(structured):
     """From a tenth of its floor on: US NRC SRP 3.7.2."""
     for mass, told in ((14, False), (16, True)):
