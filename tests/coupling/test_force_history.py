@@ -259,7 +259,7 @@ def test_faults_of_a_netcdf_file(minimal, tmp_path, change, messages):
         ("time [ms],a [N]\n0,1\n1,2\n", r"line 1 = 'time \[ms\]': expected the first column"),
         (
             "time [s],a [kN]\n0,1\n1,2\n",
-            r"line 1 = \['a \[kN\]'\]: expected a column '<pair name> \[N\]'",
+            r"line 1 = \['a \[kN\]'\]: expected a column '<pair name> \[N\]'.*, all of them in N",
         ),
         ("time [s]\n0\n1\n", r"line 1: expected a column '<pair name> \[N\]' for each pair"),
         ("time [s],a [N]\n0,1,5\n1,2,5\n", "2 columns in the header, 3 below"),

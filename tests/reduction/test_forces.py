@@ -167,7 +167,10 @@ def test_wrong_and_missing_pairs(history, case):
         "did you mean 'B1.floor_1-B2.floor_1'?"
     )
     for text, floor in ((second, 1), (third, 8)):
-        assert f"the forces of the pair B1.floor_{floor}-B2.floor_{floor} of the case" in text
+        assert (
+            f"pair: missing; expected a column with the forces of the pair B1.floor_{floor}-"
+            in text
+        )
 
 
 def test_points_of_lines_without_their_places(history, case):
@@ -207,7 +210,9 @@ def test_a_file_that_contradicts_the_case(history, case, side, values, key):
 def test_too_short(history, case):
     mesh = slabs(8)
     checked_forces(history, PATH, case, mesh, DURATION + 0.009)  # less than one of their steps
-    with pytest.raises(InputError, match=r"time = 'up to 2 s': forces up to 2\.02 s, which is to"):
+    with pytest.raises(
+        InputError, match=r"time = 'up to 2 s': expected forces up to 2\.02 s, which is to"
+    ):
         checked_forces(history, PATH, case, mesh, 2.02)
 
 

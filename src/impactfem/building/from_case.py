@@ -106,7 +106,7 @@ def part_faults(structure: Structure, parts: Sequence[Part], path: Path) -> Iter
 
     `parts` are those of the structure's mesh; faults name the case file.
     """
-    names = ", ".join(part.group for part in parts)
+    names = ", ".join(part.group for part in sorted(parts))
     # By their patterns alone, entries of both kinds are checked in one way.
     patterns = {
         f"{structure.key}.materials": [entry.parts for entry in structure.materials],
@@ -141,7 +141,9 @@ def read_parts(
         mesh = mesh or read_mesh(path)
         if list(mesh.floors) != [floor.floor for floor in building.floors]:
             floors = ", ".join(map(str, mesh.floors))
-            expected = f"the floors 1 to {len(building.floors)} of building {building.name}"
+            expected = (
+                f"expected the floors 1 to {len(building.floors)} of building {building.name}"
+            )
             raise InputError([Fault(path, "centre_<k>", f"floors {floors}", expected)])
         both = mesh.shell_parts, mesh.beam_parts
         faults = [

@@ -312,7 +312,7 @@ def _read_csv(path: Path) -> ForceHistory:
         raise InputError([Fault(path, "line 1", found, "expected the first column 'time [s]'")])
     wrong = [cell for cell in header[1:] if not cell.endswith(" [N]")]
     if wrong or len(header) < 2:
-        expected = "expected a column '<pair name> [N]' for each pair"
+        expected = "expected a column '<pair name> [N]' for each pair, all of them in N"
         raise InputError([Fault(path, "line 1", wrong or None, expected)])
     if len(lines) < 2:
         expected = "expected at least two lines of values below the header"

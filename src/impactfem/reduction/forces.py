@@ -112,14 +112,17 @@ def pair_ends(
         for name, contact in contacts.items():
             touches = building in contact.buildings
             if touches and name not in history.pairs:
-                expected = f"the forces of the pair {name} of the case, which touches {building}"
+                expected = (
+                    f"missing; expected a column with the forces of the pair {name} of the case, "
+                    f"which touches {building}"
+                )
                 faults.append(Fault(path, "pair", None, expected))
     elif history.pairs:
         ends, faults = _ends_by_file(history, path, building)
     # The last step of forces may be cut, as whole steps make no duration.
     step = float(history.time[-1]) / (len(history.time) - 1)
     if history.time[-1] < duration - step:
-        expected = f"forces up to {duration:g} s, which is to be computed"
+        expected = f"expected forces up to {duration:g} s, which is to be computed"
         faults.append(Fault(path, "time", f"up to {history.time[-1]:g} s", expected))
     return ends, faults
 
@@ -310,7 +313,8 @@ def _contradictions(
         for name, wanted in (("building", end.building), ("floor", end.floor)):
             said = getattr(history.ends, f"{name}_{side}")
             if said is not None and said[j] != wanted:
-                yield Fault(path, f"{pair}, {name}_{side}", said[j], f"{wanted}, as in the case")
+                expected = f"expected {wanted}, as in the case"
+                yield Fault(path, f"{pair}, {name}_{side}", said[j], expected)
         heights = getattr(history.ends, f"relative_height_{side}")
         height = math.nan if end.relative_height is None else end.relative_height
         if heights is not None and not np.isclose(heights[j], height, 0.0, 1e-9, equal_nan=True):
@@ -320,9 +324,9 @@ def _contradictions(
         offset = getattr(history.ends, f"offset_{side}")
         place = end.offset or (0.0, 0.0, 0.0)
         if offset is not None and not np.allclose(offset[j], place, 0.0, 1e-6):
-            expected = f"{words_of(place)} m, as in the case"
+            expected = f"expected {words_of(place)} m, as in the case"
             yield Fault(path, f"{pair}, offset_{side}", words_of(offset[j]), expected)
     normal = history.ends.normal
     if normal is not None and np.abs(normal[j] - ends[0].outward).max() > ALIGNED:
         words = [words_of(n) for n in (ends[0].outward, normal[j])]
-        yield Fault(path, f"{pair}, normal", words[1], f"{words[0]}, as in the case")
+        yield Fault(path, f"{pair}, normal", words[1], f"expected {words[0]}, as in the case")

@@ -296,7 +296,7 @@ def test_forces_of_the_sticks_without_an_impact(run, again, edited):
             'time_step = "1 ms"\nmax',
             'time_step = "1 ms"\nduration = "3 s"\nmax',
             InputError,
-            "forces up to 3 s, which is to be computed",
+            "expected forces up to 3 s, which is to be computed",
         ),
     ],
 )
