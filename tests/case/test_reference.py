@@ -202,6 +202,12 @@ def test_without_a_word_all_are_results(with_reference):
     [
         (None, "report.reference", "no such file"),
         ("title = ", "the end of the file", "not valid TOML"),
+        (
+            'title = "A case"\n[pounding]\n',
+            "report.reference",
+            "this is a case; expected a reference",
+        ),
+        (f"{REFERENCE}[damping]\n", "damping", "unknown key"),
         (REFERENCE.replace('"figure"', '"picture"'), "kind", "'equation' or 'figure' or 'table'"),
         (REFERENCE.replace('"5 %"', '"-5 %"'), "tolerance", "expected a number of at least 0"),
         (REFERENCE + REFERENCE[REFERENCE.index("[[items]]") :], "number", "each figure once"),

@@ -359,10 +359,11 @@ def test_names_of_probes(probes, expected):
 
 def test_names_of_probes_in_a_file(structured):
     faults = own_faults(structured((None, '"row"', '"corner"'), more=TRANSIENT + POINT + LINE))
-    assert list(faults) == ["transient.probes"]
-    assert faults["transient.probes"].endswith(" expected unique names, found corner and corner")
+    expected = "corner expected unique names, found corner and corner"
+    assert faults == {"transient.probes[1].name": expected}
     faults = own_faults(structured((None, '"corner"', '"edge_8"'), more=TRANSIENT + POINT))
-    assert list(faults) == ["transient.probes"]
+    assert list(faults) == ["transient.probes[0].name"]
+    assert load_case(structured(more=TRANSIENT + POINT + LINE)).transient.probes
 
 
 @pytest.mark.parametrize("key", ["time_step", "maximum_frequency", "tolerance", "eccentricity"])

@@ -23,9 +23,12 @@ UNREADABLE, REPORTED = "unreadable", "reported"
 are collected elsewhere."""
 
 
-def refuse(expected: str) -> PydanticCustomError:
-    """The error a validator raises: it carries the expectation in words and nothing else."""
-    return PydanticCustomError("fault", "{expected}", {"expected": expected})
+def refuse(expected: str, *inside: int | str) -> PydanticCustomError:
+    """The error a validator raises: the expectation in words, and where inside of what it checks.
+
+    What is inside is a path of keys and indices, and empty where all of it is at fault.
+    """
+    return PydanticCustomError("fault", "{expected}", {"expected": expected, "inside": inside})
 
 
 def nearest(name: str, known: list[str]) -> str:
@@ -92,20 +95,21 @@ class Section(BaseModel):
 
 def rule(
     field: str, *others: str, sited: bool = False
-) -> Callable[[Callable[..., Iterator[str]]], Any]:
+) -> Callable[[Callable[..., Iterator[Any]]], Any]:
     """A rule of a field of a section, by itself or with fields declared before it.
 
     It is applied where all of these are free of faults, to their values, and yields what was
-    expected instead, in words. A `sited` one also takes the information of the validation, which
+    expected instead, in words, or a tuple of these with keys and indices of what inside of the
+    field is at fault. A `sited` one also takes the information of the validation, which
     leads to the rest of the case file.
     """
 
-    def decorate(wrong: Callable[..., Iterator[str]]) -> Any:
+    def decorate(wrong: Callable[..., Iterator[Any]]) -> Any:
         def validate(cls: Any, value: Any, info: ValidationInfo) -> Any:
             if all(name in info.data for name in others):
                 further = (info,) if sited else ()
                 for expected in wrong(value, *(info.data[name] for name in others), *further):
-                    raise refuse(expected)
+                    raise refuse(*([expected] if isinstance(expected, str) else expected))
             return value
 
         return field_validator(field)(classmethod(validate))

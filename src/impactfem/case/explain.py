@@ -101,6 +101,8 @@ def _fault(
         if info is None and parent is not None and place[-1] in parent.model_fields:
             # A key that is left out goes by the name of its field, which is not always the key.
             place = (*place[:-1], parent.model_fields[str(place[-1])].alias or place[-1])
+        inside = item.get("ctx", {}).get("inside", ())
+        place, value = (*place, *inside), value_at(inside, value)
         missing = value_at(place, raw) is None
         return place, None if missing else value, item["msg"]
     if kind == "extra_forbidden":

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, ValidationError, ValidationInfo
 
-from impactfem.case.base import Section, nearest
+from impactfem.case.base import Section, nearest, refuse
 from impactfem.case.explain import explain
 from impactfem.case.leaf import File, Prose, Text
 from impactfem.case.quantity import Weight
@@ -190,6 +190,8 @@ def _read_reference(path: Path, faults: list[Fault], info: ValidationInfo) -> Re
     reading, before = reading_of(info), len(faults)
     try:
         source = read_source(path, Reference, REFERENCE)
+        if {"buildings", "pounding"} & source.raw.keys():
+            raise refuse("this is a case; expected a reference: a title and [[items]], its figures")
         reference = Reference.model_validate(source.raw, context=Reading(source))
     except InputError as error:
         faults.extend(error.faults)

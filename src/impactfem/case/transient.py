@@ -238,25 +238,30 @@ class Transient(Section):
 
     @rule("probes")
     @staticmethod
-    def _own_names(probes: tuple[Probe, ...]) -> Iterator[str]:
+    def _own_names(probes: tuple[Probe, ...]) -> Iterator[tuple[str | int, ...]]:
         names: dict[str, Probe] = {}
-        points: dict[str, list[Probe]] = {}  # by what is before the number at the end of their name
-        for probe in probes:
+        # By what is before the number at the end of their name.
+        points: dict[str, list[tuple[int, Probe]]] = {}
+        for k, probe in enumerate(probes):
             first = probe.numbered(1) if probe.point is None else probe.name
             if re.fullmatch(_STANDARD, first) is not None:
                 yield (
                     f"expected another name than {probe.name}: centre_1, edge_1, line_1 and so on "
-                    "are always there"
+                    "are always there",
+                    k,
+                    "name",
                 )
             other = names.setdefault(probe.name.lower(), probe)
             if other is not probe:
-                yield f"expected unique names, found {other.name} and {probe.name}"
+                expected = f"expected unique names, found {other.name} and {probe.name}"
+                yield expected, k, "name"
             if probe.point is not None:
-                points.setdefault(probe.name.rpartition("_")[0], []).append(probe)
+                points.setdefault(probe.name.rpartition("_")[0], []).append((k, probe))
         for several in probes:
-            for one in points.get(several.name, ()) if several.point is None else ():
+            for k, one in points.get(several.name, ()) if several.point is None else ():
                 if several.claims(one.name):
-                    yield f"expected unique names, found {several.name} and {one.name}"
+                    expected = f"expected unique names, found {several.name} and {one.name}"
+                    yield expected, k, "name"
 
 
 def transient_files(transient: Transient) -> tuple[Path, ...]:
