@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from impactfem.motion.design_spectrum import design_spectrum
 from impactfem.motion.from_case import checked_durations, ground_motions, treated_record
 from impactfem.system.errors import InputError
 
+CASE = Path("case.toml")
 A = np.random.default_rng(9).standard_normal(2001)
 
 
@@ -64,28 +67,35 @@ def test_scale_and_component(tmp_path):
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"filter": (1.0, 60.0)}, r"north\.csv: the high corner of 60 Hz must be below"),
-        ({"taper": 15.0}, r"north\.csv: the taper of 15 s is longer"),
-        ({"resample": 19.0}, "at most half the duration"),
+        ({"filter": (1.0, 60.0)}, "the high corner of 60 Hz must be below"),
+        ({"filter": (1e-6, 20.0)}, "the low corner of 1e-06 Hz must be at least"),
+        ({"taper": 15.0}, "the taper of 15 s is longer"),
+        ({"resample": 19.0}, ".* at most half the duration"),
         ({"component": "EW"}, "no such component; the file holds 'acceleration'"),
     ],
 )
-def test_what_a_record_cannot_bear_is_a_fault_of_it(file, keys, message):
-    with pytest.raises(InputError, match=message):
-        checked_durations([record(file), record(file, **keys)])
+def test_what_a_record_cannot_bear_is_a_fault_of_the_key(file, keys, message):
+    (key,) = keys
+    with pytest.raises(InputError, match=rf"^case\.toml: motions\[1\]\.{key}[^:]*: {message}"):
+        checked_durations([record(file), record(file, **keys)], CASE)
+    # Of a record that is not that of the case, the file is named.
+    with pytest.raises(InputError, match=rf"^\S*north\.csv: {key}[^:]*: {message}"):
+        treated_record(record(file, **keys))
+    borne = {"filter": (1.0, 20.0), "taper": 9.0, "resample": 0.005, "component": "acceleration"}
+    assert checked_durations([record(file, **{key: borne[key]})], CASE) == [20.0]
 
 
 def test_a_record_of_zeros_has_no_peak_to_scale(tmp_path):
     path = tmp_path / "zero.csv"
     write_csv(Accelerogram(0.01, np.zeros(100)), path)
     with pytest.raises(InputError, match=r"zero\.csv: an accelerogram with peak 0.0"):
-        checked_durations([record(path, pga=1.0)])
+        checked_durations([record(path, pga=1.0)], CASE)
 
 
 def test_faults_of_all_records(tmp_path):
     motions = [record(tmp_path / name) for name in ("a.csv", "b.at2")]
     with pytest.raises(InputError) as caught:
-        checked_durations(motions)
+        checked_durations(motions, CASE)
     assert len(caught.value.faults) == 2
 
 
@@ -118,7 +128,7 @@ def test_a_table_is_matched_where_it_holds(tmp_path):
     expected = (
         r"target.csv: frequency = '60 to 70 Hz': expected a range in common with the motion, 0"
     )
-    for refuse in (ground_motions, checked_durations):
+    for refuse in (ground_motions, lambda motions: checked_durations(motions, CASE)):
         with pytest.raises(InputError, match=expected):
             refuse([motion])
     path.unlink()

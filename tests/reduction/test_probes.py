@@ -106,6 +106,8 @@ def test_every_probe_of_a_case_that_is_outside(frame):
             "far": {"point": ["0 m", "80 m", "3 m"]},
             "good": {"point": ["0 m", "4 m", "3 m"]},
             "roof": {"group": "beam_7"},
+            "row": {"from": ["0 m", "4 m", "3 m"], "to": ["0 m", "40 m", "3 m"], "count": 2},
+            "half": {"from": ["0 m", "-9 m", "3 m"], "to": ["0 m", "9 m", "3 m"], "count": 2},
         }.items()
     ]
     transient = Transient(time_step=1e-3, probes=tuple(probes))
@@ -115,10 +117,18 @@ def test_every_probe_of_a_case_that_is_outside(frame):
     found = [(fault.key, fault.expected.split(":")[0]) for fault in caught.value.faults]
     assert found == [
         (
-            "transient.probes[0]",
+            "transient.probes[0].point",
             "the probe far at (0.000, 80.000, 3.000) m is outside the building",
         ),
-        ("transient.probes[2]", "the probe's group beam_7 has no free nodes in this mesh"),
+        ("transient.probes[2].group", "the probe's group beam_7 has no free nodes in this mesh"),
+        (
+            "transient.probes[3].to",
+            "the probe row_2 at (0.000, 40.000, 3.000) m is outside the building",
+        ),
+        (
+            "transient.probes[4].from",
+            "the probe half_1 at (0.000, -9.000, 3.000) m is outside the building",
+        ),
     ]
     good = transient.model_copy(update={"probes": tuple(probes[1:2])})
     case = frame.case.model_copy(update={"transient": good})

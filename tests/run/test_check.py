@@ -68,14 +68,17 @@ def faults(case, mesh=True):
 
 
 AT_ONCE = {
-    "devices[0].point = (3.0, 1.0, 4.5): device pump: its anchor at z = 4.5 m is on no floor": (
+    "devices[0].point = ['3 m', '1 m', '4.5 m']: device pump: its anchor at z = 4.5 m is on no": (
         '"1 m", "4.5 m"]',
         '"1 m", "3 m"]',
     ),
     "ensemble.structure_motions = 2: expected 0: each member has": ("_motions = 2", "_motions = 0"),
-    "pounding.time_step = 5.0: expected at most half of what is computed, 3 s": ('"5 s"', '"1 ms"'),
+    "pounding.time_step = '5 s': expected at most half of what is computed, 3 s": (
+        '"5 s"',
+        '"1 ms"',
+    ),
     "baem_*": ("baem_*", "beam_*"),
-    "transient.probes[0]: the probe corner at (0.000, 0.000, 99.000) m is outside": ("99 m", "6 m"),
+    "transient.probes[0].point = ['0 m', '0 m', '99 m']: the probe corner at (": ("99 m", "6 m"),
     "spectra.dampings: unknown key": ("dampings", "damping"),
 }
 """What the faults of a case say, and how each is mended."""
@@ -131,7 +134,61 @@ def test_a_duration_that_no_record_lasts(frame, tmp_path):
     record = '[[motions]]\ndirection = "y"\ntype = "record"\nfile = "record.csv"\n'
     case.write_text(whole[:start] + record + whole[end:])
     (found,) = faults(case, mesh=False)
-    assert "duration = 3.0: expected at most what is computed of the pounding, 2 s" in found
+    assert "duration = '3 s': expected at most what is computed of the pounding, 2 s" in found
+
+
+MISSPELT = ('groups = "beam_*"', 'groups = "baem_*"')
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        (('time_step = "5 ms"', 'time_step = "5 s"'), "motions[0].time_step"),
+        (
+            ('[pounding]\ntime_step = "1 ms"', '[pounding]\ntime_step = "1 ns"'),
+            "pounding.time_step",
+        ),
+        (('[pounding]\ntime_step = "1 ms"', "[pounding]\ntime_step = 1"), "pounding.time_step"),
+        (None, ""),
+    ],
+    ids=["motions", "too much", "no unit", "nothing"],
+)
+def test_no_fault_hides_those_of_the_mesh(frame, change, key):
+    """Nor those of times that are known: three seconds are computed."""
+    case = frame('duration = "9 s"\n' + PROBE % "99 m", MISSPELT, *([change] if change else []))
+    found = faults(case)
+    assert any("baem_*" in one for one in found) and any("probes[0].point" in one for one in found)
+    assert sum(f"frame.toml: {key}" in one for one in found if key) == (1 if key else 0)
+    times = [one for one in found if "transient.duration = '9 s': expected at most what is" in one]
+    assert len(times) == (key != "motions[0].time_step"), found
+
+
+SPECTRUM = 'ground_acceleration = "2 m/s2"\ncorner_periods = ["0.1 s", "0.3 s", "2 s"]'
+TABLE = 'type = "table"\nfile = "table.csv"'
+GROUP = PROBE.replace("point", "group").replace('["0 m", "0 m", "%s"]', '"%s"')
+
+
+@pytest.mark.parametrize(
+    ("more", "change", "key"),
+    [
+        ("", (SPECTRUM, f"{TABLE} # 2 %"), "motions[0].damping"),
+        ("", (SPECTRUM, f"{TABLE} # 5 %"), ""),
+        (GROUP % "edge_9", None, "transient.probes[0].group"),
+        (GROUP % "beam_9", None, "transient.probes[0].group"),
+        (GROUP % "floor_2", None, ""),
+    ],
+)
+def test_a_fault_is_told_once(frame, tmp_path, more, change, key):
+    """What the case says of itself, a table or the mesh does not say again."""
+    damping = 0.02 if change and "2 %" in change[1] else 0.05
+    rows = "".join(f"{f:g},1,{damping}\n" for f in (0.1, 100.0))
+    (tmp_path / "table.csv").write_text(f"frequency [Hz],acceleration [m/s2],damping\n{rows}")
+    case = frame(more, *([change] if change else []))
+    if key:
+        (found,) = faults(case)
+        assert found.startswith(f"frame.toml: {key}")
+    else:
+        assert study.check(case, mesh=True).transient is not None
 
 
 def test_a_folder_of_records_that_is_not_there(frame):

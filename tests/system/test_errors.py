@@ -1,6 +1,7 @@
 import errno
 import os
 import pickle
+from datetime import date, time
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,10 @@ from impactfem.system.errors import (
         (Fault("a.toml", "", None, "no such file"), "a.toml: no such file"),
         (Fault("a.toml", "gap", 0, "above 0"), "a.toml: gap = 0: above 0"),
         (Fault("a.toml", "gap", "", "a length"), "a.toml: gap = '': a length"),
+        (Fault("a.toml", "gap", True, "a length"), "a.toml: gap = true: a length"),
+        (Fault("a.toml", "gap", "True", "a length"), "a.toml: gap = 'True': a length"),
+        (Fault("a.toml", "gap", date(2024, 1, 2), "text"), "a.toml: gap = 2024-01-02: text"),
+        (Fault("a.toml", "gap", time(10, 11, 12), "text"), "a.toml: gap = 10:11:12: text"),
         (Fault("a.toml", "gap", "x" * 70, "a length"), f"a.toml: gap = '{'x' * 70}': a length"),
         (Fault("a", "gap", "x" * 1000, "a length"), f"a: gap = '{'x' * 76}...: a length"),
         (Fault("a", "x" * 100_000, None, "unknown"), f"a: {'x' * 157}...: unknown"),

@@ -17,7 +17,7 @@ from impactfem.case.members import TOUCH
 from impactfem.case.model import Case
 from impactfem.case.motions import RecordMotion, RestMotion, SyntheticMotion, read_force_table
 from impactfem.case.place import Place
-from impactfem.case.quantity import CALIBRATED
+from impactfem.case.quantity import CALIBRATED, Duration
 from impactfem.case.reading import Reading
 from impactfem.case.soil import TableSoil
 from impactfem.case.transient import OUTSIDE, Transient
@@ -442,14 +442,16 @@ def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
     if transient is None:
         return
     computed = None
-    if transient.forces is None and not reading.left_out & {"pounding", "motions"}:
-        computed = case.pounding.duration
+    if transient.forces is None:
+        # What else [pounding] has wrong hides nothing.
+        given = reading.value("pounding", "duration")
+        computed = reading.valid(Duration, given)
         known = [m.duration for m in case.motions if not isinstance(m, RecordMotion)]
         # The duration of a record is not known before it is read.
-        if computed is None and len(known) == len(case.motions):
+        if given is None and "motions" not in reading.left_out and len(known) == len(case.motions):
             computed = case.computed_time(max(known, default=0.0))
     if computed is not None:
-        if transient.duration is None and transient.time_step > computed / 2.0:
+        if transient.time_step > computed / 2.0:
             yield (
                 ("transient", "time_step"),
                 f"expected at most half of the duration, {computed:g} s",

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from impactfem.case.base import nearest
 from impactfem.case.leaf import FileName
-from impactfem.case.place import Place, dotted, field_at, value_at
+from impactfem.case.place import Place, dotted, field_at, read_key, value_at
 from impactfem.system.errors import CONTROL, Fault, InputError
 from impactfem.system.files import LARGEST_TOML, read_text
 
@@ -72,6 +72,14 @@ class Source:
     def remark(self, place: Place, text: str) -> Fault:
         """What is to be said about a key, with the value as it is written."""
         return self.fault(place, value_at(place, self.raw), text)
+
+    def as_written(self, fault: Fault) -> Fault:
+        """A fault with the value of its key as a file says it, which is named; or as it is."""
+        place = read_key(fault.key) or ()
+        value = value_at(place, self.raw)
+        if fault.file != self.path or value is None or isinstance(value, dict):
+            return fault
+        return self.fault(place, value, fault.expected)
 
     def lay(self, over: dict[str, Any], file: Path, table: Place = ()) -> None:
         """Lay a table that a file says over what stands at its place, and note who says what."""

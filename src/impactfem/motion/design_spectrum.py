@@ -244,7 +244,7 @@ def design_spectrum(section: sections.Spectrum, damping: float) -> DesignSpectru
             points = table.at(damping) if table is not None else None
             if points is None:
                 expected = "the table does not have this damping"
-                raise InputError(faults or [Fault(section.file, "", damping, expected)])
+                raise InputError(faults or [Fault(section.file, "damping", damping, expected)])
             return TableSpectrum(np.array(points[0]), np.array(points[1]), damping)
         case sections.DesignSpectrum():
             return DesignSpectrum(**section.model_dump(exclude={"type"}), damping=damping)

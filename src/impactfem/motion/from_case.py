@@ -1,8 +1,9 @@
 """From the case file's motions to accelerograms with their measures and spectra."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
+from pathlib import Path
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from impactfem.case.usual import LASTING, PGA, STEP
 from impactfem.motion.acceptance import Acceptance, Misfit, acceptance
 from impactfem.motion.design_spectrum import DesignSpectrum, TableSpectrum, design_spectrum
 from impactfem.motion.synthesis import default_range, synthesise
-from impactfem.motion.treatment import Treatment
+from impactfem.motion.treatment import Treatment, TreatmentError
 from impactfem.records import read_record
 from impactfem.records.accelerogram import Accelerogram, Measures, measures
 from impactfem.spectra import ResponseSpectra, logarithmic_frequencies, response_spectra
@@ -155,34 +156,35 @@ def hardly_meant(case: Case) -> list[Fault]:
     return found
 
 
-def checked_durations(motions: Sequence[Motion]) -> list[float]:
+def checked_durations(motions: Sequence[Motion], path: Path) -> list[float]:
     """Durations of a case's motions [s], whose records are read, treated and checked without a log.
 
     Raises:
-        InputError: With the faults of all records, and of tables that no motion can be matched to.
+        InputError: With the faults of all records, and of tables that no motion can be matched to;
+            those of keys of a motion, such as its filter, are told of the case file of the path.
     """
     faults: list[Fault] = []
     durations = []
-    for motion in motions:
-        if not isinstance(motion, RecordMotion):
-            durations.append(motion.duration)
-            try:
-                if isinstance(motion, SyntheticMotion):
-                    _matched(design_spectrum(motion.spectrum, motion.damping), motion)
-            except InputError as error:
-                faults += error.faults
-            continue
+    for index, motion in enumerate(motions):
         try:
-            with quiet():
-                record = treated_record(motion)
+            if isinstance(motion, RecordMotion):
+                with quiet():
+                    record = treated_record(motion)
+                durations.append(record.duration)
+                if not record.acceleration.any():
+                    expected = "expected a record that is not zero throughout"
+                    faults.append(Fault(motion.file, "", None, expected))
+                continue
+            durations.append(motion.duration)
+            if isinstance(motion, SyntheticMotion):
+                _matched(design_spectrum(motion.spectrum, motion.damping), motion)
         except InputError as error:
-            faults += error.faults
-            continue
-        durations.append(record.duration)
-        if not record.acceleration.any():
-            faults.append(
-                Fault(motion.file, "", None, "expected a record that is not zero throughout")
-            )
+            faults += [
+                replace(fault, file=path, key=f"motions[{index}].{fault.key}")
+                if fault.key in type(motion).model_fields
+                else fault
+                for fault in error.faults
+            ]
     if faults:
         raise InputError(faults)
     return durations
@@ -203,7 +205,8 @@ def treated_record(motion: RecordMotion) -> Accelerogram:
             return record.scaled_to_pga(motion.pga)
         return record if motion.scale == 1.0 else record.scaled(motion.scale)
     except ImpactfemError as error:
-        raise InputError([Fault(motion.file, "", None, str(error))]) from error
+        key = error.key if isinstance(error, TreatmentError) else ""
+        raise InputError([Fault(motion.file, key, None, str(error))]) from error
 
 
 def _at_zero_period(design: DesignSpectrum | TableSpectrum) -> float | None:

@@ -21,6 +21,14 @@ _MOST_SAMPLES = 10_000_000
 _EDGE = 0.8  # of the new Nyquist frequency: where the low-pass of a coarser step begins
 
 
+class TreatmentError(ImpactfemError):
+    """A step that cannot be done on a record; `key` of [[motions]] says which."""
+
+    def __init__(self, message: str, key: str = "resample") -> None:
+        super().__init__(message)
+        self.key = key
+
+
 @dataclass(frozen=True)
 class Treatment:
     """The steps done to a record, in this order; each is left out by its default.
@@ -58,7 +66,7 @@ class Treatment:
         """The record with each step done in its origin, which is logged as well.
 
         Raises:
-            ImpactfemError: A step cannot be done on this record.
+            TreatmentError: A step cannot be done on this record.
         """
         result = accelerogram
         if self.baseline == "mean":
@@ -75,9 +83,10 @@ class Treatment:
         h, t, duration = result.time_step, result.time, result.duration
         if self.taper is not None:
             if self.taper > 0.5 * duration:
-                raise ImpactfemError(
+                raise TreatmentError(
                     f"the taper of {self.taper:.6g} s is longer than half the record, "
-                    f"{0.5 * duration:.6g} s"
+                    f"{0.5 * duration:.6g} s",
+                    "taper",
                 )
             share = np.clip(np.minimum(t, duration - t) / self.taper, 0.0, 1.0)
             window = 0.5 * (1.0 - np.cos(np.pi * share))
@@ -86,14 +95,16 @@ class Treatment:
         if self.band is not None:
             low, high = self.band
             if high >= 0.5 / h:
-                raise ImpactfemError(
+                raise TreatmentError(
                     f"the high corner of {high:.6g} Hz must be below the Nyquist frequency of the"
-                    f" record, {0.5 / h:.6g} Hz"
+                    f" record, {0.5 / h:.6g} Hz",
+                    "filter",
                 )
             if low < 0.1 / duration:
-                raise ImpactfemError(
+                raise TreatmentError(
                     f"the low corner of {low:.6g} Hz must be at least a tenth of a cycle in the"
-                    f" duration, {0.1 / duration:.6g} Hz"
+                    f" duration, {0.1 / duration:.6g} Hz",
+                    "filter",
                 )
             # Zeros at both ends, so that the filter rings out before the record is turned round.
             pad = math.ceil(1.5 * FILTER_ORDER / low / h)
@@ -139,17 +150,17 @@ def resampled(accelerogram: Accelerogram, time_step: float) -> Accelerogram:
             100 000.
 
     Raises:
-        ImpactfemError: The step is out of range, or the ratio is not one of whole numbers.
+        TreatmentError: The step is out of range, or the ratio is not one of whole numbers.
     """
     h, n, duration = accelerogram.time_step, accelerogram.acceleration.size, accelerogram.duration
     if not (np.isfinite(time_step) and 0.0 < time_step <= 0.5 * duration):
-        raise ImpactfemError(
+        raise TreatmentError(
             "the step to resample to must be positive and at most half the duration of"
             f" {duration:.6g} s, got {time_step!r} s"
         )
     if duration / time_step > _MOST_SAMPLES:
-        raise ImpactfemError(
-            f"a step of {time_step!r} s would make more than {_MOST_SAMPLES:.0e} samples of"
+        raise TreatmentError(
+            f"a step of {time_step:.6g} s would make more than {_MOST_SAMPLES:.0e} samples of"
             f" {duration:.6g} s"
         )
     ratio = Fraction(h / time_step).limit_denominator(_LARGEST_RATIO)
@@ -157,7 +168,7 @@ def resampled(accelerogram: Accelerogram, time_step: float) -> Accelerogram:
     if p == q:
         return accelerogram
     if p > _LARGEST_RATIO or p == 0 or abs(float(ratio) * time_step / h - 1.0) > 1e-9:
-        raise ImpactfemError(
+        raise TreatmentError(
             f"the steps {h:.9g} s and {time_step:.9g} s must have the ratio of whole numbers up"
             f" to {_LARGEST_RATIO}"
         )
@@ -198,7 +209,8 @@ class BaselineCorrection:
 
     def __init__(self, n: int, time_step: float) -> None:
         if n < 4:
-            raise ImpactfemError(f"a baseline correction needs at least 4 samples, got {n}")
+            expected = f"a baseline correction needs at least 4 samples, got {n}"
+            raise TreatmentError(expected, "baseline")
         h = time_step
         tau = np.linspace(0.0, 1.0, n)
         bell = np.sin(np.pi * tau) ** 2

@@ -39,7 +39,7 @@ def checked_probes(case: Case, mesh: BuildingMesh) -> list[Probe]:
     farthest = max(OUTSIDE, 0.5 * float(side_lengths(mesh.nodes, mesh.triangles).mean()))
     tree = cKDTree(mesh.nodes)
     for index, one in case.numbered_probes:
-        found, wrong = [], ""
+        found, wrong, key = [], "", ".group"
         if one.group is not None:
             nodes = _free_nodes(mesh, one.group)
             found = [Probe(one.numbered(k), int(n)) for k, n in enumerate(nodes, start=1)]
@@ -50,12 +50,14 @@ def checked_probes(case: Case, mesh: BuildingMesh) -> list[Probe]:
                 distance, node = tree.query(point)
                 found.append(Probe(name, int(node), float(distance)))
                 if distance > farthest and not wrong:
+                    ends = {one.point: ".point", one.start: ".from", one.end: ".to"}
+                    key = ends.get(point, "")
                     wrong = (
                         f"the probe {name} at {place(np.array(point))} is outside the building: the"
                         f" nearest node, at {place(mesh.nodes[node])}, is {distance:.3g} m away"
                     )
         if wrong:
-            faults.append(Fault(case.path, f"transient.probes[{index}]", None, wrong))
+            faults.append(Fault(case.path, f"transient.probes[{index}]{key}", None, wrong))
         probes += found
     if faults:
         raise InputError(faults)

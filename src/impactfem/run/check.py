@@ -16,12 +16,22 @@ from impactfem.case.buildings import FileMesh, GeneratedMesh
 from impactfem.case.contact_checks import pair_distance
 from impactfem.case.facing import facing_floors
 from impactfem.case.load import read_case
+from impactfem.case.model import CaseFile
 from impactfem.case.motions import RecordMotion, read_force_table
 from impactfem.case.plausibility import implausible
+from impactfem.case.source import read_source
 from impactfem.coupling.force_history import ForceHistory, check_forces
 from impactfem.device.from_case import checked_devices
 from impactfem.motion.from_case import checked_durations, hardly_meant
-from impactfem.run.estimate import DAY, Estimate, duration, elements_of, estimate, too_much
+from impactfem.run.estimate import (
+    DAY,
+    Estimate,
+    duration,
+    elements_of,
+    estimate,
+    nodes_of_file,
+    too_much,
+)
 from impactfem.run.stages import STAGES, asked_stages
 from impactfem.stages.check import log_checks
 from impactfem.stages.pounding.checks import distance_check
@@ -53,7 +63,8 @@ def check(path: Path, *, mesh: bool = False) -> Case:
 def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tuple[Case, Estimate]:
     """As `check`, for a run up to a stage, or of all; with the estimate of what it takes."""
     with file_errors():
-        case, faults, left_out = read_case(path)
+        source = read_source(path, CaseFile)
+        case, faults, left_out = read_case(source)
         found, readable = None, not faults
         if case is not None:
             stages = {one.name for one in asked_stages(case, stage)} if not faults else set()
@@ -62,7 +73,8 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
             wrong = {fault.key for fault in faults}
             if any(key.startswith(("contacts", "transient.eccentricity")) for key in wrong):
                 further = [fault for fault in further if not fault.key.startswith("pair ")]
-            faults += [fault for fault in further if not fault.key or fault.key not in wrong]
+            further = [fault for fault in further if not fault.key or fault.key not in wrong]
+            faults += map(source.as_written, further)
         if mesh and case is not None and readable:
             warn_of_implausible(case, found.longest if found else 0.0)  # may be what is at fault
         if faults or case is None or found is None:
@@ -122,13 +134,12 @@ def further_checks(
     if ensemble is not None and not left_out & {"motions", "ensemble"}:
         attempt(lambda: checked_durations(ensemble.of_records(case.motions)))
     if "motions" not in left_out:
-        durations = _attempt(faults, lambda: checked_durations(case.motions))
-    if durations is None:
-        return None, faults
-    longest = max(durations, default=0.0)  # without a motion, the case says how long
+        durations = _attempt(faults, lambda: checked_durations(case.motions, case.path))
+    longest = max(durations or (), default=0.0)  # without a motion, the case says how long
     computed = case.computed_time(longest)
     transient = case.transient
-    if "pounding" not in left_out and computed > 0.0:  # nothing moves: a fault of its own
+    # Where nothing moves, that is a fault of its own.
+    if "pounding" not in left_out and durations is not None and computed > 0.0:
         # Steps and durations that do not go with the motions, whose records say how long they
         # last; durations that the case itself states were checked when it was read.
         half = computed / 2.0, "half of what is computed"
@@ -160,12 +171,12 @@ def further_checks(
                 faults += [fault for fault in every if fault not in faults]
     if transient is not None and transient.export and transient.duration is None:
         start = transient.export_start or 0.0
-        expected = f"less than what is computed, {computed:g} s"
-        if start >= computed:
+        expected = f"expected less than what is computed, {computed:g} s"
+        if durations is not None and start >= computed:
             faults.append(Fault(case.path, "transient.export_start", f"{start:g} s", expected))
-    found = estimate(case, longest).of(stages)
+    found = None if durations is None else estimate(case, longest).of(stages)
     counted = "pounding" not in left_out  # else the sticks have steps that nobody wrote
-    refused = list(too_much(case, found)) if counted else []
+    refused = list(too_much(case, found)) if found and counted else []
     faults += refused
     meshes = {}
     for view in case.views:
@@ -174,7 +185,7 @@ def further_checks(
         if isinstance(view.structure.mesh, GeneratedMesh):
             parts = sorted(geometry_of(view).part_sections())
             faults += part_faults(view.structure, parts, case.path)
-        read = mesh_of(view, view.structure.mesh, faults) if mesh and not refused else None
+        read = mesh_of(view, view.structure.mesh, faults, bool(refused)) if mesh else None
         if read is not None:
             meshes[view.structure.building] = read
     in_3d = {*case.pounding_in_3d}
@@ -182,16 +193,22 @@ def further_checks(
         from impactfem.reduction.contact_line import contact_lines, warn_of_narrow
 
         warn_of_narrow(attempt(lambda: contact_lines(case, meshes)) or (), case)
-    if meshes:
+    if meshes and found:
         found = estimate(case, longest, meshes).of(stages)
-        faults += too_much(case, found) if counted else ()
+        faults += too_much(case, found) if counted and not refused else ()
     return found, faults
 
 
-def mesh_of(case: Case, of: GeneratedMesh | FileMesh, faults: list[Fault]) -> BuildingMesh | None:
-    """The mesh of the building of a view, read or made and read; None where it cannot be."""
+def mesh_of(
+    case: Case, of: GeneratedMesh | FileMesh, faults: list[Fault], refused: bool = False
+) -> BuildingMesh | None:
+    """The mesh of the building of a view, read or made and read; None where it cannot be.
+
+    One of a file that is large is not read for a run that is refused as too large already.
+    """
     if not isinstance(of, GeneratedMesh):
-        return check_mesh(case, of.file, faults)
+        large = refused and nodes_of_file(of.file) > 2 * MOST_ELEMENTS
+        return None if large else check_mesh(case, of.file, faults)
     if elements_of(geometry_of(case)) > MOST_ELEMENTS:
         LOGGER.info("check: the mesh is large and is not made; the stage building checks it")
         return None

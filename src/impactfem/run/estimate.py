@@ -181,7 +181,9 @@ def too_much(case: Case, found: Estimate) -> Iterator[Fault]:
             f"{file}, this machine has {1e-9 * machine:.3g} GB for it; expected longer time steps, "
             f"larger elements, fewer vectors or records ({words})"
         )
-        yield Fault(case.path, "", None, expected)
+        of_steps = held.name == "pounding"  # whose memory is that of its histories
+        key, value = ("pounding.time_step", case.pounding.time_step) if of_steps else ("", None)
+        yield Fault(case.path, key, value, expected)
     elif stage.memory > machine:
         folder = disk_folder()
         needed = min(stage.file, stage.memory - machine)

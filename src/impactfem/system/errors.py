@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from datetime import date, time
 from pathlib import Path
 
 CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069\ud800-\udfff]")
@@ -39,7 +40,10 @@ class Fault:
 
     def __str__(self) -> str:
         where = f"{self.file}: {_cut(self.key, 160)}" if self.key else f"{self.file}"
-        found = "" if self.value is None else f" = {_cut(repr(self.value), 80)}"
+        # As TOML writes it.
+        toml = isinstance(self.value, bool | date | time)
+        value = str(self.value).lower() if toml else repr(self.value)
+        found = "" if self.value is None else f" = {_cut(value, 80)}"
         return printable(f"{where}{found}: {self.expected}")
 
 

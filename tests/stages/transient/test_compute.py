@@ -289,8 +289,8 @@ def test_forces_of_the_sticks_without_an_impact(run, again, edited):
             '"0.2 s"\n',
             '"0.2 s"\n[[transient.probes]]\nname = "out"\npoint = ["9 m", "0 m", "3 m"]\n',
             InputError,
-            r"transient\.probes\[0\]: the probe out at \(9\.000, 0\.000, 3\.000\) m is outside the "
-            r"building: the nearest node, at \(6\.000, 0\.000, 3\.000\) m, is 3 m away",
+            r"transient\.probes\[0\]\.point.*: the probe out at \(9\.000, 0\.000, 3\.000\) m is "
+            r"outside the building: the nearest node, at \(6\.000, 0\.000, 3\.000\) m, is 3 m away",
         ),
         (
             'time_step = "1 ms"\nmax',

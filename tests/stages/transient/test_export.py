@@ -209,7 +209,9 @@ def test_start_behind_the_forces_is_told_before_the_basis(begun, tmp_path, edite
     shutil.copytree(begun, tmp_path, dirs_exist_ok=True)
     late = (ON[0], ON[1] + '\nexport_start = "1 s"')
     case = edited(tmp_path / "frame.toml", late)
-    with pytest.raises(InputError, match=r"export_start = '1 s': less than what is computed, 1 s"):
+    with pytest.raises(
+        InputError, match=r"export_start = '1 s': expected less than what is computed, 1 s"
+    ):
         study.run(case, out=tmp_path / "run", stage="transient")
     assert not (tmp_path / "run" / "reduce.npz").exists()
 
