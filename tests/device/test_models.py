@@ -140,9 +140,35 @@ def test_more_than_the_mass_is_refused():
     body = RigidBody.at_height(1500.0, 0.46, 220.0, 240.0, 190.0)
     with pytest.raises(ImpactfemError, match=r"carry 1545.9 kg along y, more than the 1500 kg"):
         from_modes("pump", TABLE, 0.02, body)
-    low = RigidBody.at_height(1600.0, 0.0, 1.0, 1.0, 1.0)
-    with pytest.raises(ImpactfemError, match="its mass is indefinite"):
-        from_modes("pump", TABLE, 0.02, low)
+
+
+@pytest.mark.parametrize(
+    ("height", "inertia", "of_modes", "axis"),
+    [
+        (1.1, (150.0, 150.0, 40.0), 1.2, ""),
+        (0.0011, (150.0, 150.0, 40.0), 1.2, "x"),  # mm
+        (1.1, (0.0, 150.0, 40.0), 1.2, "x"),
+        (1.1, (150.0, 0.0, 40.0), 1.2, "y"),
+        (1.1, (150.0, 150.0, 40.0), 0.0012, "x"),  # mm
+        (1.1, (150.0, 150.0, 4.0), 1.2, "z"),
+    ],
+)
+def test_modes_that_leave_a_negative_inertia(height, inertia, of_modes, axis):
+    """What is at fault is named, with its value: mass centre, inertia, or the table of modes."""
+    rows = [TableMode(10.0, "x", 400.0, 0.9 * of_modes), TableMode(11.0, "y", 400.0, of_modes)]
+    rows.append(TableMode(30.0, "rz", 20.0))
+    body = RigidBody.at_height(450.0, height, *inertia)
+    if not axis:
+        assert from_modes("cabinet", rows, 0.04, body).J[0, 0] == 450.0
+        return
+    direction, at = {"x": ("y", of_modes), "y": ("x", 0.9 * of_modes), "z": ("rz", 0.0)}[axis]
+    about = inertia["xyz".index(axis)]
+    words = (
+        f"its modes of direction {direction}, of height {at:g} to {at:g} m, leave .* it has "
+        f"450 kg at {height:g} m and {about:g} kg m2 about {axis}; expected another mass_height"
+    )
+    with pytest.raises(ImpactfemError, match=words):
+        from_modes("cabinet", rows, 0.04, body)
 
 
 @pytest.mark.parametrize(

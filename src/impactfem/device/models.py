@@ -152,6 +152,9 @@ def from_matrices(
 ROUNDING = 1e-6
 """How far effective masses may exceed the mass of the device, of it: tables are rounded."""
 
+INDEFINITE = 1e-7
+"""Of what modes leave of a device, equilibrated; it is then indefinite for `Device` as well."""
+
 
 @dataclass(frozen=True)
 class TableMode:
@@ -197,6 +200,24 @@ def from_modes(
             raise ImpactfemError(
                 f"device {name}: its modes carry {carried[c, c]:g} kg along {component}, more than"
                 f" the {whole[c, c]:g} kg it weighs; expected at most its mass"
+            )
+    if body is not None:
+        size = np.diag(whole)
+        scale = 1.0 / np.sqrt(np.where(size > 0.0, size, 1.0))
+        rest = (whole - carried) * np.outer(scale, scale)
+        for axis, along in ((3, 1), (4, 0), (5, 5)):
+            block = sorted({axis, along})
+            if np.linalg.eigvalsh(rest[np.ix_(block, block)])[0] > -INDEFINITE:
+                continue
+            here = [mode for mode in modes if mode.direction in {COMPONENTS[i] for i in block}]
+            directions = " and ".join(sorted({mode.direction for mode in here}))
+            heights = sorted(mode.height for mode in here)
+            raise ImpactfemError(
+                f"device {name}: its modes of direction {directions}, of height {heights[0]:g} to "
+                f"{heights[-1]:g} m, leave a part of it with a negative moment of inertia: it has "
+                f"{body.mass:g} kg at {body.centre[2]:g} m and "
+                f"{body.inertia[axis - 3, axis - 3]:g} kg m2 about {COMPONENTS[axis][1]}; expected "
+                "another mass_height or inertia (or shape), or another height in its table of modes"
             )
     d = as_law(damping).modal(np.square(omega))
     for i, mode in enumerate(modes):
