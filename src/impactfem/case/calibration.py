@@ -58,10 +58,7 @@ def read_targets(
                 expected = f"unknown building; {nearest(row.building, list(buildings))}"
                 yield table.fault(line, "building", row.building, expected)
 
-    def twice(table: Table[Target]) -> Iterator[Fault]:
-        return table.duplicates("mode", "building")
-
-    return read_table(path, Target, faults, unknown, twice)
+    return read_table(path, Target, faults, unknown, once=("mode", "building"))
 
 
 TARGETS = TableFile(

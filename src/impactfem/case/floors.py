@@ -141,7 +141,6 @@ def read_floors(path: Path, faults: list[Fault]) -> Table[Floor] | None:
     """Read a floor table."""
 
     def bottom_to_top(table: Table[Floor]) -> Iterator[Fault]:
-        yield from table.duplicates("floor")
         highest = 0
         for k, (line, row) in enumerate(table):
             if row.floor < highest and all(row.floor != above.floor for above in table.rows[:k]):
@@ -149,7 +148,7 @@ def read_floors(path: Path, faults: list[Fault]) -> Table[Floor] | None:
                 yield table.fault(line, "floor", row.floor, expected)
             highest = max(highest, row.floor)
 
-    return read_table(path, Floor, faults, bottom_to_top, most=MOST_FLOORS)
+    return read_table(path, Floor, faults, bottom_to_top, once=("floor",), most=MOST_FLOORS)
 
 
 def entry_of(building: Any, info: ValidationInfo) -> dict[str, Any]:

@@ -114,7 +114,6 @@ def read_members(
     """Read a table of walls, beams or columns, which stand at a site."""
 
     def placed(table: Table[MemberRow]) -> Iterator[Fault]:
-        yield from table.duplicates(model.kind)
         known = ", ".join(map(str, site.heights or ()))
         limits = {"x": ("length", site.length), "y": ("width", site.width)}
         for line, row in table:
@@ -140,7 +139,8 @@ def read_members(
                 on = f"lies on {one.name} of line {first} in {level}"
                 yield table.fault(line, row.kind, row.name, f"{on}; expected a place of its own")
 
-    return read_table(path, model, faults, placed, one_on_another, most=MOST_MEMBERS)
+    once = (model.kind,)
+    return read_table(path, model, faults, placed, one_on_another, once=once, most=MOST_MEMBERS)
 
 
 class Beam(Line):

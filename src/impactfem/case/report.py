@@ -76,7 +76,6 @@ def read_published(path: Path, faults: list[Fault]) -> dict[str, Published] | No
     values: dict[str, Published] = {}
 
     def in_si(table: Table[PublishedRow]) -> Iterator[Fault]:
-        yield from table.duplicates("name")
         for line, row in table:
             relation: Relation = "="
             if row.value[0] in "<>":
@@ -96,7 +95,7 @@ def read_published(path: Path, faults: list[Fault]) -> dict[str, Published] | No
                 value=value, relation=relation, unit=unit, source=row.source
             )
 
-    return None if read_table(path, PublishedRow, faults, in_si) is None else values
+    return None if read_table(path, PublishedRow, faults, in_si, once=("name",)) is None else values
 
 
 REFERENCE = "what the study stands beside (TOML)"

@@ -47,6 +47,8 @@ class Table(Generic[Row]):
     rows: tuple[Row, ...]  #: one model a row, SI
     lines: tuple[int, ...]  #: number of the line each row stands on, from 1
     headers: dict[str, str]  #: the header of each column as written, by the name of the field
+    #: the values of each line by the name of the field, as far as they could be read
+    cells: tuple[tuple[int, dict[str, Any]], ...] = ()
 
     def __iter__(self) -> Iterator[tuple[int, Row]]:
         """The rows with their lines."""
@@ -60,11 +62,12 @@ class Table(Generic[Row]):
     def duplicates(self, column: str, *further: str) -> Iterator[Fault]:
         """Rows with a value, or a combination of those of columns, that stands above already."""
         first: dict[tuple[Any, ...], int] = {}
-        for line, row in self:
-            above = first.setdefault(tuple(getattr(row, k) for k in (column, *further)), line)
-            if above != line:
-                expected = f"duplicate {column}, the first is in line {above}"
-                yield self.fault(line, column, getattr(row, column), expected)
+        for line, cells in self.cells:
+            if cells.keys() >= {column, *further}:
+                above = first.setdefault(tuple(cells[k] for k in (column, *further)), line)
+                if above != line:
+                    expected = f"duplicate {column}, the first is in line {above}"
+                    yield self.fault(line, column, cells[column], expected)
 
     def curves(self, x: str, y: str, *by: str) -> dict[tuple[Any, ...], list[tuple[float, float]]]:
         """Points (x, y) of the curves that columns tell apart, as they stand."""
@@ -155,6 +158,7 @@ def read_table(
     row_model: type[Row],
     faults: list[Fault],
     *checks: Callable[[Table[Row]], Iterable[Fault]],
+    once: tuple[str, ...] = (),
     most: int = MOST_ROWS,
     what: str = "",
 ) -> Table[Row] | None:
@@ -162,7 +166,8 @@ def read_table(
 
     The header has names of the fields of ``row_model``, which carry a leaf each, in any order, each
     with its unit in brackets. A model that ignores what it does not know lets a table have further
-    columns. The checks look at a table whose rows have no fault.
+    columns. The checks look at a table whose rows have no fault. A value of the first column of
+    `once`, or a combination with its others, stands once in the table, whatever else is at fault.
     """
     example = ",".join(_header_of(name, info) for name, info in row_model.model_fields.items())
     example, what = (what, what) if what else (example, f"a table (CSV) with the header {example}")
@@ -171,14 +176,17 @@ def read_table(
     lines = read_lines(path, what, example, found, most)
     if lines is not None:
         columns = _columns(path, *lines[0], row_model, found)
-        rows = [(n, _row(path, n, cells, columns, row_model, found)) for n, cells in lines[1:]]
+        rows = [(n, *_row(path, n, cells, columns, row_model, found)) for n, cells in lines[1:]]
         table = Table(
             path,
-            tuple(row for _, row in rows if row is not None),
-            tuple(number for number, row in rows if row is not None),
+            tuple(row for _, row, _ in rows if row is not None),
+            tuple(number for number, row, _ in rows if row is not None),
             {column.field: column.header for column in columns if column is not None},
+            tuple((n, values if row is None else vars(row)) for n, row, values in rows),
         )
-        for check in () if found else checks:
+        sound = not found
+        found.extend(table.duplicates(*once) if once else ())
+        for check in checks if sound else ():
             found.extend(check(table))
     faults.extend(found)
     return None if found else table
@@ -257,8 +265,8 @@ def _row(
     columns: list[_Column | None],
     row_model: type[Row],
     faults: list[Fault],
-) -> Row | None:
-    """The model of a row; None where it has faults."""
+) -> tuple[Row | None, dict[str, Any]]:
+    """The model of a row, None where it has faults, and its values that could be read."""
     values: dict[str, Any] = {}
     written: dict[str, str] = {}
     key = f"line {line}, column "
@@ -284,7 +292,7 @@ def _row(
         else:
             values[column.field] = value
     try:
-        return row_model.model_validate(values)
+        return row_model.model_validate(values), values
     except ValidationError as error:
         headers = {column.field: column.header for column in columns if column is not None}
         items = error.errors(include_url=False)
@@ -305,4 +313,4 @@ def _row(
                 expected = f"{field}, which has no column: {message}" if field else message
                 further.append(Fault(path, f"line {line}", None, expected))
         faults += further
-        return None
+        return None, values
