@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
 from impactfem.building.mesh import Part
-from impactfem.building.parts import Strips, floor_masses
+from impactfem.building.parts import FloorMassError, Strips, floor_masses
 from impactfem.building.section import E_Y, BeamSection, Material
 from impactfem.system.errors import SolutionError
 
@@ -140,6 +140,14 @@ def test_added_mass_is_on_slabs_alone(house):
 def test_floors_that_cannot_have_the_mass_are_refused(house):
     with pytest.raises(SolutionError, match=r"floor 1 weighs 35.2 t by its parts .* the 35.0 t"):
         of(house, [35e3, 50e3])
+    # All floors at once, and what else cannot be.
+    with pytest.raises(FloorMassError) as caught:
+        of(house, [35e3, 10e3], (3.0, 0.0))
+    assert [(text[:27], key) for text, key in caught.value.wrong] == [
+        ("floor 1 weighs 35.2 t by it", "floor_masses"),
+        ("the mass of floor 1, 35.2 t", "mass_eccentricity"),
+        ("floor 2 weighs 23.5 t by it", "floor_masses"),
+    ]
     mesh = house.mesh
     kept = mesh.triangle_part != mesh.shell_parts.index(Part("floor", 2))
     part = mesh.triangle_part[kept]

@@ -191,9 +191,11 @@ def read_parts(
         )
     except FloorMassError as error:
         moved = f"{words_of(structure.mass_eccentricity)} m"
-        written = moved if error.key == "mass_eccentricity" else None
-        fault = Fault(case.path, f"{structure.key}.{error.key}", written, str(error))
-        raise InputError([fault]) from error
+        faults = [
+            Fault(case.path, f"{structure.key}.{key}", moved if "ecc" in key else None, expected)
+            for expected, key in error.wrong
+        ]
+        raise InputError(faults) from error
     parts = BuildingParts(
         mesh=mesh,
         sections=sections,

@@ -111,11 +111,11 @@ class BuildingParts:
 
 
 class FloorMassError(SolutionError):
-    """Masses of floors that cannot be had; `key` of the structure says which key is at fault."""
+    """Masses of floors that cannot be had: what is wrong, each with the key of the structure."""
 
-    def __init__(self, message: str, key: str = "floor_masses") -> None:
-        super().__init__(message)
-        self.key = key
+    def __init__(self, *wrong: tuple[str, str]) -> None:
+        super().__init__("; ".join(message for message, _ in wrong))
+        self.wrong = wrong
 
 
 @dataclass(frozen=True)
@@ -142,11 +142,11 @@ class Strips:
         s = np.sort(points[..., self.axis], axis=1)
         low, high = float(s.min()), float(s.max())
         if 3.0 * self.width > (high - low) * (1.0 + 1e-9):
-            raise FloorMassError(
+            expected = (
                 f"strips of added mass {self.width:g} m wide; expected at most a third of the "
-                f"slab's {high - low:g} m",
-                "added_mass",
+                f"slab's {high - low:g} m"
             )
+            raise FloorMassError((expected, "added_mass"))
 
         def below(t: float) -> Array:
             """Part of each triangle, with a ≤ b ≤ c along the axis, that lies below t."""
@@ -208,7 +208,7 @@ def floor_masses(
 
     Raises:
         FloorMassError: A floor's parts weigh more than is required, it has no slab, what lies on it
-            cannot move its centre of mass so far, or its strips cover each other.
+            cannot move its centre of mass so far, or its strips cover each other; of all floors.
     """
     area = areas(mesh.nodes, mesh.triangles)
     on_area = [m.rho * s.thickness for m, s in zip(materials.shells, sections.shells, strict=True)]
@@ -223,33 +223,44 @@ def floor_masses(
     if required is None and not any(eccentricity):
         return FloorMasses(parts, np.zeros_like(parts), float(shares[0]), on_triangles)
     added = np.zeros_like(parts) if required is None else np.asarray(required) - parts
-    for k, missing in zip(mesh.floors, added, strict=True):
-        slab = mesh.slab(k)
+    wrong: list[tuple[str, str]] = []
+    for k, lacking in zip(mesh.floors, added, strict=True):
+        slab, missing = mesh.slab(k), max(lacking, 0.0)
         if slab.size == 0:
-            raise FloorMassError(f"floor {k} has no flat slab that could carry an added mass")
-        if missing < 0.0:
-            raise FloorMassError(
+            expected = f"floor {k} has no flat slab that could carry an added mass"
+            wrong.append((expected, "floor_masses"))
+            continue
+        if lacking < 0.0:
+            expected = (
                 f"floor {k} weighs {parts[k - 1] / 1e3:.1f} t by its parts alone, more than the "
-                f"{(parts[k - 1] + missing) / 1e3:.1f} t that the floor table gives it"
+                f"{(parts[k - 1] + lacking) / 1e3:.1f} t that the floor table gives it"
             )
+            wrong.append((expected, "floor_masses"))
         own_strips = (strips or {}).get(k)
         corners = mesh.nodes[mesh.triangles[slab, :3]]
         even = 1.0 / area[slab].sum()
-        density = even if own_strips is None else own_strips.density(corners, area[slab])
+        try:
+            density = even if own_strips is None else own_strips.density(corners, area[slab])
+        except FloorMassError as error:
+            wrong += error.wrong
+            continue
         on_triangles[slab] = missing * density
         if any(eccentricity):
             own = np.array(on_area)[mesh.triangle_part[slab]]
             floor = parts[k - 1] + missing
             on_slab = own + on_triangles[slab]
             found = _moved(mesh, slab, area[slab] * on_slab, floor * np.array(eccentricity))
-            if found is None:
-                raise FloorMassError(
+            if found is not None:
+                on_triangles[slab] = found / area[slab] - own
+            elif all(key != "mass_eccentricity" for _, key in wrong):  # one floor says it of all
+                expected = (
                     f"the mass of floor {k}, {floor / 1e3:.4g} t, cannot move by "
                     f"{np.hypot(*eccentricity):.3g} m by what lies on its slab and its own, "
-                    f"{area[slab] @ on_slab / 1e3:.4g} t",
-                    "mass_eccentricity",
+                    f"{area[slab] @ on_slab / 1e3:.4g} t"
                 )
-            on_triangles[slab] = found / area[slab] - own
+                wrong.append((expected, "mass_eccentricity"))
+    if wrong:
+        raise FloorMassError(*wrong)
     return FloorMasses(parts, added, float(shares[0]), on_triangles)
 
 

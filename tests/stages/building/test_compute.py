@@ -179,6 +179,11 @@ def test_storeys_that_nearly_agree(frame, edited):
     [
         ("3", {}, r"floor_masses: floor 1 weighs 26\.4 t by its parts"),
         ("3", {"mass_eccentricity": (0.1, 0.0)}, "floor_masses: floor 1 weighs"),
+        (
+            "3",
+            {"mass_eccentricity": (9.0, 0.0)},
+            r"(?s)floor 1 w.*eccentricity = '\(9, 0\) m': the",
+        ),
         ("30", {"mass_eccentricity": (9.0, 0.0)}, r"eccentricity = '\(9, 0\) m': the mass of"),
     ],
 )
