@@ -180,17 +180,22 @@ def _floors(source: Source, case: Case) -> Iterator[Fault]:
             files.setdefault(source.path.parent / raw, building.floors)
     low, high = GYRATION
     for file, floors in files.items():
+        # A mass that is hardly meant has its own warning.
+        told = [floor.floor for floor in floors if not MASS.low <= floor.mass <= MASS.high]
+        for name in ("Jx", "Jy", "Jz"):
+            radii = {one.floor: math.sqrt(getattr(one, name) / one.mass) for one in floors}
+            off = [k for k, radius in radii.items() if k not in told and not low <= radius <= high]
+            if off:
+                J = next(getattr(one, name) for one in floors if one.floor == off[0])
+                text = f"√({name}/mass) is {radii[off[0]]:.3g} m; usual is 2 to 30 m"
+                text += f"; so it is in {len(off) - 1} more" if len(off) > 1 else ""
+                yield Fault(file, f"floor {off[0]}, {name}", f"{J:.4g} kg m2", text)
+                told += off
         for floor in floors:
-            # A mass that is hardly meant has its own warning.
-            J = {"Jx": floor.Jx, "Jy": floor.Jy, "Jz": floor.Jz}
-            for name, own in J.items() if MASS.low <= floor.mass <= MASS.high else ():
-                radius = math.sqrt(own / floor.mass)
-                if not low <= radius <= high:
-                    text = f"√({name}/mass) of floor {floor.floor}; usual is 2 to 30 m"
-                    yield Fault(file, f"floor {floor.floor}, {name}", f"{radius:.3g} m", text)
-                    break
-                if own > (sum(J.values()) - own) * ROUNDED:
-                    yield Fault(file, f"floor {floor.floor}, {name}", float(f"{own:.6g}"), NO_BODY)
+            J_all = {"Jx": floor.Jx, "Jy": floor.Jy, "Jz": floor.Jz}
+            for name, own in J_all.items() if floor.floor not in told else ():
+                if own > (sum(J_all.values()) - own) * ROUNDED:
+                    yield Fault(file, f"floor {floor.floor}, {name}", f"{own:.4g} kg m2", NO_BODY)
             for name, shear in (("Avy", floor.Avy), ("Avz", floor.Avz)):
                 if shear > floor.A * ROUNDED:
                     text = f"more than A, {floor.A:g} m2; a shear area is a part of it"

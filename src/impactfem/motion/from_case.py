@@ -156,12 +156,13 @@ def hardly_meant(case: Case) -> list[Fault]:
     return found
 
 
-def checked_durations(motions: Sequence[Motion], path: Path) -> list[float]:
+def checked_durations(motions: Sequence[Motion], path: Path | None = None) -> list[float]:
     """Durations of a case's motions [s], whose records are read, treated and checked without a log.
 
     Raises:
         InputError: With the faults of all records, and of tables that no motion can be matched to;
-            those of keys of a motion, such as its filter, are told of the case file of the path.
+            those of keys of a motion, such as its filter, are told of the case file of the path,
+            of the record where none is given.
     """
     faults: list[Fault] = []
     durations = []
@@ -181,7 +182,7 @@ def checked_durations(motions: Sequence[Motion], path: Path) -> list[float]:
         except InputError as error:
             faults += [
                 replace(fault, file=path, key=f"motions[{index}].{fault.key}")
-                if fault.key in type(motion).model_fields
+                if path is not None and fault.key in type(motion).model_fields
                 else fault
                 for fault in error.faults
             ]
