@@ -207,12 +207,28 @@ class _Fit:
         x = np.log(np.concatenate([heads[used], numbers]))
         if not x.size:
             return start
+
+        def slopes(x: Array) -> Array:
+            """Of `wrong` by the logarithms, one column each."""
+            model, s = make(x), 1j * self.omega
+            of_heads = [model.stiffness + 0.0 * s, model.dashpot * s, model.mass * s**2]
+            columns = [of_heads[k] for k in used]
+            for m, r in model.tails:
+                S = m * s**2 / (1.0 + s / r)
+                columns += [S, S * s / (r + s)]
+            for k, r in model.branches:
+                S = k * s / (r + s)
+                columns += [S, -S * r / (r + s)]
+            J = np.column_stack(columns) / np.abs(self.S)[:, None]
+            return np.concatenate([J.real, self.weight[:, None] * J.imag])
+
         low = x - FAR
         if self.free and self.least > 0.0:
             low[0] = np.log(self.least) - NEGLIGIBLE  # where x may be already
+        bounds = low, x + FAR
         return make(
             scipy.optimize.least_squares(
-                lambda x: self.wrong(make(x)), x, bounds=(low, x + FAR), max_nfev=50
+                lambda x: self.wrong(make(x)), x, slopes, bounds, max_nfev=50
             ).x
         )
 
