@@ -192,7 +192,9 @@ def results(
             rows[f"pounding.peak_displacement{label}.{name}"] = (peak, "m")
     time, force = with_contact["time"], with_contact["force"]
     for column, k in enumerate(FLOORS):
-        rows[f"pounding.peak_force.floor_{k}"] = (force[:, column :: len(FLOORS)].max(), "N")
+        # Points of a floor push it together.
+        together = force[:, column :: len(FLOORS)].sum(axis=1)
+        rows[f"pounding.peak_force.floor_{k}"] = (together.max(), "N")
         peak = with_contact[f"a.A.{k}"].max()
         rows[f"pounding.peak_acceleration.floor_{k}"] = (peak, "m/s2")
     acts = np.pad((force != 0.0).astype(int), ((1, 0), (0, 0)))

@@ -272,7 +272,7 @@ def drawn(tmp_path_factory):
     found = {}
     plot, image = Axes.plot, Axes.pcolormesh
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(style.SETTINGS, "savefig.dpi", 40.0)
+        patch.setitem(style.SETTINGS, "figure.dpi", 40.0)
         for name, (wanted, _) in CASES.items():
             one = found[name] = Drawn(tmp_path_factory.mktemp("wall"))
 

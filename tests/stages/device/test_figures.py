@@ -84,7 +84,7 @@ def drawn(tmp_path_factory):
     found = {}
     plot, bar, text = Axes.plot, Axes.bar, Axes.text
     with pytest.MonkeyPatch.context() as patch:
-        patch.setitem(style.SETTINGS, "savefig.dpi", 40.0)
+        patch.setitem(style.SETTINGS, "figure.dpi", 40.0)
         # The pictures in 3D have a test of their own.
         patch.setattr(figures, "in_own_process", lambda *_: [])
         for name, (wanted, building, _) in CASES.items():

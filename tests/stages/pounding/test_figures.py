@@ -116,7 +116,7 @@ STORES = {"case_figure": ("motion", "pounding", "forces"), "contact_figure": ("p
 @pytest.fixture
 def draw(new_case, tmp_path, monkeypatch):
     """Compute a case and draw its figures, as the stage does, coarsely; or one of them."""
-    monkeypatch.setitem(style.SETTINGS, "savefig.dpi", 60.0)
+    monkeypatch.setitem(style.SETTINGS, "figure.dpi", 60.0)
 
     def run(change, one=None):
         path = new_case(tmp_path, *FASTER)

@@ -50,7 +50,7 @@ def draw(monkeypatch):
     """Draw without pictures and film, which have tests of their own, and coarsely."""
     monkeypatch.setattr(transient_figures, "in_own_process", lambda *_: [])
     monkeypatch.setattr(transient_figures, "wave_animation", lambda folder: [])
-    monkeypatch.setitem(style.SETTINGS, "savefig.dpi", 40.0)
+    monkeypatch.setitem(style.SETTINGS, "figure.dpi", 40.0)
     return transient_figures.transient_figures
 
 
@@ -184,7 +184,7 @@ def drawn(transient_folder, monkeypatch):
         for method in ("tripcolor", "pcolormesh"):
             monkeypatch.setattr(Axes, method, kept(method))
         monkeypatch.setattr(floor_figures, "figure", figure)
-        monkeypatch.setitem(style.SETTINGS, "savefig.dpi", 40.0)
+        monkeypatch.setitem(style.SETTINGS, "figure.dpi", 40.0)
         with (
             xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
             xr.open_dataset(folder / "transient_maps.nc", engine="netcdf4") as fields,
