@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -41,6 +42,25 @@ def minimal():
 def write(dataset, path):
     dataset.to_netcdf(path, engine="netcdf4")
     return path
+
+
+def test_sides_that_pairs_push(response):
+    """Both pairs of the row are on floors of their own; a third joins the first, a fourth not."""
+    first, second = response.system.pairs
+    turned = replace(first, name="back", normal=-first.normal)
+    inside = replace(first, name="inside", a=replace(first.a, relative_height=0.5))
+    pairs = (first, second, replace(first, name="corner"), turned, inside)
+    for building, end, sign in (("a", first.a, 1.0), ("b", first.b, -1.0)):
+        sides = PairEnds.of_pairs(pairs).sides(building)
+        joined = [0, 2] if building == "a" else [0, 2, 4]
+        assert list(sides.values())[:3] == [joined, [1], [3]]
+        side = next(iter(sides))
+        other = "b" if building == "a" else "a"
+        assert (side.floor, side.relative_height, side.other) == (end.floor, None, other)
+        assert side.outward == tuple(sign * first.normal)
+    assert [one.relative_height for one in PairEnds.of_pairs(pairs).sides("a")][3:] == [0.5]
+    with pytest.raises(ValueError, match="not known"):
+        PairEnds().sides("a")
 
 
 def test_netcdf_there_and_back(response, tmp_path):

@@ -9,6 +9,7 @@ from impactfem.coupling.force_history import ForceHistory
 from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.forces import with_floor_forces
 from impactfem.reduction.loads import make_loads
+from impactfem.stages.transient.compute import main_impact
 from impactfem.system.errors import InputError
 
 UY = 1
@@ -43,6 +44,7 @@ def test_positive_forces_act_along_their_direction(frame, tmp_path):
         case = blasted(frame, tmp_path / "blast.csv", direction, pulse())
         loads = alone(frame, case, 50)
         assert loads.edges == (EVEN[1], EVEN[2])
+        assert not loads.impact_force.any() and main_impact(loads) is None
         impulse = trapezoid(loads.force, dx=STEP, axis=0)
         exact = sign * 2.0 / np.pi * 0.02 * np.array([3e5, 5e5])
         assert impulse == pytest.approx(exact, rel=1e-3)
@@ -63,6 +65,10 @@ def test_they_are_added_to_the_impacts_and_stay_without_them(frame, tmp_path):
         impulse = 1e5 if edge.floor == 2 else 0.0
         assert quiet.force[:, k] == pytest.approx(own.force[:, m], abs=1e-6)
         assert both.force[:, j] - quiet.force[:, k] == pytest.approx(np.full(51, impulse), abs=1e-4)
+    # The impact force is that of contact alone, the main impact, too.
+    struck = [1e5 * (place == "floor 2") for place in both.places]
+    assert both.impact_force == pytest.approx(np.tile(struck, (51, 1)), abs=1e-4)
+    assert main_impact(both) is not None and both.resultants[0].max() > 4e5
     # Without loads nothing is left, as before.
     bare = make_loads([(UY, STEP, np.zeros(2))], impact, [((EVEN[2], 1.0),)], STEP, 50)
     assert bare.without_impacts().edges == () and bare.without_impacts().force.shape == (51, 0)

@@ -285,18 +285,19 @@ def test_whole_floors_govern_where_the_run_has_them(tmp_path, vertices):
     ]
     design = xr.Dataset(
         {
-            "psa": (("damping", "station", "direction", "frequency"), np.full((1, 1, 1, 1), 45.0)),
+            # Above what the model is meant for there is more.
+            "psa": (("damping", "station", "direction", "frequency"), [[[[45.0, 90.0]]]]),
             "zpa": (("station", "direction"), [[20.0]]),
             **({"vertex_node": ("vertex", np.zeros(vertices, int))} if vertices else {}),
         },
         coords={
             "damping": [0.05],
             "direction": ["y"],
-            "frequency": [10.0],
+            "frequency": [10.0, 60.0],
             "station_floor": ("station", [1]),
             "elsewhere": ["wall"],
         },
-        attrs={"building": "B1"},
+        attrs={"building": "B1", "maximum_frequency": 50.0},
     )
     first, second = governing(run_of(tmp_path, transient=probes, design=design))
     where = "over the floor" if vertices else "of its probes"

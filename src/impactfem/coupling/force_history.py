@@ -31,7 +31,7 @@ import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -46,6 +46,15 @@ from impactfem.system.scalar import words
 
 AXES = ["x", "y", "z"]
 UNIT_TOLERANCE = 1e-6  # of the length of a normal
+
+
+class Side(NamedTuple):
+    """What of a building pairs push together."""
+
+    floor: int  #: number of the floor, or of the one above the storey
+    relative_height: float | None  #: in the storey; None for the floor itself
+    outward: tuple[float, ...]  #: the normal from this building to the other one
+    other: str  #: name of the other building; empty for a rigid wall
 
 
 @dataclass(frozen=True)
@@ -101,6 +110,27 @@ class PairEnds:
             elif values is not None:
                 chosen[name] = values[list(columns)]
         return PairEnds(**chosen)
+
+    def sides(self, building: str) -> dict[Side, list[int]]:
+        """The pairs that touch each side of each floor of a building, by their indices.
+
+        Those on one side, as at the corners of a floor or along a line, push it together.
+        ValueError where the ends of the pairs are not known.
+        """
+        found: dict[Side, list[int]] = {}
+        ends = (
+            (1.0, self.building_a, self.floor_a, self.relative_height_a, self.building_b),
+            (-1.0, self.building_b, self.floor_b, self.relative_height_b, self.building_a),
+        )
+        for sign, own, floors, heights, others in ends:
+            if own is None or floors is None or heights is None or others is None:
+                raise ValueError("it is not known what the pairs are between")
+            for j in np.flatnonzero([name == building for name in own]):
+                height = None if np.isnan(heights[j]) else float(heights[j])
+                outward = tuple((sign * np.asarray(self.normal)[j] + 0.0).tolist())
+                side = Side(floors[j], height, outward, others[j])
+                found.setdefault(side, []).append(int(j))
+        return found
 
     @classmethod
     def read(cls, path: Path, dataset: xr.Dataset, faults: list[Fault]) -> PairEnds:

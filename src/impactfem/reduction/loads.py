@@ -104,6 +104,13 @@ class Loads:
         return force, moment
 
     @property
+    def impact_force(self) -> Array:
+        """The part of F that contact exerts, without further loads of the case [N]."""
+        if self.external is None:
+            return self.resultants[0]
+        return replace(self, force=self.force - self.external).resultants[0]
+
+    @property
     def amplitudes(self) -> Array:
         """Amplitudes of all patterns, shape (n_steps + 1, n_patterns) [m/s2, N]."""
         return np.column_stack([self.ground[:, list(self.directions)], self.force])
@@ -149,8 +156,9 @@ def make_loads(
         for pattern, factor in shares:
             share[j, along.index(pattern)] += factor
     contacts = len(edges) - external
-    given = forces.force @ share
     loaded = forces.force[:, contacts:] @ share[contacts:]
+    # Not by one product: without contact the two are the same to the last digit.
+    given = np.add(forces.force[:, :contacts] @ share[:contacts], loaded)
     force = project(forces.time, given, time_step, n_steps)
     # A pattern without force, within this time, would only make the reduced basis larger.
     acting = np.any(force != 0.0, axis=0)

@@ -157,7 +157,7 @@ def _of_model(run: RunFiles) -> list[Spectrum]:
     found = []
     if run.ran("design"):
         with run.store("design.nc") as store:
-            one = store[["psa", "zpa"]].isel(damping=0).load()
+            one = known(store[["psa", "zpa"]].isel(damping=0)).load()
             place = f"largest {'over the floor' if 'vertex' in store.dims else 'of its probes'}"
             for direction in names_of(store, "direction"):
                 at = _largest(one.sel(direction=direction), "station")

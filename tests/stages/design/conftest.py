@@ -91,6 +91,7 @@ def carrier(whole):
         search_damping=0.02,
         damping=Rayleigh(0.5, 1e-4),
         spectra=Spectra(damping=(0.02, 0.05), frequencies=frequencies),
+        highest=50.0,
         analyst=None,
         choice=None,
     )

@@ -1,6 +1,7 @@
 """Motions through a building of two modes: each alone, and all with those that fail named."""
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -63,6 +64,9 @@ def test_spectra_of_every_point_and_direction(carrier, some_loads):
     np.testing.assert_allclose(found["member_psa"][:, 1, 2], psa, rtol=1e-9)
     assert found["member_zpa"][1, 2] == pytest.approx(peak)
     np.testing.assert_array_equal(found["member_centre_peak"], found["member_psa"].max(axis=-1))
+    # Not above the frequency that the model is meant for.
+    lower = carry(replace(carrier, highest=5.0), some_loads(), FORCE)["member_centre_peak"]
+    np.testing.assert_array_equal(lower, found["member_psa"][..., :6].max(axis=-1))
     assert not found["member_vertices"].any()
     assert found["member_basis_error"] == 1e-3 and "member_device_force" not in found
 

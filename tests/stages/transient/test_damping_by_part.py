@@ -130,7 +130,10 @@ def test_stage(case, edited):
 
 def test_patterns_without_a_part(case):
     path = case("unknown", "roof_*")
-    match = r"structure\.damping\[0\]\.parts\[0\] = .roof_\*.: expected a pattern of the parts of the mesh: beam_1_east, .*floor_1, floor_2"
+    match = (
+        r"structure\.damping\[0\]\.parts\[0\] = .roof_\*.: expected a pattern of the parts of the "
+        r"mesh: beam_1_east, .*floor_1, floor_2"
+    )
     with pytest.raises(InputError, match=match):
         study.run(path, out=path.parent / "run", stage="transient")
 

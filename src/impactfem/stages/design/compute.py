@@ -94,12 +94,12 @@ def motion_loads(
     exerted = ForceHistory.of_response(response)
     history = exerted.of([exerted.pairs.index(name) for name in names])
     loads = loads_on_edges(case, mesh, motions, history, list(edges), duration)
-    floor = np.array([shares[0][0].floor for shares in edges])
-    # Points of contact of one line press together.
-    lines = np.array(history.ends.line or names)
-    lines = np.where(lines == "", names, lines)
-    of_line = {k: history.force[:, lines == k].sum(axis=1).max() for k in np.unique(lines)}
-    peaks = [max(of_line[k] for k in lines[floor == one]) for one in np.unique(floor)]
+    # Pairs on one side push it together.
+    largest: dict[int, float] = {}
+    for side, columns in history.ends.sides(case.modelled.building).items():
+        force = float(history.force[:, columns].sum(axis=1).max())
+        largest[side.floor] = max(force, largest.get(side.floor, 0.0))
+    peaks = [largest[one] for one in sorted(largest)]
     return loads, np.array(peaks, dtype=np.float64)
 
 
@@ -119,6 +119,7 @@ class Carrier:
     search_damping: float  #: with which damping of the oscillators [-]
     damping: DampingLaw  #: of the building
     spectra: Spectra  #: the case's floor spectra
+    highest: float  #: frequency up to which the model is meant [Hz]
     analyst: Analyst | None  #: of the devices; None without devices
     choice: SpectrumChoice | None  #: which response spectrum analysis counts; None without devices
 
@@ -179,10 +180,12 @@ def carry(carrier: Carrier, loads: Loads, impact_force: Array) -> Arrays:
         point_records(basis, loads, modal, points), loads.time_step, carrier.spectra
     )
     centres = np.flatnonzero(carrier.centres)
+    meant = spectra.frequency <= carrier.highest * (1.0 + 1e-9)
+    at_centres = spectra.psa[:, centres][..., meant]
     found = {
         "member_psa": enveloped(points, spectra.psa, floors, axis=1),
         "member_zpa": enveloped(points, spectra.zpa, floors),
-        "member_centre_peak": spectra.psa[:, centres].max(axis=2).reshape(-1, floors, 3),
+        "member_centre_peak": at_centres.max(axis=2).reshape(-1, floors, 3),
         "member_vertices": counted(chosen, floors),
         "member_basis_error": np.array(basis.difference),
         "member_impact_force": impact_force,
@@ -376,6 +379,7 @@ def _carrier(
         search_damping=0.0 if whole is None else whole.damping,
         damping=prepared.damping,
         spectra=case.spectra,
+        highest=highest,
         analyst=analyst,
         choice=choice,
     )

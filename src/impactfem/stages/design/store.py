@@ -6,8 +6,9 @@ of those that govern, both from the fields; with `member_` of the members of an 
 carried through the 3D model. Directions in which nothing moves are left out.
 
 Scalars: spectra are those at the first damping along the shown direction, enveloped over the points
-of each floor. `ensemble3d.STATISTIC.X` is a statistic over the members of their X; X has the name
-that it has for the case's own motion, `design.X` for `frs.*`.
+of each floor, up to the frequency that the 3D model is meant for. `ensemble3d.STATISTIC.X` is a
+statistic over the members of their X; X has the name that it has for the case's own motion,
+`design.X` for `frs.*`.
 """
 
 from collections.abc import Mapping
@@ -30,6 +31,7 @@ from impactfem.stages.design.floors import (
     probe_points,
 )
 from impactfem.stages.stores import Output, dataset, names_of
+from impactfem.stages.transient.selection import known
 from impactfem.system.arrays import Array
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, with_scalars
@@ -198,7 +200,7 @@ def write_design(
 def design_scalars(store: xr.Dataset) -> list[Scalar]:
     """All scalars of the stage, from the content of `design.nc` with all directions."""
     axis, members = str(store.attrs["shown_direction"]), "motion" in store.dims
-    shown = store.isel(damping=0).sel(direction=axis)
+    shown = known(store).isel(damping=0).sel(direction=axis)
     own: list[Scalar] = []
     ensemble: list[Scalar] = []
     if members:

@@ -147,7 +147,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
         **damping_values([one.damping for one in cases]),
         "epsilon": [np.nan if one.epsilon is None else one.epsilon for one in cases],
         "epsilon_calibrated": [int(one.calibrated) for one in cases],
-        "impact_force": [one.loads.resultants[0].max(initial=0.0) for one in cases],
+        "impact_force": [one.loads.impact_force.max(initial=0.0) for one in cases],
         **drawing_values(setups, [plan.device for plan in plans]),
         # What the response spectrum analyses assumed, each once.
         "note": list(

@@ -119,10 +119,13 @@ def shortfall(store: xr.Dataset, device: str, case: str = OWN) -> list[str]:
                 for what, share in shares.items()
             )
             parts.append(f"of that {', '.join(percent)}")
-        parts += _following(load)
+        said, summed = _following(load)
+        parts += said
         most = max(shares, key=lambda what: shares[what], default="")
         if most and shares[most] > MOST:
             parts.append(f"so most of it comes from {TURNED if most == TURNED else SQUARED}")
+        elif abs(detailed - summed) < (1.0 - MOST) * lacking:
+            parts.append(f"so most of it comes from {SQUARED}")
         elif most:
             left = min(1.0, 1.0 - shares[most]) * lacking / detailed
             parts.append(f"none of these explains it: {100.0 * left:.1f} % of the force is left")
@@ -130,8 +133,11 @@ def shortfall(store: xr.Dataset, device: str, case: str = OWN) -> list[str]:
     return lines
 
 
-def _following(load: Load) -> list[str]:
-    """Pseudo-accelerations of the modes, the ZPA, and the sum of their forces with signs."""
+def _following(load: Load) -> tuple[list[str], float]:
+    """Pseudo-accelerations of the modes, the ZPA, and the sum of their forces with signs [N].
+
+    In words, and the sum of modes that follow the floor; 0 of others.
+    """
     # Modes follow the floor that are all above the peak of its spectrum, and at its ZPA. With their
     # signs the forces by the spectrum along the shown direction are M_i S_i, the missing mass left
     # out.
@@ -139,21 +145,19 @@ def _following(load: Load) -> list[str]:
     zpa = float(abs(load.of("anchor_acceleration", component=axis)).max())
     modes = shown_modes(load.store, load.device)
     if modes.sizes["mode"] < 2 or not zpa > 0.0:
-        return []
+        return [], 0.0
     along = load.ordinates.sel(component=axis, mode=modes["mode"]) / zpa
     found = list(zip(modes["mode_frequency"].values, along.values, strict=True))
     ratios = ", ".join(f"{ratio:.2f} at {f:.3g} Hz" for f, ratio in found)
     text = f"pseudo-acceleration of the modes over the floor's ZPA: {ratios}"
     peak = float(load.psa.idxmax("frequency"))
     if not all(f > peak and abs(ratio - 1.0) <= STIFF for f, ratio in found):
-        return [f"{text}: not all of them follow the floor"]
+        return [f"{text}: not all of them follow the floor"], 0.0
     forces = load.ordinates * modes_of(load.store, load.device)["effective_mass"]
     summed = float(forces.sel(component=axis).sum())
     off = 100.0 * (summed / load.detailed - 1.0)
-    return [
-        f"{text}: they follow the floor, and their forces added with signs are "
-        f"{1e-3 * summed:.4g} kN, {off:+.1f} % from the detailed one"
-    ]
+    text += ": they follow the floor, and their forces added with signs are "
+    return [f"{text}{1e-3 * summed:.4g} kN, {off:+.1f} % from the detailed one"], summed
 
 
 def anchors(store: xr.Dataset, device: str, case: str = OWN) -> str | None:

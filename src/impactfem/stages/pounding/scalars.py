@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from impactfem.case import Case
+from impactfem.coupling.force_history import PairEnds
 from impactfem.motion import CORRELATION_LIMIT, pair_correlation
 from impactfem.motion.from_case import GroundMotion
 from impactfem.stages.pounding.compute import StickStudy
@@ -16,7 +17,6 @@ from impactfem.stages.pounding.foundation import DIRECTIONS
 from impactfem.sticks.element import COMPONENTS
 from impactfem.sticks.modes import Modes
 from impactfem.sticks.stick import Stick
-from impactfem.system.arrays import Array
 from impactfem.system.scalar import Scalar
 
 Row = tuple[str, float | None, str, str]
@@ -194,23 +194,19 @@ def _calibration(study: StickStudy) -> list[Row]:
 def _pounding(study: StickStudy) -> list[Row]:
     system, response = study.system, study.response
     studied, rows = system.sticks[0], list[Row]()
+    sides = PairEnds.of_pairs(system.pairs).sides(studied.name)
     for dofs, floor in zip(system.floor_dofs(studied.name), studied.floors, strict=True):
-        at = (studied.name, floor.number, None)
-        columns: list[int] = []
-        # Pairs of a floor on one side, as those at its corners, push it together.
-        pushed: dict[tuple[object, ...], Array] = {}
-        for j, pair in enumerate(system.pairs):
-            for end, other in ((pair.a, pair.b), (pair.b, pair.a)):
-                if end is not None and (end.building, end.floor, end.relative_height) == at:
-                    side = (*pair.normal, None if other is None else other.building)
-                    pushed[side] = pushed.get(side, 0.0) + response.force[:, j]
-                    columns.append(j)
+        touching = [
+            columns
+            for side, columns in sides.items()
+            if side.floor == floor.number and side.relative_height is None
+        ]
         name = f"floor_{floor.number}"
         peak = float(np.linalg.norm(response.absolute_acceleration[:, dofs[:3]], axis=1).max())
         force, depth = 0.0, 0.0
-        if columns:
-            force = max(float(one.max()) for one in pushed.values())
-            depth = float(max((-response.gap[:, columns]).max(), 0.0))
+        if touching:
+            force = max(float(response.force[:, j].sum(axis=1).max()) for j in touching)
+            depth = max(0.0, *(float((-response.gap[:, j]).max()) for j in touching))
             rows += [
                 (f"pounding.peak_force.{name}", force, "N", ""),
                 (f"pounding.penetration.{name}", depth, "m", ""),

@@ -158,9 +158,9 @@ def by_probe(values: Array, probes: int) -> Array:
 
 def main_impact(loads: Loads) -> tuple[float, float] | None:
     """Start and end of the impact with the largest force on a side [s]; None without one."""
-    if not loads.edges:
+    forces = loads.impact_force
+    if not forces.any():
         return None
-    forces, _ = loads.resultants
     force = forces[:, int(np.argmax(np.abs(forces).max(axis=0)))]
     peak = int(np.argmax(np.abs(force)))
     apart = np.flatnonzero(force / force[peak] <= QUIET)

@@ -220,7 +220,7 @@ def transient_scalars(study: TransientStudy, store: xr.Dataset) -> list[Scalar]:
         note = "largest relative difference of a spectrum, both by Newmark at the same step"
         rows.append(("reduced_against_full", study.full_error, "-", note))
     d = str(store.attrs["shown_direction"])
-    response = store.isel(damping=0).sel(component=d)
+    response = known(store).isel(damping=0).sel(component=d)
     centres, edges = (of_kind(response, kind) for kind in ("centre", "edge"))
     for k, number in enumerate(centres["probe_floor"].values):
         one, name = centres.isel(probe=k), f"floor_{number}"
