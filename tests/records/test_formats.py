@@ -155,7 +155,11 @@ def test_uncorrected_is_named_so(tmp_path):
 
 @pytest.mark.parametrize(
     ("fmt", "old", "new"),
-    [("esm", "PGA_CM/S^2: ", "PGA_CM/S^2: 9"), ("knet", "3920(gal)", "2000(gal)")],
+    [
+        ("esm", "PGA_CM/S^2: ", "PGA_CM/S^2: 9"),
+        ("knet", "3920(gal)", "2000(gal)"),
+        ("cosmos", f"{A[np.argmax(np.abs(A))]:15.6f}", "     100.000000"),
+    ],
 )
 def test_a_peak_that_is_not_the_header_s_is_warned_of(tmp_path, caplog, fmt, old, new):
     with caplog.at_level(logging.WARNING, logger="impactfem"):
@@ -163,6 +167,21 @@ def test_a_peak_that_is_not_the_header_s_is_warned_of(tmp_path, caplog, fmt, old
         assert not caplog.records
         read(tmp_path, fmt, ONE[fmt].replace(old, new))
     assert "warning: " in caplog.text and "the largest sample is" in caplog.text
+
+
+def test_the_interval_of_cosmos_is_that_of_the_samples(tmp_path, caplog):
+    """Not of the raw record, unless the header has no other; then its duration tells."""
+    header = cosmos_text([("90 deg", "HNE", np.tile(A, 50))], 0.01, integrals=False)
+    with caplog.at_level(logging.WARNING, logger="impactfem"):
+        assert read(tmp_path, "cosmos", header).time_step == 0.01
+        assert not caplog.records
+        unknown = header.replace("      10.000000", "    -999.000000")
+        assert read(tmp_path, "cosmos", unknown).time_step == 0.005
+        said = "2150 samples at 0.005 s take 10.75 s, the header has 21.5 s"
+        assert said in caplog.text
+        caplog.clear()
+        read(tmp_path, "cosmos", unknown.replace("      21.500000", "    -999.000000"))
+        assert "10.75 s, the header has 22 s" in caplog.text
 
 
 FAULTS = {
@@ -189,8 +208,12 @@ FAULTS = {
         ("       4     120", "       2     120", "got cm/s2 and g"),
         ("acceleration pts", "velocity pts", "the file holds no acceleration"),
         ("End-of-data", "Begin-of-data", "43 samples are announced on line 49; expected 'End-of-d"),
-        ("       0.010000", "       0.000000", "positive time step .s. as real-header value 34"),
-        ("       0.010000", "            nan", "expected 100 numbers of the real header on 20"),
+        (
+            "      10.000000",
+            "       0.000000",
+            "interval of the samples .ms. as real-header",
+        ),
+        ("      10.000000", "            nan", "expected 100 numbers of the real header on 20"),
         (" 100 Integer", "  99 Integer", "line 14 .* 99 numbers are announced, 100 follow"),
         (" 100 Integer", "     Integer", "line 14 .* expected ' 100 Integer-header values"),
         (" 100 Real", " 100 Imaginary", "line 25 .* expected ' 100 Real-header values"),

@@ -32,11 +32,14 @@ _DATA = re.compile(
     r"\s*,\s*" + _FORMAT,
     re.IGNORECASE,
 )
+_SECONDS = re.compile(r"approx\s*(\d+\.?\d*)\s*sec", re.IGNORECASE)
 _END = re.compile(r"\s*(?:End[- ]of[- ]data(?:\s+for)?(?:\s+chan)?\s*(\S*)|/&)", re.IGNORECASE)
 _STATION_CHANNEL = re.compile(r"Sta\s+Cha\w*:?\s*([\w?]+)\s*:\s*(.*?)\s*(?:\(|Location|$)")
 _CODE = re.compile(r"<?SCNL[>:]\s*[^.\s]*\.(\w+)\.")
 
-_TIME_STEP = 34  # of the real header, from 1
+# Of the real header, from 1: of the samples the interval [ms], the duration [s] and the peak in
+# their unit. The interval of the raw record [s] is theirs only where it was not changed.
+_INTERVAL, _DURATION, _PEAK, _RAW_INTERVAL = 62, 63, 64, 34
 _DATA_UNITS = 3  # of the integer header, from 1
 _UNSPECIFIED = -999
 # COSMOS table 2, as far as they are accelerations; to m/s2 by the unit's name.
@@ -47,8 +50,9 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     """Read an accelerogram from a COSMOS file.
 
     A file holds one channel after another. Each begins with lines of text, the first of which
-    gives their number; then come blocks of integers, of real numbers (the 34th is the time step)
-    and of comments, each announced by a line with its size and columns. Then
+    gives their number; then come blocks of integers, of real numbers (the 62nd is the interval of
+    the samples in ms; where it is unspecified, the 34th is that of the raw record in s) and of
+    comments, each announced by a line with its size and columns. Then
 
         42000 acceleration pts, approx  210 secs, units=cm/sec2(04),Format=(1E15.6)
 
@@ -104,9 +108,14 @@ def _header(file: RecordFile, start: int) -> tuple[Channel, int, int]:
     following = lines[i + 1 : i + 1 + int(comments[1])]
     station = next((m for m in map(_STATION_CHANNEL.search, text) if m), None)
     code = next((m for m in map(_CODE.search, following) if m), None)
-    step = next(iter(reals[_TIME_STEP - 1 :]), math.nan)
+    interval, duration, peak, raw = (
+        next(iter(reals[k - 1 :]), float(_UNSPECIFIED))
+        for k in (_INTERVAL, _DURATION, _PEAK, _RAW_INTERVAL)
+    )
+    step = raw if interval == _UNSPECIFIED else 1e-3 * interval
     if not step > 0.0:
-        _fail(file, start + n_text, "expected a positive time step [s] as real-header value 34")
+        expected = "expected the interval of the samples [ms] as real-header value 62"
+        _fail(file, start + n_text, f"{expected}; where that is unspecified, [s] as value 34")
     status = (head[1] if head else "").lower()
     title = " ".join(text[1].split()) if n_text > 1 else ""
     channel = Channel(
@@ -115,6 +124,8 @@ def _header(file: RecordFile, start: int) -> tuple[Channel, int, int]:
         code=code[1] if code else "",
         title=f"{status} acceleration, {title}".strip(", "),
         time_step=step,
+        duration=math.nan if duration == _UNSPECIFIED else duration,
+        peak=math.nan if peak == _UNSPECIFIED else peak,
     )
     unit = round(next(iter(integers[_DATA_UNITS - 1 :]), _UNSPECIFIED))
     return channel, unit, i + 1 + int(comments[1])
@@ -167,6 +178,10 @@ def _block(file: RecordFile, i: int, header: Channel, unit: int) -> tuple[Channe
     if factor is None and quantity.lower().startswith("acc"):
         given = " and ".join(dict.fromkeys(names)) or "no unit"
         _fail(file, i, f"expected one unit of acceleration, got {given}")
+    # Its time and peak, as the header has them; the peak is in the unit of the samples.
+    said = _SECONDS.search(lines[i])
+    duration = header.duration if header.duration > 0.0 or not said else float(said[1])
+    peak = header.peak if factor == ACCELERATION_UNITS["cm/s2"] else math.nan
     code = end[1] if end[1] and not end[1].isdigit() and end[1].isalnum() else ""
     channel = replace(
         header,
@@ -174,6 +189,8 @@ def _block(file: RecordFile, i: int, header: Channel, unit: int) -> tuple[Channe
         announced=i + 1,
         count=int(match[1]),
         factor=math.nan if factor is None else factor,
+        duration=duration,
+        peak=peak,
         width=int(match[6]),
         stop=stop + 1,
     )

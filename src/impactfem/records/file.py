@@ -15,7 +15,7 @@ from impactfem.system.files import read_text
 from impactfem.system.log import LOGGER
 
 _MOST_FAULTS = 20
-_PEAK_TOLERANCE = 0.01
+_PEAK_TOLERANCE = _DURATION_TOLERANCE = 0.01
 
 # The units accelerograms come in. A general unit parser would read "g" as the gram and "gal" as
 # the gallon, and does not know the "cm/sec2" of the agencies' files.
@@ -154,6 +154,15 @@ class RecordFile:
             text = f"warning: %s: the largest sample is %.6g {unit}, the header has %.6g {unit}"
             LOGGER.warning(text, self.path, peak, value)
 
+    def compare_duration(self, step: float, count: int, duration: float) -> None:
+        """Warn of samples that take another time than the header has, by 1 % or by a second.
+
+        Nothing is compared where that is not a number.
+        """
+        if abs(count * step - duration) > max(_DURATION_TOLERANCE * duration, 1.0):
+            text = "warning: %s: %d samples at %.6g s take %.6g s, the header has %.6g s"
+            LOGGER.warning(text, self.path, count, step, count * step, duration)
+
 
 @dataclass(frozen=True)
 class Format:
@@ -181,6 +190,8 @@ class Channel:
     factor: float = math.nan  #: from the file's unit to m/s2
     width: int = 0  #: characters in a column
     stop: int = 0  #: number of the line behind the last one of samples
+    duration: float = math.nan  #: as the header has it [s]; nan where it does not
+    peak: float = math.nan  #: the same of the largest sample [cm/s2]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -220,9 +231,13 @@ def read_channel(
     if file.faults:
         raise file.error()
     origin = f"record {file.path.name}, channel {channel.label}"
+    a = np.array(samples) * channel.factor
+    file.compare_duration(channel.time_step, len(a), channel.duration)
+    if math.isfinite(channel.peak):
+        file.compare_peak(100.0 * float(np.abs(a).max()), str(channel.peak), "cm/s2")
     return Accelerogram(
         channel.time_step,
-        np.array(samples) * channel.factor,
+        a,
         f"{file.path.stem}_{channel.code or channel.number}",
         f"{origin}: {channel.title}" if channel.title else origin,
     )

@@ -86,7 +86,11 @@ def cosmos_text(
                 units = f"{units}({in_table or 6:02d})"
             if in_table:
                 integers, reals = [-999] * 100, [-999.0] * 100
-                integers[:4], integers[49], reals[33] = [2, 1, in_table, 120], number, step
+                integers[:4], integers[49] = [2, 1, in_table, 120], number
+                # The raw record had other intervals.
+                reals[33], reals[61:63] = 0.5 * step, [1e3 * step, a.size * step]
+                if kind == "acceleration":
+                    reals[63] = a[np.argmax(np.abs(a))]
                 of_channel = {"number": number, "orientation": orientation, "code": code}
                 numbers = {
                     "integers": _block(integers, 10, "{:8d}".format),
