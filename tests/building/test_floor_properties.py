@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.building.floor_properties import floor_properties
+from impactfem.building.floor_properties import UNITS, floor_properties
 from impactfem.building.from_case import geometry_of, read_parts
 from impactfem.building.generate import generate
 from impactfem.building.geometry import Bay, Column, Geometry, MeshSize, Wall
@@ -57,7 +57,9 @@ def test_masses_and_inertias(box):
     added = 60e3 - (slab + walls - window + column)
     Jx = (slab + added) * 4.0**2 / 12.0 + (walls - window) * 2.0**2
     Jy = (slab + added) * 6.0**2 / 12.0 + walls * 6.0**2 / 12.0 - window * 2.0**2 / 12.0
-    assert box["Jx"][0] == pytest.approx(Jx, rel=1e-6)
+    ey = 2.0 * window / 60e3  # the wall without it is the heavier one
+    assert box["ey"][0] == pytest.approx(ey, rel=1e-6) and abs(box["ex"][0]) < 1e-4
+    assert box["Jx"][0] == pytest.approx(Jx - 60e3 * ey**2, rel=1e-6)
     assert box["Jy"][0] == pytest.approx(Jy, rel=1e-4)  # shares go by the middles of cells
     assert box["Jz"] == pytest.approx(box["Jx"] + box["Jy"])
 
@@ -74,7 +76,7 @@ def test_the_paper_s_building_read_again(tmp_path):
         own = structure.model_copy(update=changes)
         parts, masses, _ = read_parts(case.model_copy(update={"structure": own}), file)
         found = floor_properties(parts, masses)
-        off = {q: found[q] / np.array([getattr(row, q) for row in rows]) - 1.0 for q in found}
+        off = {q: found[q] / np.array([getattr(row, q) for row in rows]) - 1.0 for q in UNITS}
         far = {q: (np.flatnonzero(abs(x) > 0.05) + 1).tolist() for q, x in off.items()}
         return {q: floors for q, floors in far.items() if floors}
 

@@ -332,14 +332,66 @@ def test_how_far_spectrum_analysis_is_off(tmp_path, difference, value, words):
 
 
 def test_one_motion_of_many(tmp_path):
-    run = run_of(tmp_path, pounding=sticks())
-    run.values |= {"frs.floor_1.peak": 20.0, "ensemble.p84.frs.floor_1.peak": 25.0}
-    run.values["ensemble.members"] = 100.0
+    """Along the direction of the spectrum that governs, not along the shown one."""
+    peaks = np.zeros((100, 1, 1, 2, F.size))
+    peaks[:, 0, 0, 0, 3] = 77.0
+    peaks[:, 0, 0, 1, 3] = 25.0
+    members = xr.Dataset(
+        {"psa": (("motion", "damping", "station", "direction", "frequency"), peaks)},
+        coords={"direction": ["x", "y"], "station_floor": ("station", [1])},
+        attrs={"studied_building": "B", "shown_direction": "x"},
+    )
+    run = run_of(tmp_path, pounding=sticks(), ensemble=members)
     spectra = governing(run)
     (text,) = flags(run, spectra)
-    assert "under 84 % of 100 motions" in text and "up to 1.25 times" in text
-    # Names without a building are those of the studied one.
+    assert "under 84 % of 100 motions" in text and "B along y (stick) is up to 1.25 times" in text
+    # The ensemble has the studied building.
     assert flags(run, [one for one in spectra if one.building == "A"]) == []
+
+
+def test_one_motion_of_many_in_3d(tmp_path):
+    """The peak of the mass centre over that of this motion, whatever governs on the floor."""
+    peak = np.zeros((1, 2, 3, 2))
+    peak[0, 0, 1] = 10.0, 40.0  # above what the model is meant for
+    peak[0, 1, 1] = 30.0
+    probes = xr.Dataset(
+        {
+            "psa": (("damping", "probe", "component", "frequency"), peak),
+            "pfa": (("probe", "component"), np.ones((2, 3))),
+        },
+        coords={
+            "damping": [0.05],
+            "component": ["x", "y", "z"],
+            "frequency": [10.0, 60.0],
+            "probe": ["centre_1", "edge_1"],
+            "probe_kind": ("probe", ["centre", "edge"]),
+            "probe_floor": ("probe", [1, 1]),
+        },
+        attrs={"building": "B1", "maximum_frequency": 50.0},
+    )
+    design = xr.Dataset(
+        {
+            "psa": (("damping", "station", "direction", "frequency"), np.full((1, 1, 1, 1), 45.0)),
+            "zpa": (("station", "direction"), [[20.0]]),
+            "member_centre_peak": (
+                ("motion", "damping", "station", "direction"),
+                np.full((8, 1, 1, 1), 12.0),
+            ),
+        },
+        coords={
+            "damping": [0.05],
+            "direction": ["y"],
+            "frequency": [10.0],
+            "station_floor": ("station", [1]),
+            "elsewhere": np.zeros(0, dtype=str),
+        },
+        attrs={"building": "B1", "maximum_frequency": 50.0},
+    )
+    run = run_of(tmp_path, transient=probes, design=design)
+    (text,) = flags(run, governing(run))
+    assert "8 motions" in text and "B1 along y (3D model, mass centre) is up to 1.20" in text
+    (alone,) = (run_of(tmp_path, transient=probes, design=design.drop_dims("motion")),)
+    assert flags(alone, governing(alone)) == []
 
 
 FLOORS = 5

@@ -21,20 +21,22 @@ def floor_properties(parts: BuildingParts, masses: FloorMasses) -> dict[str, Arr
     """The columns of `UNITS` of a floor table, shape (n_floors,) each.
 
     Of a floor: its mass [kg], with that of walls and columns by the lever rule, and the inertias of
-    a plane floor about its node at the mass centre [kg m2]: J_x = Σ m y², J_y = Σ m x²,
-    J_z = J_x + J_y. Of the storey below it: the section of walls and columns where openings leave
-    the least area, A [m2] and I_x = Σ ∫ y² dA, I_y about its centroid [m4]. A wall at an angle α to
-    y counts with A cos² α in the shear area A_vy along y and with the rest in A_vz along x [m2], a
-    column with all of its area in both.
+    a plane floor about its centre of mass [kg m2]: J_x = Σ m y², J_y = Σ m x², J_z = J_x + J_y. In
+    addition `ex` and `ey`, how far the centre of mass is from the node of the floor [m].
+
+    Of the storey below it: the section of walls and columns where openings leave the least area,
+    A [m2] and I_x = Σ ∫ y² dA, I_y about its centroid [m4]. A wall at an angle α to y counts with
+    A cos² α in the shear area A_vy along y and with the rest in A_vz along x [m2], a column with
+    all of its area in both.
     """
     mesh, n = parts.mesh, len(parts.mesh.floors)
     centre = mesh.nodes[[mesh.centres[k] for k in mesh.floors]]
-    # J about the mass centre of each floor. The middles of the sides integrate a quadratic over a
+    # Moments about the node of each floor. The middles of the sides integrate a quadratic over a
     # triangle, ends and middle in the ratio 1 : 1 : 4 over a line.
     rho = np.array([m.rho for m in parts.materials.shells])
     on_area = rho[mesh.triangle_part] * parts.thickness()
     area = areas(mesh.nodes, mesh.triangles)
-    moments = np.zeros((2, n))
+    first, second = np.zeros((2, n)), np.zeros((2, n))
     corners, sides = mesh.triangles[:, :3], mesh.triangles[:, 3:]
     thirds = np.full(3, 1.0 / 3.0)
     cells = [(mesh.shell_parts, mesh.triangle_part, corners, sides, on_area * area, thirds)]
@@ -49,17 +51,19 @@ def floor_properties(parts: BuildingParts, masses: FloorMasses) -> dict[str, Arr
         for floor, share in ((level, upper), (level - 1, 1.0 - upper)):
             own = floor > 0  # what belongs to the base does not move
             away = mesh.nodes[points[own], :2] - centre[floor[own] - 1, None, :2]
-            J = np.einsum("cqi,q,c->ic", away**2, weights, (mass * share)[own])
-            moments += [np.bincount(floor[own] - 1, one, n) for one in J]
+            for moments, power in ((first, 1), (second, 2)):
+                of_cell = np.einsum("cqi,q,c->ic", away**power, weights, (mass * share)[own])
+                moments += [np.bincount(floor[own] - 1, one, n) for one in of_cell]
     # Added mass lies on the slabs alone.
     for k in mesh.floors:
         slab = mesh.slab(k)
         away = mesh.nodes[mesh.triangles[slab, 3:], :2] - centre[k - 1, :2]
-        moments[:, k - 1] += np.einsum(
-            "cqi,c->i", away**2, parts.added_mass[slab] * area[slab] / 3.0
-        )
-    jy, jx = moments
-    found = {"mass": masses.floors, "Jx": jx, "Jy": jy, "Jz": jx + jy}
+        third = parts.added_mass[slab] * area[slab] / 3.0
+        first[:, k - 1] += np.einsum("cqi,c->i", away, third)
+        second[:, k - 1] += np.einsum("cqi,c->i", away**2, third)
+    e = first / masses.floors
+    jy, jx = second - masses.floors * e**2
+    found = {"mass": masses.floors, "Jx": jx, "Jy": jy, "Jz": jx + jy, "ex": e[0], "ey": e[1]}
     levels = [float(mesh.nodes[mesh.base, 2].min()), *mesh.elevations.values()]
     # Just off even parts: a plane through a row of nodes would cut a triangle in one point.
     shares = (np.arange(CUTS) + 0.5000001) / CUTS

@@ -1,5 +1,6 @@
 """How well a motion meets a design spectrum, and whether a reviewer would accept it."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -114,6 +115,7 @@ class Verdict:
     limit: float
     at_least: bool
     unit: str
+    at: float = math.nan  #: frequency at which it has the value [Hz]; nan where there is none
 
     @property
     def passed(self) -> bool:
@@ -191,14 +193,18 @@ def acceptance(
     smallest = float(np.min(has[wants > 0.0] / wants[wants > 0.0], initial=np.inf))
     if checked.size == 0:
         smallest = 0.0  # too short to say: not accepted
-    # Lengths of the rows of points below the target.
+    # The rows of points below the target: where they begin, and their lengths.
     edges = np.flatnonzero(np.diff(np.concatenate([[0], (ratio < 1.0).astype(np.int8), [0]])))
-    longest = int(np.max(edges[1::2] - edges[::2], initial=0))
+    first, lengths = edges[::2], edges[1::2] - edges[::2]
+    longest = int(np.max(lengths, initial=0))
+    f = misfit.frequency
+    low_at, high_at = (float(f[k]) for k in (ratio.argmin(), ratio.argmax()))
+    row_at = float(f[first[lengths.argmax()]]) if longest else math.nan
     verdicts = (
         Verdict("points_per_decade", (ratio.size - 1) / decades, least_points, True, "-"),
-        Verdict("smallest_ratio", misfit.smallest_ratio, required.lower, True, "-"),
-        Verdict("largest_ratio", misfit.largest_ratio, required.upper, False, "-"),
-        Verdict("longest_below", longest, required.longest_below, False, "-"),
+        Verdict("smallest_ratio", misfit.smallest_ratio, required.lower, True, "-", low_at),
+        Verdict("largest_ratio", misfit.largest_ratio, required.upper, False, "-", high_at),
+        Verdict("longest_below", longest, required.longest_below, False, "-", row_at),
         Verdict("duration", accelerogram.duration, required.duration * (1 - 1e-9), True, "s"),
         Verdict("strong_phase", phase.duration, required.strong_phase, True, "s"),
         Verdict("nyquist", nyquist, required.nyquist * (1 - 1e-9), True, "Hz"),

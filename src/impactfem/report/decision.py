@@ -1,6 +1,7 @@
 """The first screen of the page: what a decision needs, whatever the case has."""
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,10 +24,12 @@ from impactfem.report.overview import (
     wall_is_used,
 )
 from impactfem.report.run_files import SPECTRA, RunFiles
+from impactfem.spectra.statistics import over_members
 from impactfem.stages.check import QUIET
 from impactfem.stages.device import selection as of_device
 from impactfem.stages.stores import names_of
-from impactfem.stages.transient.selection import known
+from impactfem.stages.transient.selection import known, of_kind
+from impactfem.system.arrays import Array
 
 STICK, MODEL = "stick", "3D model"
 G = 9.80665
@@ -283,10 +286,12 @@ def _gap(run: RunFiles) -> list[Answer]:
         there, needed = (
             1e3 * float(store[name][k]) for name in ("pair_rest_gap", "pair_required_separation")
         )
-        largest = bool(np.argmax(store["pair_required_separation"].values) == k)
+        most = 1e3 * float(store["pair_required_separation"].max())
     text = f"there {there:.3g} mm, between {pairs[k].replace('-', ' and ').replace('_', ' ')}"
     band = [run.values.get(f"ensemble.p{q}.pounding.required_separation") for q in ("05", "95")]
-    if largest and (low := band[0]) is not None and (high := band[1]) is not None:
+    if needed < most:
+        text += f"; at other pairs up to {most:.3g} mm needed, of larger gaps"
+    elif (low := band[0]) is not None and (high := band[1]) is not None:
         count = run.values["ensemble.members"]
         text += f"; under {count:.0f} motions {1e3 * low:.3g} to {1e3 * high:.3g} mm (5 to 95 %)"
     value = f"{needed:.3g} mm needed"
@@ -361,24 +366,52 @@ def flags(run: RunFiles, spectra: list[Spectrum]) -> list[str]:
                 f"rigid wall gives {epsilon:.3g}, which is not used."
             )
     for one in spectra:
-        if one.model == STICK:
-            with run.store("pounding.nc") as store:
-                studied = store.attrs["studied_building"] == one.building
-            kind, name, values = "ensemble", f"frs.floor_{one.floor}.peak", run.values
-            words = "stick"
-        else:
-            studied = one.model == MODEL
-            kind, name = "ensemble3d", f"transient.frs.floor_{one.floor}.peak"
-            values, words = run.models[one.building].values, "3D model, mass centre"
-        own, high = values.get(name), values.get(f"{kind}.p84.{name}")
-        if studied and own and high:
+        if (other := _of_many(run, one)) is not None:
+            count, high, words = other
             found.append(
-                f"One motion is one of many: under 84 % of {values[f'{kind}.members']:.0f} motions "
-                f"the peak of the spectrum of floor {one.floor} of {one.building} ({words}) is up "
-                f"to {high / own:.2f} times that of this one."
+                f"One motion is one of many: under 84 % of {count} motions the peak of the "
+                f"spectrum of floor {one.floor} of {one.building} along {one.direction} ({words}) "
+                f"is up to {high:.2f} times that of this one."
             )
             break
     return found
+
+
+def _of_many(run: RunFiles, one: Spectrum) -> tuple[int, float, str] | None:
+    """Of the motions of an ensemble their number, and the 84 % fractile of a peak over that here.
+
+    And of which model: the spectrum of a mass centre stands for that of a 3D model. None where
+    there is no ensemble of it.
+    """
+    model = run.models.get(one.building)
+    if one.model == STICK and run.ran("ensemble"):
+        with run.store("ensemble.nc") as store:
+            if store.attrs["studied_building"] != one.building:
+                return None
+            peaks = _of_members(store, store["psa"].isel(damping=0).max("frequency"), one)
+        if len(peaks):
+            return len(peaks), float(np.percentile(peaks, 84.0)) / one.peak, one.model
+    elif one.model == MODEL and model is not None and model.ran("design"):
+        with model.store("design.nc") as store:
+            if "motion" not in store.dims:
+                return None
+            peaks = _of_members(store, store["member_centre_peak"].isel(damping=0), one)
+        with model.store("transient.nc") as store:
+            centre = of_kind(known(store[["psa"]].isel(damping=0)), "centre")
+            centre = centre.isel(probe=(centre["probe_floor"] == one.floor).values)
+            own = float(centre["psa"].sel(component=one.direction).values.max(initial=0.0))
+        if len(peaks) and own > 0.0:
+            high = float(over_members(peaks, "p84"))
+            return len(peaks), high / own, f"{one.model}, mass centre"
+    return None
+
+
+def _of_members(store: xr.Dataset, peaks: xr.DataArray, one: Spectrum) -> Array:
+    """Of peaks by motion, station and direction those of a floor along a direction, shape (n,)."""
+    if one.direction not in names_of(store, "direction"):
+        return np.zeros(0)
+    here = peaks.isel(station=(store["station_floor"] == one.floor).values)
+    return np.asarray(here.sel(direction=one.direction).values.ravel())
 
 
 def _at_wall(run: RunFiles) -> float | None:
@@ -463,6 +496,7 @@ def key_results(run: RunFiles) -> list[tuple[str, str]]:
     found = [(one.value, f"{one.question.lower()}: {one.text}") for one in every]
     if (epsilon := _at_wall(run)) is not None:
         used = "" if wall_is_used(run.case) else "; not used here, the case gives the law"
+        used = used if run.case["contact_laws"] else "; nothing touches in this case"
         found.append((f"{epsilon:.3g}", f"restitution ε of the 3D model at a rigid wall{used}"))
     for impact, words in of_device.LOADS.items():
         name = f"device.relative_difference.{of_device.IN_NAMES[impact]}"
@@ -483,10 +517,15 @@ def key_results(run: RunFiles) -> list[tuple[str, str]]:
             f"largest displacement of {name.removeprefix(start)}; {1e2 * free:.3g} without contact"
         )
         found.append((f"{1e2 * run.values[name]:.3g} cm", text))
-    for name, unit, text in (
-        ("pounding.storey_shear_max", "N", "largest storey shear in impacts"),
-        ("motion.pga", "m/s²", "peak ground acceleration"),
-    ):
-        if name in run.values:
-            found.append((quantity(run.values[name], unit, digits=4), text))
+    if (shear := run.values.get("pounding.storey_shear_max")) is not None:
+        found.append((quantity(shear, "N", digits=4), "largest storey shear in impacts"))
+    ground = {
+        name.removeprefix("motion").removesuffix("pga").strip("."): value
+        for name, value in run.values.items()
+        if re.fullmatch(r"motion(\.[xyz])?\.pga", name)
+    }
+    if ground:
+        largest = max(ground, key=lambda one: ground[one])
+        text = f"peak ground acceleration{f', along {largest}' * bool(largest)}"
+        found.append((quantity(ground[largest], "m/s²", digits=4), text))
     return found[:KEY_RESULTS]

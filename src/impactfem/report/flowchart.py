@@ -134,7 +134,7 @@ def headlines(stage: Stage, results: Sequence[Mapping[str, Any]]) -> list[str]:
     for line in stage.headlines:
         words: str | None = line
         for name in re.findall(r"\{([^}]+)\}", line):
-            pattern = re.escape(name).replace(r"\*", r"\w+").replace(r"\?", r"(\w)")
+            pattern = re.escape(name).replace(r"\*", r"[\w.]*").replace(r"\?", r"(\w)")
             matches = ((re.fullmatch(pattern, n), v) for n, v in values.items() if v[0] is not None)
             found = [(match, v) for match, v in matches if match]
             if words is None or not found:

@@ -32,6 +32,8 @@ def folder(tmp_path):
             "base_mass": 0.0,
             "mesh_warning": ("mesh_warning", np.array([], dtype=object)),
             **{f"floor_{name}": ("floor", np.array([2.0, 1.1])) for name in UNITS},
+            **{f"floor_e{x}": ("floor", np.array([0.0, 0.03])) for x in "xy"},
+            "node_position": (("node", "xyz"), np.array([[0.0, 0.0, 0.0], [6.0, 4.0, 3.0]])),
         },
         coords={"mode": modes, "floor": floors, "direction": np.array(["x", "y"], dtype=object)},
         attrs={"building": "B1", "bending_direction": "x"},
@@ -105,7 +107,7 @@ LINES = [
 def checked(tmp_path):
     """The checks of a store that no model made."""
 
-    def check(*, total=4e5, residual=1e-12, bending=(1,), warnings=()):
+    def check(*, total=4e5, residual=1e-12, bending=(1,), warnings=(), ey=0.0):
         store = xr.Dataset(
             {
                 "total_mass": ("direction", np.array([total, total])),
@@ -116,8 +118,15 @@ def checked(tmp_path):
                 "base_mass": 1e5,
                 "mesh_warning": ("mesh_warning", np.array(warnings, dtype=object)),
                 "bending_mode": ("bending", np.array(bending, dtype=np.int64)),
+                "floor_ex": ("floor", np.array([0.0, 0.05])),
+                "floor_ey": ("floor", np.array([0.0, ey])),
+                "node_position": (("node", "xyz"), np.array([[0.0, 0.0, 0.0], [6.0, 4.0, 3.0]])),
             },
-            coords={"direction": np.array(["x", "y"], dtype=object), "mode": [1, 2]},
+            coords={
+                "direction": np.array(["x", "y"], dtype=object),
+                "mode": [1, 2],
+                "floor": [1, 2],
+            },
             attrs={"bending_direction": "y"},
         )
         write_netcdf(tmp_path / "building.nc", store)
@@ -142,6 +151,16 @@ def test_what_fails(checked, change, line, text):
     found = checked(**change)
     assert [k for k, (good, _) in enumerate(found) if good is False] == [line]
     assert found[line][1].endswith(text)
+
+
+def test_a_centre_of_mass_away_from_its_node(checked):
+    """Told from 1 % of the plan on, 4 cm along y."""
+    assert checked(ey=0.039) == checked()
+    assert checked(ey=0.12)[-1] == (
+        None,
+        "building: results at the mass centre of floor 2 are those of its node, 0.13 m from its "
+        "centre of mass",
+    )
 
 
 def test_what_the_mesh_warned_of(checked):

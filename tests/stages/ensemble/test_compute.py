@@ -95,6 +95,17 @@ def test_what_is_not_finite_is_in_no_percentile():
     assert (y.value, y.unit, y.note) == (None, "-", "over 0 members")
 
 
+def test_a_motion_without_an_impact_has_no_force(case, tmp_path):
+    """It counts as zero among forces and impulses; it has no time or duration of an impact."""
+    far = [pair.model_copy(update={"gap": 10.0}) for pair in case.contacts]
+    case = case.model_copy(update={"contacts": tuple(far)})
+    ready = calibration_of(case), system_of(case, None)
+    result = run_ensemble(case, ready, tmp_path / "none", "key", Inline(), lambda done, of: None)
+    main = result.scalars.filter(like="main_impact_")
+    assert (main.filter(regex="force|impulse") == 0.0).all(axis=None)
+    assert main.filter(regex="time|duration|restitution").isna().all(axis=None)
+
+
 def test_a_member_is_the_run_of_its_seed(case, run):
     result = run()
     single = ensemble.run_member((None, system_of(case, None)), members_of(case)["seed_9"])
@@ -228,7 +239,8 @@ def test_files(folder):
     assert all(path.stat().st_size > (100 if path.suffix == ".csv" else 5000) for path in files)
     with files[0].open(newline="") as stream:
         rows = list(csv.reader(stream))
-    assert rows[1][0] == "a.b" and float(rows[1][4]) == pytest.approx(19.5)
+    assert rows[1][0] == "a.b" and float(rows[1][5]) == pytest.approx(19.5)
+    assert rows[0][2] == "motions" and rows[1][2] == "40"
 
 
 def test_without_published_values(folder):

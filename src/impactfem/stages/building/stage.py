@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from impactfem.case import Case
 from impactfem.case.buildings import GeneratedMesh, structure_files
 from impactfem.case.floors import Floor
@@ -24,6 +26,8 @@ MASS = 1e-9
 INERTIA = 0.2
 """Largest relative difference of an inertia of a floor from the floor table, with which the sticks
 are made: a radius of gyration within a tenth."""
+ECCENTRIC = 0.01
+"""Distance of a centre of mass from the node of its floor, over the plan, that is told."""
 RESIDUAL = 1e-6
 """Largest residual of a mode that counts as converged."""
 
@@ -97,6 +101,18 @@ def building_checks(folder: Path, floors: Sequence[Floor] = ()) -> list[Check]:
             where = max(beside, key=lambda name: beside[name])
             inertia = f"building: {where} of the 3D model, off that of the floor table by"
             checks.append(limited(inertia, beside[where], INERTIA, "%"))
+        plan = np.ptp(store["node_position"].values[:, :2], axis=0)
+        e = np.array([store["floor_ex"].values, store["floor_ey"].values]).T
+        away = np.abs(e / plan).max(axis=1)
+        if away.max() > ECCENTRIC:
+            k = int(away.argmax())
+            checks.append(
+                (
+                    None,
+                    f"building: results at the mass centre of floor {store['floor'].values[k]} are "
+                    f"those of its node, {np.hypot(*e[k]):.3g} m from its centre of mass",
+                )
+            )
         return checks
 
 

@@ -105,6 +105,10 @@ OUTPUTS = {
         for name, unit in UNITS.items()
         if name != "mass"
     },
+    **{
+        f"floor_e{x}": Output("floor", "m", f"along {x}, of the centre of mass from the node")
+        for x in "xy"
+    },
     "base_mass": Output("", "kg"),
     "mesh_warning": Output("mesh_warning"),
 }

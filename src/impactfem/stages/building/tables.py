@@ -126,12 +126,15 @@ def _floors(store: xr.Dataset, published: Mapping[str, float]) -> Table:
             parts=store["floor_mass"] - store["floor_added_mass"], published=("floor", reference)
         ),
         "building_floor_masses",
-        "Masses of the floors of the 3D building: of its parts, added, and together",
+        "Masses of the floors of the 3D building: of its parts, added, and together; e from the "
+        "node of the floor to its centre of mass",
         [
             ("floor", "floor", ""),
             ("parts", "parts", "t"),
             ("floor_added_mass", "added", "t"),
             ("floor_mass", "mass", "t"),
+            ("floor_ex", "e_x", "m"),
+            ("floor_ey", "e_y", "m"),
             ("published", "published mass", "t"),
         ],
     ).comparing({"published mass"})

@@ -152,7 +152,7 @@ DESIGN = Stage(
     title="Design spectra",
     about="Spectra enveloped over each floor and broadened.",
     headlines=(
-        "floor spectra up to {design.frs.floor_*.peak}",
+        "floor spectra up to {design.frs.largest}",
         "{ensemble3d.members} motions on the 3D model",
     ),
     steps={

@@ -211,6 +211,11 @@ def design_scalars(store: xr.Dataset) -> list[Scalar]:
             Scalar("ensemble3d.failed", float(len(failed)), "-", "; ".join(failed)),
             Scalar("ensemble3d.basis_error", error, "-", "transfer functions at the points"),
         ]
+    every = known(store)["psa"].isel(damping=0)
+    if every.size:
+        at = every.isel(every.argmax(...))
+        note = f"{at['station'].item()}, direction {at['direction'].item()}; of all floors"
+        own.append(Scalar("design.frs.largest", float(at), "m/s2", note))
     for s, number in enumerate(store["station_floor"].values):
         one, name = shown.isel(station=s), f"frs.floor_{number}"
         note = _points(one, int(one["vertex_count"]))

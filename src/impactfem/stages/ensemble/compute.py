@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 PERCENTILES = (5.0, 16.0, 50.0, 84.0, 95.0)
 PARTS = ("psa", "psa_free", "pfa", "pfa_free")
 AXES = ("directions", "frequency", "damping")
+ZERO_WITHOUT_IMPACT = ("pounding.main_impact_force", "pounding.main_impact_impulse")
+"""Results that are 0 in a motion without an impact; others of the main impact it does not have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +133,8 @@ def run_ensemble(
     spectra = {part: np.stack([given[name][part] for name in names]) for part in PARTS}
     spectra |= {axis: given[names[0]][axis] for axis in AXES}
     table = pd.DataFrame(rows, index=names, columns=list(units), dtype=float)
+    # A motion without an impact has no time or duration of one, but these.
+    table = table.fillna(dict.fromkeys(ZERO_WITHOUT_IMPACT, 0.0))
     return EnsembleResult(table, units, failed, spectra)
 
 

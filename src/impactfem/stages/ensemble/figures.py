@@ -41,7 +41,7 @@ def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]
         panel = axes[0]
         for y, row in enumerate(rows):
             paper = float(row[-2] or 1.0)
-            p05, p16, p50, p84, p95 = (float(value or 0.0) / paper for value in row[2:7])
+            p05, p16, p50, p84, p95 = (float(value or 0.0) / paper for value in row[3:8])
             # Not by colour alone: what is outside is open as well.
             inside = row[-1] == "yes"
             colour = BLUE if inside else RED
@@ -99,13 +99,15 @@ def bands(store: xr.Dataset, published: Mapping[str, float]) -> Table:
         low, *_, high = found = [float(v) for v in np.percentile(known, percentiles)]
         paper = published.get(name)
         inside = None if paper is None else ("yes" if low <= paper <= high else "no")
-        rows.append((name, str(values["unit"].item()), *found, paper, inside))
+        rows.append((name, str(values["unit"].item()), known.size, *found, paper, inside))
     return Table(
         "ensemble",
-        f"Ensemble of {store.sizes['motion']} motions",
+        f"Ensemble of {store.sizes['motion']} motions: percentiles, linear between the sorted "
+        "values of those that have the result, the smallest one 0 %",
         (
             ("result", ""),
             ("unit", ""),
+            ("motions", ""),
             *((f"{q:g} %", "") for q in percentiles),
             ("published", ""),
             ("inside", ""),
@@ -125,7 +127,7 @@ def _spectra_figure(store: xr.Dataset) -> CurveFigure:
         f"Floor response spectra ({100 * damping:g} % damping) of building "
         f"{store.attrs['studied_building']} along $e_{direction}$ over {store.sizes['motion']} "
         "motions, with pounding and without contact: median, 16 % to 84 % (shaded) and 5 % to 95 % "
-        "(dotted)."
+        "(dotted), linear between the sorted values, the smallest one 0 %."
     )
     panels = [
         Panel(

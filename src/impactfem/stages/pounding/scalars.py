@@ -93,6 +93,11 @@ def _motion(study: StickStudy) -> list[Row]:
         for verdict in motion.acceptance.verdicts if motion.acceptance is not None else ():
             limit = f"{'at least' if verdict.at_least else 'at most'} {verdict.limit:g}"
             note = f"{'met' if verdict.passed else 'missed'}: {limit} is required"
+            if math.isfinite(verdict.at):
+                note += f"; at {verdict.at:.3g} Hz"
+                matched = verdict.at if motion.misfit is None else motion.misfit.frequency[0]
+                if verdict.at < matched * (1.0 - 1e-9):
+                    note += f", below the {matched:.3g} Hz from which it was matched on"
             of = f"{name}.acceptance.{verdict.name}"
             rows.append((of, float(verdict.value), verdict.unit, note))
     for a, b in combinations(study.motions, 2):
@@ -333,6 +338,11 @@ def _spectra(study: StickStudy) -> list[Row]:
             (f"{name}.pfa_no_contact", float(free.pfa[k, along]), "m/s2", ""),
             (f"{name}.peak_no_contact", float(free.psa[0, k, along].max()), "m/s2", note),
         ]
+    largest = floors.psa[0].max(axis=-1)
+    at = np.unravel_index(int(largest.argmax()), largest.shape)
+    building, number = study.stations[at[0]]
+    note = f"{building}, floor {number}, direction {floors.directions[at[1]]}; of all floors"
+    rows.append(("frs.largest", float(largest[at]), "m/s2", note))
     how = f"at the highest frequency, {s.method}, records made {s.upsampling_factor} times finer"
     return [
         *rows,

@@ -71,10 +71,10 @@ POUNDING = Stage(
     title="Pounding",
     about="Ground motion, sticks or 3D models that pound, impact forces, floor spectra.",
     headlines=(
-        "ground {motion.pga}, spectrum {motion.sa_max}",
+        "ground {motion*.pga}, spectrum {motion*.sa_max}",
         "{pounding.impacts} impacts, the largest {pounding.main_impact_force}",
         "at {pounding.main_impact_time} for {pounding.main_impact_duration}",
-        "floor spectra up to {frs.floor_*.peak}",
+        "floor spectra up to {frs.largest}",
     ),
     steps={**STEPS, "stores": 2.0, DRAWING: 4.0},
     sections=(

@@ -222,6 +222,13 @@ def transient_scalars(study: TransientStudy, store: xr.Dataset) -> list[Scalar]:
     d = str(store.attrs["shown_direction"])
     response = known(store).isel(damping=0).sel(component=d)
     centres, edges = (of_kind(response, kind) for kind in ("centre", "edge"))
+    every = of_kind(known(store).isel(damping=0), "centre")
+    for name in ("psa", "pfa") if every.sizes["probe"] else ():
+        at = every[name].isel(every[name].argmax(...))
+        note = (
+            f"floor {at['probe_floor'].item()}, direction {at['component'].item()}; of all floors"
+        )
+        rows.append((f"{'frs' if name == 'psa' else name}.largest", float(at), "m/s2", note))
     for k, number in enumerate(centres["probe_floor"].values):
         one, name = centres.isel(probe=k), f"floor_{number}"
         rows += [
