@@ -167,10 +167,15 @@ def test_several_devices(tmp_path):
 def test_one_of_two_devices_whose_weight_is_not_known(tmp_path, pulls, value, mark):
     store = device_store(WantedDevice(devices=("pump", "rack"), pulls=pulls))
     store["net_tension"].loc[{"device": "rack"}] = np.nan
+    # 4 kN up and 3 kN m on a circle of 0.5 m.
+    rack = {"device": "rack", "time": store["time"][0]}
+    store["force"].loc[rack | {"component": "z"}] = 4e3
+    store["force"].loc[rack | {"component": "rx"}] = -3e3
     write_netcdf(tmp_path / "device.nc", store)
     found = by_question(run_of(tmp_path / "run", pounding=sticks(), device=tmp_path))["Anchors"]
     assert (found.value, found.mark, found.link) == (value, mark, "device_pump")
-    assert found.text.endswith("; not known at 1 of 2: weight not given")
+    unknown = "; not known at 1 of 2: weight not given; without weight up to 16 kN/n, at rack"
+    assert found.text.endswith(unknown)
 
 
 @pytest.mark.parametrize("device", [False, True])
@@ -226,6 +231,9 @@ def test_what_impacts_alone_move_has_no_factor(tmp_path):
     first, second = governing(run)
     assert first.building == "B" and np.isnan(first.factors).all()
     assert second.factors == pytest.approx((2.0, 2.0))
+    # Of A there is one.
+    assert by_question(run)["Over the case without impact"].value.startswith("× 2 at ")
+    store["psa_free"][0, :2] = 1e-13 * store["psa"][0, :2]
     assert "Over the case without impact" not in by_question(run)
     assert spectra_table([first, second]).rows[0][-2:] == ["", ""]
 
@@ -240,7 +248,7 @@ def test_where_the_ground_hardly_moves_a_building_is_no_headline(share, along):
         Spectrum("B", MODEL, 1, "", direction, 0.05, psa, 1.0, free)
         for direction, psa, free in (("y", y, still), ("x", x, share * still))
     ]
-    run = SimpleNamespace(checks=[], summary=[], ran=lambda stage: False, models={})
+    run = SimpleNamespace(checks=[], summary=[], ran=lambda stage: False, models={}, values={})
     (answer,) = (one for one in answers(run, found) if one.question.startswith("Over"))
     assert f"along {along}" in answer.text
 
@@ -308,7 +316,8 @@ def test_whole_floors_govern_where_the_run_has_them(tmp_path, vertices):
 def test_ten_numbers_of_any_run(tmp_path):
     run = run_of(tmp_path, pounding=sticks())
     run.values |= {f"pounding.peak_displacement.{name}": 0.02 for name in "AB"}
-    run.values |= {"pounding.peak_displacement_no_contact.A": 0.03, "motion.pga": 3.0}
+    run.values |= {"pounding.peak_displacement_no_contact.A": 0.03, "pounding.impacts": 2.0}
+    run.values |= {"motion.pga": 3.0, "motion.x.pga": 2.0}
     found = key_results(run)
     assert ("2 cm", "largest displacement of A; 3 without contact") in found
     assert found[-1] == ("3 m/s²", "peak ground acceleration")
@@ -325,9 +334,14 @@ def test_ten_numbers_of_any_run(tmp_path):
     ],
 )
 def test_how_far_spectrum_analysis_is_off(tmp_path, difference, value, words):
-    run = run_of(tmp_path, pounding=sticks())
+    run = run_of(tmp_path / "run", pounding=sticks(), device=device_folder(tmp_path))
     run.values["device.relative_difference.impact"] = difference
-    text = f"{words} the force of the first device, with impacts"
+    text = f"{words} Fy of the first device, pump, with impacts"
+    # By the store the moment that it is turned over by is 5 kN m for 0.1 of 10 kN.
+    assert (value, f"{text}; it underestimates Mx by 80.0 %") in key_results(run)
+    store = xr.load_dataset(tmp_path / "device.nc", engine="netcdf4")
+    store["largest_force"].loc[{"component": "rx"}] *= 0.2
+    write_netcdf(tmp_path / "device.nc", store)
     assert (value, text) in key_results(run)
 
 

@@ -162,7 +162,8 @@ class ImpactCheck:
     #: known.
     cracking_ratio: float
     #: Speed of separation of the two buildings over that of approach, each that of the centre of
-    #: mass of all its floors, along the normal [-]; nan where they do not approach, or at a wall.
+    #: mass of all its floors, along the normal [-]; nan where they do not approach, at a wall, and
+    #: beyond 0 to 1, where other forces move them.
     building_restitution: float
 
 
@@ -200,7 +201,7 @@ def impact_checks(
         pressure = np.nan if pair.area is None else impact.peak_force / pair.area
         ratio = pressure / min(known) if known else np.nan
         rate = _apart(response, pair, (window.start, min(window.stop, len(response.v)) - 1))
-        bounced = rate[1] / -rate[0] if rate[0] < 0.0 else np.nan
+        bounced = rate[1] / -rate[0] if 0.0 <= rate[1] <= -rate[0] != 0.0 else np.nan
         checks.append(ImpactCheck(impact, *map(float, (pressure, ratio, *demand, bounced))))
     return checks
 

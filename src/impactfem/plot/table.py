@@ -100,7 +100,9 @@ class Table:
         """The table as text of at most so many characters a line."""
         table = RichTable(title=self.title, box=box.SIMPLE, title_justify="left")
         for name, unit in self.columns:
-            table.add_column(f"{name}\n[{unit}]" if unit else name, justify="right")
+            table.add_column(
+                f"{name}\n[{unit}]" if unit else name, justify="right", overflow="fold"
+            )
         for row in self.rows:
             known = ("-" if one is None else one for one in row)
             table.add_row(*(f"{one:.4g}" if isinstance(one, float) else str(one) for one in known))

@@ -43,8 +43,10 @@ SLIGHT = 0.05
 for the factor of the first screen."""
 NEAR = 5e-4
 """Differences below it are 0.0 % in print."""
+NOTED = 0.05
+"""Part by which another damping must ask more of a device to be told."""
 COUNTS = 0.1
-"""Least ratio of an ordinate to that which governs the building, for the same."""
+"""Least ratio of an ordinate to that which governs, for the same."""
 
 
 @dataclass(frozen=True)
@@ -248,20 +250,24 @@ def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
         text = f"{one.words}, along {one.direction}, {100.0 * one.damping:.3g} % damping"
         text += f"; {one.peak / G:.3g} g, peak acceleration (ZPA) {one.pfa:.3g} m/s²"
         value = f"{one.peak:.3g} m/s² at {one.at:.3g} Hz"
+        if one.at >= float(one.psa["frequency"][-1]):
+            text += "; at the end of the range, beyond which it may be larger"
         found.append(Answer("Floor spectrum that governs", value, text, link="spectra"))
-        # Of all floors of the building: the impact may be felt most where another one governs.
-        floors = _of_sticks(run) if run.ran("pounding") else []
-        own = [other for other in (*floors, *spectra) if other.building == one.building]
-        # A direction in which the ground hardly moves it would have a factor without meaning.
-        least = SLIGHT * max((other.still for other in own), default=0.0)
-        top = max((other.peak for other in own), default=0.0)
-        factors = [
-            (*other.largest_factor(COUNTS * top), other) for other in own if other.still >= least
-        ]
+        # Of all floors: the impact may be felt most where another one governs.
+        every = (*(_of_sticks(run) if run.ran("pounding") else ()), *spectra)
+        top, factors = COUNTS * max(other.peak for other in every), []
+        for name in dict.fromkeys(other.building for other in every):
+            own = [other for other in every if other.building == name]
+            # A direction in which the ground hardly moves it would have a factor without meaning.
+            least = SLIGHT * max(other.still for other in own)
+            factors += [
+                (*other.largest_factor(top), other) for other in own if other.still >= least
+            ]
         times, at, one = max(factors, key=lambda factor: factor[0], default=(0.0, math.nan, one))
-        if times > 0.0 and one.free is not None:
+        if times > 0.0 and one.free is not None and run.values.get("pounding.impacts") != 0.0:
             hit, quiet = (float(psa.sel(frequency=at)) for psa in (one.psa, one.free))
-            text = f"{one.words}, along {one.direction}: {hit:.3g} against {quiet:.3g} m/s² there; "
+            text = f"{one.words}, along {one.direction}, {100.0 * one.damping:.3g} % damping: "
+            text += f"{hit:.3g} against {quiet:.3g} m/s² there; "
             text += f"largest ordinates {one.peak:.3g} against {one.still:.3g} m/s²"
             value = f"× {times:.3g} at {at:.3g} Hz"
             found.append(Answer("Over the case without impact", value, text, link="spectra"))
@@ -302,6 +308,7 @@ def _gap(run: RunFiles) -> list[Answer]:
 def _anchors(run: RunFiles) -> list[Answer]:
     """Of all devices, with the words for the one that is pulled most."""
     pulled: dict[tuple[str, str], float] = {}
+    bare: dict[tuple[str, str], float] = {}  # without weight
     texts = {}
     for one in run.models.values():
         if not one.ran("device"):
@@ -313,6 +320,7 @@ def _anchors(run: RunFiles) -> list[Answer]:
                 _, floor, _ = of_device.anchor_of(store, device)
                 key = (str(store.attrs["building"]), device)
                 pulled[key] = max(quiet.tension(), hit.tension())
+                bare[key] = max(quiet.pull(), hit.pull())
                 moment = f"M{'y' if axis == 'x' else 'x'}"
                 turned = float(hit.components().sel(component=f"r{moment[1]}"))
                 factor = hit.detailed / quiet.detailed if quiet.detailed > 0.0 else math.nan
@@ -337,7 +345,11 @@ def _anchors(run: RunFiles) -> list[Answer]:
     else:
         value, mark = "no net tension", "" if unknown else "good"
     if known_ones and unknown:
-        texts[key] += f"; not known at {unknown} of {len(pulled)}: weight not given"
+        more, (_, name) = max((bare[one], one) for one in pulled if one not in known_ones)
+        texts[key] += (
+            f"; not known at {unknown} of {len(pulled)}: weight not given; without weight "
+            f"up to {1e-3 * more:.3g} kN/n, at {name}"
+        )
     return [Answer("Anchors", value, texts[key], mark, link)]
 
 
@@ -349,6 +361,8 @@ def _impacts(run: RunFiles) -> list[Answer]:
             count = run.values.get("pounding.impacts", 0.0)
             text = f"{where}; {count:.0f} impact{'s' if count > 1 else ''} in all"
             return [Answer("Largest impact", force, text, link="stage_pounding")]
+    if "pounding.required_separation" in run.values and not run.values.get("pounding.impacts"):
+        return [Answer("Largest impact", "none", "nothing touches", link="stage_pounding")]
     return []
 
 
@@ -365,6 +379,7 @@ def flags(run: RunFiles, spectra: list[Spectrum]) -> list[str]:
                 f"The contact laws have a restitution of {given}; the impact of the 3D model on a "
                 f"rigid wall gives {epsilon:.3g}, which is not used."
             )
+    found += _of_dampings(run)
     for one in spectra:
         if (other := _of_many(run, one)) is not None:
             count, high, words = other
@@ -375,6 +390,34 @@ def flags(run: RunFiles, spectra: list[Spectrum]) -> list[str]:
             )
             break
     return found
+
+
+def _of_dampings(run: RunFiles) -> list[str]:
+    """Where another damping of the case asks the most of a device beyond that of the buildings."""
+    found: list[tuple[float, str]] = []
+    for one in run.models.values():
+        if not one.ran("device"):
+            continue
+        with one.store("device.nc") as store:
+            axis = of_device.direction(store)
+            for device in names_of(store, "device"):
+                own = of_device.Load(store, device, "with")
+                for case in names_of(store, "case"):
+                    other = of_device.Load(store, device, "with", case)
+                    if case == own.case or not other.detailed > own.detailed * (1.0 + NOTED):
+                        continue
+                    asked, before = (1e-3 * load.detailed for load in (other, own))
+                    text = (
+                        f"These are results with the buildings' own damping: with {case!r} of "
+                        f"[[damping_cases]] F{axis} of {device} with impacts is {asked:.4g} kN, "
+                        f"not {before:.4g}"
+                    )
+                    pull, pull_before = (1e-3 * load.tension() for load in (other, own))
+                    if pull > 0.0:
+                        text += f", and the most loaded anchor has {pull:.3g} kN/n"
+                        text += f", not {max(pull_before, 0.0):.3g}"
+                    found.append((asked / before if before > 0.0 else math.inf, f"{text}."))
+    return [max(found)[1]] if found else []
 
 
 def _of_many(run: RunFiles, one: Spectrum) -> tuple[int, float, str] | None:
@@ -504,7 +547,14 @@ def key_results(run: RunFiles) -> list[tuple[str, str]]:
             text = f"by which RSA {'under' if low >= 0.0 else 'over'}estimates"
             if abs(low) < NEAR:
                 text = "difference between RSA and"
-            text += f" the force of the first device, {words}"
+            with next(one for one in run.models.values() if one.ran("device")).store(
+                "device.nc"
+            ) as store:
+                device = names_of(store, "device")[0]
+                text += f" F{of_device.direction(store)} of the first device, {device}, {words}"
+                turned = of_device.Load(store, device, impact).moment()
+            if turned is not None and turned[1] > NEAR:
+                text += f"; it underestimates {turned[0]} by {100.0 * turned[1]:.1f} %"
             found.append((f"{100.0 * abs(low):.1f} %", text))
     # What is left of ten: further spectra, the largest first, displacements, shear, the ground.
     for one in spectra[1:]:
@@ -513,9 +563,9 @@ def key_results(run: RunFiles) -> list[tuple[str, str]]:
     start = "pounding.peak_displacement."
     for name in (name for name in run.values if name.startswith(start)):
         free = run.values.get(name.replace("displacement.", "displacement_no_contact."), math.nan)
-        text = (
-            f"largest displacement of {name.removeprefix(start)}; {1e2 * free:.3g} without contact"
-        )
+        text = f"largest displacement of {name.removeprefix(start)}"
+        if run.values.get("pounding.impacts"):
+            text += f"; {1e2 * free:.3g} without contact"
         found.append((f"{1e2 * run.values[name]:.3g} cm", text))
     if (shear := run.values.get("pounding.storey_shear_max")) is not None:
         found.append((quantity(shear, "N", digits=4), "largest storey shear in impacts"))

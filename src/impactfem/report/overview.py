@@ -72,7 +72,7 @@ def buildings(run: RunFiles) -> Facts:
     clamped = ", clamped" if any(one.get("soil") for one in run.case["buildings"]) else ""
     columns = (
         "building {}; floors {}; mass of floors [t] {:,.0f}; height [m] {:.2f}; "
-        f"first modes{clamped} [Hz] {{}}; model {{}}"
+        f"first bending modes{clamped} [Hz] {{}}; model {{}}"
     )
     notes = [
         f"3D model of {name}: {one.values['building.elements']:,.0f} shells and beams, "

@@ -136,6 +136,8 @@ def compare_runs(folder: Path, other: Path, highest: float) -> tuple[tuple[Table
             directions_table(found),
         )
         figure = folder / "figures" / FIGURE
+        for part in ("tables", "figures"):  # a run may have neither yet
+            (folder / part).mkdir(exist_ok=True)
         comparison_figure(figure, found)
         listed = [table.write_csv(folder / "tables") for table in tables]
         written = [folder / STORE, *listed, figure, *impacts_figure(figure.parent, runs)]

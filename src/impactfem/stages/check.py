@@ -43,12 +43,18 @@ def digits(value: float) -> str:
 
 
 def end_check(
-    stage: str, points: Sequence[str], axes: Sequence[str], ratio: Array, last: float
+    stage: str,
+    points: Sequence[str],
+    axes: Sequence[str],
+    ratio: Array,
+    last: float,
+    *,
+    jumps: bool = True,
 ) -> Check:
     """Whether spectra have come down, or up, to the peak acceleration at their last frequency [Hz].
 
     By the ratio of the last ordinate to the peak acceleration, shape (n_points, n_axes) [-]; nan
-    where a point is at rest.
+    where a point is at rest. `jumps` says whether a force may begin with a jump.
     """
     if not np.isfinite(ratio).any():
         return None, f"{stage}: no point moves"
@@ -61,11 +67,16 @@ def end_check(
     late = np.flatnonzero((off > np.log(ENDED)).any(axis=1))
     if not late.size:
         return True, text
-    return False, (
-        f"{text}; so it is at {late.size} of {len(points)} points: raise the highest frequency of "
-        "[spectra]; under a law whose force begins with a jump (kelvin-voigt) they may end "
-        "nowhere, and what is there depends on the time step"
+    text += (
+        f"; so it is at {late.size} of {len(points)} points: raise the highest frequency of "
+        "[spectra]"
     )
+    if jumps:
+        text += (
+            "; under a law whose force begins with a jump (kelvin-voigt) they may end nowhere, and "
+            "what is there depends on the time step"
+        )
+    return False, text
 
 
 def log_checks(checks: Iterable[Check]) -> None:

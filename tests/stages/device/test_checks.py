@@ -23,13 +23,17 @@ LINES = [
     "device: pump on floor 3: nodes that it is anchored to 5 (at least 3)",
     "device: pump: its weight holds it down; net tension at the anchor: no: without impact none, "
     "24 kN of the weight left; with impacts none, 21 kN of the weight left (weight 15 kN, n "
-    "anchors evenly on a circle of 0.5 m)",
+    "anchors evenly on a circle of radius 0.5 m)",
     "device: pump: difference of action and reaction at the anchor 1e-12 (limit 1e-8)",
     "device: error of the reduced basis of 250 vectors 0.2 % (limit 0.5 %)",
-    "device: damping own: the restitution of the contact laws; largest impact force 120 MN",
-    "device: damping under-damped: ε = 0.89, calibrated; largest impact force 120 MN",
-    "device: damping damped: ε = 0.67, calibrated; largest impact force 120 MN",
-    "device: damping over-damped: ε = 0.41, calibrated; largest impact force 120 MN",
+    "device: damping own: the restitution of the contact laws; largest impact force 120 MN at the "
+    "steps of the 3D model",
+    "device: damping under-damped: ε = 0.89, calibrated; largest impact force 120 MN at the steps "
+    "of the 3D model",
+    "device: damping damped: ε = 0.67, calibrated; largest impact force 120 MN at the steps "
+    "of the 3D model",
+    "device: damping over-damped: ε = 0.41, calibrated; largest impact force 120 MN at the steps "
+    "of the 3D model",
 ]
 
 
@@ -83,7 +87,7 @@ IMBALANCE = "pump: difference of action and reaction at the anchor"
                 "pump: it needs anchors in tension; net tension at the anchor: yes: without impact "
                 "5 kN/n in the most loaded one, 15 kN of the weight left; with impacts 90 kN/n in "
                 "the most loaded one, all of the base lifted by 70 kN (weight 15 kN, n anchors "
-                "evenly on a circle of 0.5 m)"
+                "evenly on a circle of radius 0.5 m)"
             ],
         ),
         # The rocking of one of the dampings is enough, whatever the words say of the first.

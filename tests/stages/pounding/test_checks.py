@@ -64,6 +64,7 @@ def checked(tmp_path):
         restitution=(0.6, 0.5),
         end=1.05,
         gap=0.01,
+        onset=1e5,
         **more,
     ):
         scalars = [Scalar(name, x, "-") for name, x in (scalars | more).items()]
@@ -72,6 +73,7 @@ def checked(tmp_path):
             "pair": ["one.floor_1-two.floor_1"],
             "pair_rest_gap": [gap],
             "pair_distance": [distance],
+            "pair_onset_force": [onset],
             "impact_restitution": restitution,
             "impact_peak_force": [4e6, 1e6],
             "impact_steps": [26, 7],

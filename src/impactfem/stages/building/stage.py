@@ -123,7 +123,7 @@ BUILDING = Stage(
     headlines=(
         "{building.elements} elements",
         "{building.dofs} degrees of freedom",
-        "first modes {building.frequency.1}, {building.frequency.2}",
+        "first bending modes {building.frequency.1}, {building.frequency.2}",
     ),
     steps={"mesh": 3.0, "matrices": 5.0, "modes": 25.0, "stores": 1.0, DRAWING: 4.0},
     sections=("materials", "buildings", "structure"),

@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from impactfem.case.damping import OWN
+from impactfem.device.anchor_force import ring_tension
 from impactfem.stages.stores import names_of
 from impactfem.system.arrays import Array
 
@@ -141,6 +142,24 @@ class Load:
         if choice is None:
             return float(self.of("net_tension"))
         return float(self.of("spectrum_tension", choice=choice))
+
+    def pull(self) -> float:
+        """The same as of a device without weight [N], known also where no weight is given."""
+        force = self.of("force").transpose("component", "time").values.astype(np.float64)
+        radius = float(self.store["anchor_radius"].sel(device=self.device))
+        return float(ring_tension(force, radius).max())
+
+    def moment(self) -> tuple[str, float] | None:
+        """The overturning moment by name, and by how much RSA, the headline, is low there [-].
+
+        None where the forces that are shown are vertical, or nothing turns the device over.
+        """
+        axis = {"x": "y", "y": "x"}.get(direction(self.store), "")
+        if not axis:
+            return None
+        by = self.components(headline(self.store)).sel(component=f"r{axis}")
+        whole = float(self.components().sel(component=f"r{axis}"))
+        return (f"M{axis}", 1.0 - float(by) / whole) if whole > 0.0 else None
 
     @property
     def history(self) -> xr.DataArray:

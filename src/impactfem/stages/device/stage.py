@@ -98,7 +98,7 @@ def device_checks(folder: Path) -> list[Check]:
             if epsilon is not None:
                 which = f"ε = {epsilon:.3g}, {source}"
             peak = float(store["impact_force"].sel(case=case))
-            happens = f"largest impact force {1e-6 * peak:.4g} MN"
+            happens = f"largest impact force {1e-6 * peak:.4g} MN at the steps of the 3D model"
             # Without an impact there is nothing to compare.
             if not peak > 0.0:
                 happens = "no impact happens, both loads are the same"

@@ -392,7 +392,7 @@ def load_scalars(of: xr.Dataset, plan: SpectrumPlan, result: DeviceResult) -> li
             unit = "N" if k < 3 else "N m"
             scalars.append(Scalar(f"{word}.detailed", largest[k], unit))
             scalars.append(Scalar(f"{word}.rsa", rsa[k], unit, choice.label))
-    circle = f"on a circle of {float(of['anchor_radius']):g} m, less the weight"
+    circle = f"on a circle of radius {float(of['anchor_radius']):g} m, less the weight"
     for name, note in (
         ("net_uplift", "largest force upward less the weight"),
         ("net_tension", f"n times the pull of the most loaded of n anchors {circle}"),

@@ -101,7 +101,11 @@ def shortfall(store: xr.Dataset, device: str, case: str = OWN) -> list[str]:
             continue
         lacking = detailed - own
         if lacking <= SAME * detailed:
-            lines.append(f"{words}: {_amount(axis, 1.0 - own / detailed)}, nothing is lacking")
+            text = f"{words}: {_amount(axis, 1.0 - own / detailed)}, nothing is lacking there"
+            moment = load.moment()
+            if moment is not None and moment[1] > SAME:
+                text += f"; it underestimates {moment[0]} by {100.0 * moment[1]:.1f} %"
+            lines.append(text)
             continue
         further = {
             f"rigid part of the modes ({RIGID[method]})": choice
@@ -180,7 +184,7 @@ def anchors(store: xr.Dataset, device: str, case: str = OWN) -> str | None:
     weight = next(iter(known.values())).weight
     return (
         f"{'yes' if any(one.tension() > 0.0 for one in known.values()) else 'no'}: "
-        f"{'; '.join(parts)} (weight {_kilonewton(weight)}, n anchors evenly on a circle of "
+        f"{'; '.join(parts)} (weight {_kilonewton(weight)}, n anchors evenly on a circle of radius "
         f"{float(store['anchor_radius'].sel(device=device)):g} m)"
     )
 

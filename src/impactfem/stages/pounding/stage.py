@@ -9,18 +9,25 @@ from impactfem.case.facing import facing_floors
 from impactfem.case.soil import TableSoil
 from impactfem.coupling.force_history import ForceHistory, write_forces
 from impactfem.plot.floor_products import write_floor_products
-from impactfem.stages.building.stage import target_models
+from impactfem.stages.building.stage import BUILDING, target_models
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.selection import asks_calibration, with_contact_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
+from impactfem.stages.check import Check
 from impactfem.stages.inputs import inputs_key, published_values, tolerances
-from impactfem.stages.pounding.checks import facing_checks, soil_check, stick_checks
+from impactfem.stages.pounding.checks import (
+    facing_checks,
+    soil_check,
+    stick_against_model,
+    stick_checks,
+)
 from impactfem.stages.pounding.compute import STEPS, run_sticks
 from impactfem.stages.pounding.figures import stick_figures
 from impactfem.stages.pounding.store import write_motion, write_sticks
 from impactfem.stages.pounding.tables import stick_tables
 from impactfem.stages.reduce.stage import REDUCE, models_of_run
 from impactfem.stages.stage import DRAWING, Stage
+from impactfem.stages.stores import open_store
 from impactfem.system.log import Steps
 
 
@@ -66,6 +73,23 @@ def _facing(case: Case) -> str:
     return repr(facing) if facing else ""
 
 
+def _beside_models(folder: Path, case: Case) -> list[Check]:
+    """The sticks beside the 3D models of this run of the same buildings.
+
+    Where the forces go on into a 3D model, the stage `transient` says it.
+    """
+    found: list[Check] = []
+    for view in case.views:
+        own = folder / view.part
+        if view.transient is None and view.modelled.building not in case.pounding_in_3d:
+            path = own / "building.nc"
+            if path.is_file():
+                with open_store(path) as store:
+                    current = store.attrs["inputs"] == BUILDING.key(view)
+                found += stick_against_model(own, "pounding") if current else []
+    return found
+
+
 POUNDING = Stage(
     name="pounding",
     title="Pounding",
@@ -100,6 +124,7 @@ POUNDING = Stage(
     checks=lambda case, folder: [
         *stick_checks(folder, case.pounding.points_per_impact, tolerances(case)),
         *facing_checks(folder, case),
+        *_beside_models(folder, case),
     ],
     announces=lambda case: [
         soil_check(one.name, float(one.soil.law.error.max()))

@@ -120,9 +120,6 @@ def stick_tables(folder: Path) -> list[Path]:
             time_step=("pair", np.full(store.sizes["pair"], dt)),
             steps_in_it=store["pair_law_duration"] / dt,
         )
-        # Other forces move whole buildings meanwhile: beyond 0 to 1 it is no restitution.
-        bounced = content["impact_building_restitution"]
-        content["impact_building_restitution"] = bounced.where((bounced >= 0.0) & (bounced <= 1.0))
         names = list(COLUMNS)[:4]
         if "target" in store.dims:
             names.append("calibration")

@@ -7,17 +7,9 @@ from pathlib import Path
 import xarray as xr
 
 from impactfem.stages.check import Check, end_check, limited
-from impactfem.stages.stores import names_of, open_store, open_stores, time_step
+from impactfem.stages.stores import names_of, open_store, time_step
 from impactfem.stages.transient.selection import between, ends, known
 from impactfem.system.scalar import values_of
-
-APART = 0.2
-"""Largest relative difference of the two frequencies.
-
-Sections taken as cracked have half the stiffness (EN 1998-1, 4.3.1(7)) and so a frequency 29 %
-lower: models that differ in this, or in a factor or a unit, are told from models that differ in
-mesh, rigid zones and joints."""
-
 
 NUMBERS = (
     ("impulse_error", 1e-9, "", "error of the impulses"),
@@ -30,39 +22,6 @@ POINTS = 10.0
 """Least number of samples in a cycle of the highest frequency of the response."""
 LOST = 1.0 - math.cos(math.pi / POINTS)
 """What so many samples lose of a peak between them at most, 4.9 %."""
-
-
-def stick_against_model(folder: Path) -> list[Check]:
-    """The check of the fundamental modes along the direction that is shown, by `building.nc`.
-
-    Nothing fits a stick to the 3D model unless the case asks for it. One that is too stiff or too
-    soft hits at other times and with other speeds than the building that its forces are put on.
-    There is none for a vertical direction, along which nothing bends.
-    """
-    with open_stores(folder) as opened:
-        building, sticks = opened("building.nc"), opened("pounding.nc")
-        name, direction = str(building.attrs["building"]), str(sticks.attrs["shown_direction"])
-        if direction == "z":
-            return []
-        # The most mass, not the lowest: a mode that twists may be lower, and moves some mass, too.
-        mass = building["effective_mass"].sel(direction=direction)
-        model = float(building["frequency"].isel(mode=mass.argmax("mode")))
-        one = sticks.sel(building=name, mode_direction=direction)
-        main = one["mode_effective_mass"].argmax("mode")
-        stick = float(one["mode_frequency"].isel(mode=main))
-        forces = "impact forces are those" if sticks.sizes.get("pair") else "stick is that"
-    off = stick / model - 1.0
-    text = (
-        f"transient: {name} along {direction}, stick {stick:.3g} Hz, 3D model {model:.3g} Hz: "
-        "difference"
-    )
-    met, text = limited(text, abs(off), APART, "%")
-    if not met:
-        text += (
-            f"; the {forces} of another building than the 3D model: give the stick the "
-            "stiffness of the 3D model, as a [calibration] with from_structure = true does"
-        )
-    return [(met, text)]
 
 
 def transient_checks(folder: Path) -> list[Check]:
@@ -81,7 +40,8 @@ def transient_checks(folder: Path) -> list[Check]:
                 samples.append(
                     (
                         met,
-                        f"{text} at {largest['probe'].item()}, {largest['component'].item()}; "
+                        f"{text} at {largest['probe'].item()}, {largest['component'].item()}: "
+                        "those that are printed, ZPA too, are of the samples; "
                         f"spectra at the probes are those of histories made {finer} times finer "
                         "by band-limited interpolation",
                     )

@@ -9,11 +9,12 @@ from impactfem.stages.calibrate.selection import impulses_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.check import Check
 from impactfem.stages.inputs import published_values
+from impactfem.stages.pounding.checks import stick_against_model
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import of_run, open_store
-from impactfem.stages.transient.checks import samples_check, stick_against_model, transient_checks
+from impactfem.stages.transient.checks import samples_check, transient_checks
 from impactfem.stages.transient.figures import transient_figures
 from impactfem.stages.transient.physics import physics_scalars
 from impactfem.stages.transient.tables import transient_tables
