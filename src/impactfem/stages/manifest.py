@@ -159,6 +159,7 @@ class Provenance(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
     impactfem: str  #: version of the program
+    sources: str = ""  #: hash of its sources; none before version 0.2
     python: str  #: version of Python
     system: str  #: name, release and processor of the system
     command: list[str]  #: the command with its arguments
@@ -177,6 +178,14 @@ class Provenance(BaseModel):
     files: dict[str, str]  #: hash of each file that says what all stages found, by its name
 
 
+def _sources() -> str:
+    """SHA-256 of the sources of the program, which tells states of one version apart."""
+    digest, root = hashlib.sha256(), Path(impactfem.__file__).parent
+    for path in sorted(root.rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
+    return digest.hexdigest()
+
+
 def provenance(**facts: Any) -> dict[str, Any]:
     """Versions of the program and what it stands on, with the facts that a run adds to them."""
     versions = {}
@@ -187,6 +196,7 @@ def provenance(**facts: Any) -> dict[str, Any]:
             versions[name] = "unknown"
     return {
         "impactfem": impactfem.__version__,
+        "sources": _sources(),
         "python": platform.python_version(),
         "system": f"{platform.system()} {platform.release()} {platform.machine()}",
         "command": ["impactfem", *sys.argv[1:]],

@@ -114,7 +114,8 @@ def _forces(response: xr.Dataset) -> CurveFigure:
         "one to the next." + beside_note(response)
     )
     panels = [Panel("time [s]", "impact force [MN]", curves) for curves in (whole, main)]
-    return CurveFigure("figure_11_impact_forces", caption, panels, size=(9.0, 3.4))
+    size = (9.0, 3.4)
+    return CurveFigure("figure_11_impact_forces", caption, panels, size=size, above=True)
 
 
 def _centre(response: xr.Dataset, sticks: xr.Dataset) -> CurveFigure:
