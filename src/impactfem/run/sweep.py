@@ -53,6 +53,11 @@ DECADE = 10.0
 """Ratio of swept values from which on their axis is logarithmic."""
 SHOWN = 6
 """Number of results in a table on the screen, and of those shown when none is requested."""
+FIRST = (
+    *("pounding.main_impact_force", "pounding.impacts", "pounding.required_separation"),
+    *("frs.largest", "transient.frs.largest", "device.f?.detailed.impact"),
+)
+"""Results that are shown before others, behind published ones."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +117,8 @@ class SweepTable:
     def chosen(self, patterns: Sequence[str]) -> list[str]:
         """Names of the results to show: those of the patterns, in which * stands for any letters.
 
-        Without patterns those that differ between the variants, published ones first.
+        Without patterns those that differ between the variants, published ones first, then those
+        of `FIRST`.
         """
         known = list(self.units)
         if patterns:
@@ -120,7 +126,11 @@ class SweepTable:
             return list(dict.fromkeys(found))
         counts = self.results[self.errors == ""].nunique(dropna=False)
         varied = [name for name in known if counts[name] > 1]
-        return sorted(varied or known, key=lambda name: name not in self.published)[:SHOWN]
+
+        def later(name: str) -> tuple[bool, bool]:
+            return name not in self.published, not any(fnmatchcase(name, one) for one in FIRST)
+
+        return sorted(varied or known, key=later)[:SHOWN]
 
     def texts(self, names: Sequence[str], width: int) -> Iterator[str]:
         """The swept values and some results, as tables of a few columns each."""

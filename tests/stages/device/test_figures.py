@@ -206,7 +206,7 @@ def test_forces_by_input_over_the_detailed_one(drawn):
     }
     assert list(input_variants(device_store(WantedDevice()), "pump")) == ["computed spectra"]
     every = drawn["other inputs"].curves
-    for case in ("case", "under-damped"):
+    for case in ("own", "under-damped"):
         labels = [name for name in every if name and name.split(",")[0] == case]
         found = [x for name in labels for x, y in every[name] if list(y) == [0, 1, 2, 3]]
         assert found[0] == pytest.approx([0.6, 0.9, 1.1, 0.8])

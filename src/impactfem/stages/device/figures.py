@@ -16,7 +16,6 @@ import numpy as np
 import xarray as xr
 from matplotlib.ticker import MaxNLocator
 
-from impactfem.case.damping import OWN
 from impactfem.plot.curves import NONE, Curve, CurveFigure, Panel, published_level, published_point
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter, span
 from impactfem.stages.device.model_figures import (
@@ -113,15 +112,10 @@ def _dashes(case: int) -> str:
     return DASHES[(case - 1) % len(DASHES)] if case else "--"
 
 
-def _word(case: str) -> str:
-    """The damping of the case file itself by a word that is no name of a damping case."""
-    return "case" if case == OWN else case
-
-
 def _named(store: xr.Dataset, case: str, apart: str = ", ") -> str:
     """A damping case with the restitution that its impacts have, if it has one of its own."""
     epsilon = float(store["epsilon"].sel(case=case))
-    return _word(case) + (f"{apart}ε = {epsilon:.2f}" if np.isfinite(epsilon) else "")
+    return case + (f"{apart}ε = {epsilon:.2f}" if np.isfinite(epsilon) else "")
 
 
 def _different(store: xr.Dataset, *, restitution: bool = True) -> list[str]:
@@ -190,7 +184,7 @@ def _damping_figure(path: Path, store: xr.Dataset) -> Path:
         for case in shown:
             colour, dashes, width = _looks(store)[case]
             ratio = 100.0 * damping_of(store.sel(case=case)).ratio(frequency)
-            panel.loglog(frequency, ratio, label=_word(case), color=colour, ls=dashes, lw=width)
+            panel.loglog(frequency, ratio, label=case, color=colour, ls=dashes, lw=width)
         for mode in shown_modes(store, first)["mode_frequency"].values:
             panel.axvline(mode, color="0.5", ls=":", lw=0.9)
         panel.set(xlabel="frequency [Hz]", ylabel="damping ratio [%]")

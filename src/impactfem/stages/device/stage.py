@@ -151,9 +151,9 @@ DEVICE = Stage(
     title="Devices",
     about="Forces on the anchors in the 3D model and by response spectrum analysis.",
     headlines=(
-        "3D model with impacts F? {device.f?.detailed.impact}",
-        "3D model without impact F? {device.f?.detailed.no_impact}",
-        "spectrum analysis with impacts F? {device.f?.rsa.impact}",
+        "first device with impacts F? {device.f?.detailed.impact}",
+        "without impact F? {device.f?.detailed.no_impact}",
+        "by spectrum with impacts F? {device.f?.rsa.impact}",
     ),
     steps={
         "inputs": 4.0,
