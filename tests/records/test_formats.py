@@ -184,6 +184,75 @@ def test_the_interval_of_cosmos_is_that_of_the_samples(tmp_path, caplog):
         assert "10.75 s, the header has 22 s" in caplog.text
 
 
+def test_channels_of_csmip_have_the_numbers_of_the_station(tmp_path):
+    """Not those of recorders; where these repeat, too, the place in the file counts."""
+    first = "Chan  1: 90 Deg"
+    header, end = THREE["csmip"].split("\n", 8)[:8], "  (Sta Chn: 11)     Location: Roof"
+    assert header[7].startswith(first)
+    text = THREE["csmip"].replace(f"\n{first}\n", f"\n{first} {end}\n")
+    record = read(tmp_path, "csmip", text, "11")
+    assert record.acceleration == pytest.approx(0.01 * A)
+    assert "channel 11 (90 Deg): Roof, Made Up Station" in record.origin
+    again = text.replace("Sta Chn: 11", "Sta Chn: 3")
+    assert read(tmp_path, "csmip", again, "3").acceleration == pytest.approx(-0.01 * A)
+    assert read(tmp_path, "csmip", again, "1").acceleration == pytest.approx(0.01 * A)
+
+
+def test_csmip_before_1990(tmp_path, caplog):
+    """Without columns, in capitals, with the marks of a disk behind the end."""
+    now = f"    {A.size} points of accel data equally spaced at  .02 sec, in cm/sec2. (8f10.5)"
+    assert now in ONE["csmip"]
+    then = f"{A.size} POINTS OF ACCEL DATA EQUALLY SPACED AT .020 SEC. (UNITS: CM/SEC/SEC)"
+    record = read(tmp_path, "csmip", ONE["csmip"].replace(now, then) + "\x1a\x1a")
+    assert record.time_step == 0.02 and record.acceleration == pytest.approx(0.01 * A)
+    # The header has the step with more digits, and the peak.
+    reals = "-999.00000" * 4 + "    .01953" + "-999.00000" * 3
+    lines = ONE["csmip"].split("\n")
+    lines[39], lines[17] = reals, " Peak acceleration = 2712.3 cm/sec/sec at  1.2 sec"
+    assert read(tmp_path, "csmip", "\n".join(lines)).time_step == 0.01953
+    assert "the header has 2712.3 cm/s2" in caplog.text
+
+
+@pytest.mark.parametrize("words", ["ACCELERATION IN G", "ACCELERATION IN UNITS OF G."])
+def test_other_words_of_at2(tmp_path, words):
+    text = f"PEER\nX\n{words}\nNPTS= 3, DT= .01 SEC\n 0.1 -0.2 0.3\n"
+    record = read(tmp_path, "at2", text)
+    assert record.acceleration == pytest.approx(9.80665 * np.array([0.1, -0.2, 0.3]))
+
+
+def test_lines_that_end_thrice(tmp_path):
+    text = ONE["knet"].replace("\n", "\r\r\n")
+    path = tmp_path / "made.knet"
+    path.write_bytes(text.encode())
+    assert read_record(path, "knet", None).time_step == 0.01
+
+
+@pytest.mark.parametrize("units", ["g.     (02)Format=", "g(02)Format=", "g. (02), Format="])
+def test_cosmos_as_cgs_writes_it(tmp_path, units):
+    one = cosmos_text(CHANNELS[:1], 0.01, unit="g", unit_code=2, integrals=False)
+    text = one.replace("g(02),Format=", units)
+    assert text.count(units) == 1
+    assert read(tmp_path, "cosmos", text).acceleration == pytest.approx(9.80665 * A)
+
+
+def test_raw_cosmos_is_refused_by_its_counts(tmp_path):
+    one = cosmos_text(CHANNELS[:1], 0.01, unit="counts", unit_code=50, integrals=False)
+    with pytest.raises(InputError, match=r"got counts and unit 50 .*: a raw record; take its V1c"):
+        read(tmp_path, "cosmos", one.replace("acceleration pts", "raw accel.   pts"))
+
+
+def test_esm_with_the_header_of_earlier_years(tmp_path, caplog):
+    """DYNA 1.0 lacks nine keys; the duration is compared."""
+    lines = ONE["esm"].split("\n")
+    gone = [k for k, line in enumerate(lines[:64]) if line.startswith(("USER", "DATE_TIME_FIRST"))]
+    text = "\n".join(line for k, line in enumerate(lines) if k not in gone)
+    assert read(tmp_path, "esm", text).acceleration == pytest.approx(0.01 * A)
+    assert not caplog.records
+    slower = ONE["esm"].replace("INTERVAL_S: 0.005", "INTERVAL_S: 0.05")
+    assert read(tmp_path, "esm", slower).time_step == 0.05
+    assert "43 samples at 0.05 s take 2.15 s, the header has 0.215 s" in caplog.text
+
+
 FAULTS = {
     "esm": [
         ("NDATA: 43", "NDATA: 44", r"line 30 = 'NDATA: 44': the header announces 44 samples, the"),
@@ -193,7 +262,7 @@ FAULTS = {
         ("UNITS: cm/s^2", "UNITS: cm/s", "line 33 = 'cm/s': expected a unit of acceleration"),
         ("UNITS: cm/s^2", "UNIT: cm/s^2", "the header has no UNITS"),
         ("DATA_TYPE: ACC", "DATA_TYPE: DISPLACEMENT ACC", "expected DATA_TYPE: ACCELERATION"),
-        ("USER3: \n", "", "line 64 = '-?[0-9.]+': the header ends early"),
+        ("USER3: \n", "USER3\n", "line 62 = 'USER3': expected one finite number"),
         (f"\n{A[7]:.6f}\n", "\nnan\n", "line 72 = 'nan': expected one finite number"),
         (f"\n{A[7]:.6f}\n", "\n1 2\n", "line 72 = '1 2': expected one finite number"),
         (f"\n{A[7]:.6f}\n", "\n", "announces 43 samples, the file has 42"),

@@ -8,7 +8,10 @@ import numpy as np
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.records.file import ACCELERATION_UNITS, NUMBER, Format, RecordFile, plain_unit
 
-_UNITS = re.compile(r"units?\s+of\s+(.*?)[\s.,;]*(?:filter\s+points?\b.*)?$", re.IGNORECASE)
+_UNITS = re.compile(
+    r"(?:units?\s+of|acceleration\s+in(?!\s+unit))\s+(.*?)[\s.,;]*(?:filter\s+points?\b.*)?$",
+    re.IGNORECASE,
+)
 _NAMED = re.compile(r"npts\s*=\s*(\d{1,9})\s*,?\s*dt\s*=\s*" + f"({NUMBER})", re.IGNORECASE)
 _BARE = re.compile(r"\s*(\d{1,9})\s+" + rf"({NUMBER})\s*,?\s*npts\s*,\s*dt\b", re.IGNORECASE)
 _TOUCHING = re.compile(r"([\d.])([+-])")
@@ -17,11 +20,12 @@ _TOUCHING = re.compile(r"([\d.])([+-])")
 def read(file: RecordFile, component: str | None) -> Accelerogram:
     """Read an accelerogram from a PEER AT2 file.
 
-    Four lines of header: the third names the unit ("UNITS OF G", in older files with the corners
-    of a filter behind it: "FILTER POINTS: HP=0.1 Hz LP=46.0 Hz"), the fourth the number of samples
-    and the step ("NPTS=  4000, DT=   .0050 SEC", or in older files "4000 0.0050 NPTS, DT"). Then
-    the samples, any number a line. In a full column of 15 characters a negative sample touches the
-    one before it ("-.1234E-02-.5678E-03"): a sign begins a new sample, too.
+    Four lines of header: the third names the unit ("UNITS OF G" or "ACCELERATION IN G", in older
+    files with the corners of a filter behind it: "FILTER POINTS: HP=0.1 Hz LP=46.0 Hz"), the fourth
+    the number of samples and the step ("NPTS=  4000, DT=   .0050 SEC", or in older files
+    "4000 0.0050 NPTS, DT"). Then the samples, any number a line. In a full column of 15 characters
+    a negative sample touches the one before it ("-.1234E-02-.5678E-03"): a sign begins a new
+    sample, too.
 
     The file holds one component and does not name it; its title is in the origin.
     """

@@ -28,8 +28,8 @@ _VALUES = re.compile(
 )
 _COMMENTS = re.compile(r"\s*(\d{1,6})\s+Comment\s+line\(?s?\)?\s+follow", re.IGNORECASE)
 _DATA = re.compile(
-    r"\s*(\d{1,9})\s+(\w+)\s+(?:pts|points)\b.*?units\s*=\s*([^,(]*?)\s*(?:\(\s*(\d{1,4})\s*\))?"
-    r"\s*,\s*" + _FORMAT,
+    r"\s*(\d{1,9})\s+([A-Za-z][\w. ]*?)\s+(?:pts|points)\b.*?units\s*=\s*([^,(]*?)[\s.]*"
+    r"(?:\(\s*(\d{1,4})\s*\))?\s*,?\s*" + _FORMAT,
     re.IGNORECASE,
 )
 _SECONDS = re.compile(r"approx\s*(\d+\.?\d*)\s*sec", re.IGNORECASE)
@@ -78,12 +78,17 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
         if header is None:
             _fail(file, i, f"expected {file.expected}")
         channel, quantity, i = _block(file, i, *header)
-        if quantity.lower().startswith("acc"):
+        if _is_acceleration(quantity):
             channels.append(channel)
     numbers = {channel.number for channel in channels}
     if len(numbers) < len(channels) or "?" in numbers:  # the place in the file counts then
         channels = [replace(c, number=str(n)) for n, c in enumerate(channels, start=1)]
     return read_channel(file, channels, component)
+
+
+def _is_acceleration(quantity: str) -> bool:
+    """Whether a quantity, as "acceleration" or "raw accel.", is one."""
+    return "acc" in quantity.lower()
 
 
 def _fail(file: RecordFile, i: int, expected: str) -> NoReturn:
@@ -117,7 +122,8 @@ def _header(file: RecordFile, start: int) -> tuple[Channel, int, int]:
         expected = "expected the interval of the samples [ms] as real-header value 62"
         _fail(file, start + n_text, f"{expected}; where that is unspecified, [s] as value 34")
     status = (head[1] if head else "").lower()
-    title = " ".join(text[1].split()) if n_text > 1 else ""
+    # The record of which event, and the station.
+    title = ", ".join(" ".join(text[k].split()) for k in (1, 4) if k < n_text)
     channel = Channel(
         number=station[1] if station else "?",
         orientation=station[2] if station else "",
@@ -175,13 +181,13 @@ def _block(file: RecordFile, i: int, header: Channel, unit: int) -> tuple[Channe
     factors = {ACCELERATION_UNITS.get(name) for name in names}
     if len(factors) == 1:
         factor = factors.pop()
-    if factor is None and quantity.lower().startswith("acc"):
+    if factor is None and _is_acceleration(quantity):
         given = " and ".join(dict.fromkeys(names)) or "no unit"
+        if "counts" in names:
+            given += ": a raw record; take its V1c or V2c file"
         _fail(file, i, f"expected one unit of acceleration, got {given}")
-    # Its time and peak, as the header has them; the peak is in the unit of the samples.
     said = _SECONDS.search(lines[i])
     duration = header.duration if header.duration > 0.0 or not said else float(said[1])
-    peak = header.peak if factor == ACCELERATION_UNITS["cm/s2"] else math.nan
     code = end[1] if end[1] and not end[1].isdigit() and end[1].isalnum() else ""
     channel = replace(
         header,
@@ -190,7 +196,6 @@ def _block(file: RecordFile, i: int, header: Channel, unit: int) -> tuple[Channe
         count=int(match[1]),
         factor=math.nan if factor is None else factor,
         duration=duration,
-        peak=peak,
         width=int(match[6]),
         stop=stop + 1,
     )
@@ -201,7 +206,7 @@ FORMAT = Format(
     name="cosmos",
     expected="a COSMOS record: 'Corrected acceleration (Format v01.20 with 13 text lines)', its"
     " header blocks, then the samples",
-    endings=("v2c",),
+    endings=("v2c", "v1c"),
     sign=re.compile(r"\w+\s+\w+.*\(Format\s+v", re.IGNORECASE),
     read=read,
 )

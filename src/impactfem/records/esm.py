@@ -1,5 +1,6 @@
 """Accelerograms in the ASCII format of ESM and ITACA, the European and Italian databases."""
 
+import math
 import re
 
 import numpy as np
@@ -7,19 +8,17 @@ import numpy as np
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.records.file import ACCELERATION_UNITS, Format, RecordFile, plain_unit, read_number
 
-HEADER_LINES = 64  # of the header format DYNA 1.2
-
 _KEY = re.compile(r"([A-Z][A-Z0-9_/^]*):(.*)")
 
 
 def read(file: RecordFile, component: str | None) -> Accelerogram:
-    """Read an accelerogram from an ASCII file of ESM or ITACA (header format DYNA 1.2).
+    """Read an accelerogram from an ASCII file of ESM or ITACA (header format DYNA 1.0 or 1.2).
 
-    64 lines ``KEY: value`` come first. Of these, NDATA is the number of samples,
+    Lines ``KEY: value`` come first, 55 or 64. Of these, NDATA is the number of samples,
     SAMPLING_INTERVAL_S the step, UNITS their unit (cm/s^2), DATA_TYPE must be ACCELERATION, and
-    STREAM names the component ("HNN"). Then one sample a line. A peak that is not the one the
-    header has (PGA_CM/S^2) is warned of. The layout was taken from files of ESM among the test
-    data of the USGS program gmprocess.
+    STREAM names the component ("HNN"). Then one sample a line. A peak or duration that is not the
+    one the header has (PGA_CM/S^2, DURATION_S) is warned of. The layout was taken from files of ESM
+    among the test data of the USGS program gmprocess.
 
     Event, station and processing are in the origin.
     """
@@ -27,18 +26,16 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     while lines and not lines[-1].strip():
         lines.pop()
     header: dict[str, tuple[int, str]] = {}
-    for i, line in enumerate(lines[:HEADER_LINES], start=1):
+    for i, line in enumerate(lines, start=1):
         match = _KEY.fullmatch(line.strip())
         if match is None:
-            file.fail(i, line.strip(), f"the header ends early; expected {file.expected}")
+            break
         header[match[1]] = (i, match[2].strip())
-    if len(lines) < HEADER_LINES:
-        file.fail(None, None, f"the file ends after {len(lines)} lines; expected {file.expected}")
     text = {key: value for key, (_, value) in header.items()}
     step = _positive(file, header, "SAMPLING_INTERVAL_S", "the time step in seconds")
     count = _positive(file, header, "NDATA", "the number of samples")
     factor = _factor(file, header)
-    behind = range(HEADER_LINES, len(lines))
+    behind = range(max((i for i, _ in header.values()), default=0), len(lines))
     samples = file.samples(behind, lambda line: [line.strip()], "expected one finite number")
     if count is not None and not file.faults and (len(samples) != count or count < 2):
         expected = f"the header announces {count:g} samples, the file has {len(samples)}"
@@ -49,6 +46,8 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     acceleration = np.array(samples) * factor
     peak = 100.0 * float(np.abs(acceleration).max())
     file.compare_peak(peak, text.get("PGA_CM/S^2", ""), "cm/s2")
+    said = read_number(text.get("DURATION_S", ""))
+    file.compare_duration(step, len(samples), math.nan if said is None else said)
     where = ".".join(text.get(key, "") for key in ("NETWORK", "STATION_CODE", "STREAM"))
     event = f"{text.get('EVENT_NAME', '')} {text.get('EVENT_DATE_YYYYMMDD', '')}".strip()
     details = [event, text.get("BASELINE_CORRECTION", "").lower()]
@@ -87,7 +86,7 @@ def _factor(file: RecordFile, header: dict[str, tuple[int, str]]) -> float | Non
 
 FORMAT = Format(
     name="esm",
-    expected="an ESM or ITACA record: 64 lines 'KEY: value', from EVENT_NAME to USER5, then one"
+    expected="an ESM or ITACA record: lines 'KEY: value', from EVENT_NAME to USER5, then one"
     " sample a line",
     endings=(),
     sign=re.compile(r"EVENT_NAME:"),

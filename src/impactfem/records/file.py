@@ -72,7 +72,7 @@ class RecordFile:
         if isinstance(text, Fault):
             raise InputError([text])
         self.path, self.expected = path, expected
-        self.lines: list[str] = re.split(r"\r\n|\r|\n", text)
+        self.lines: list[str] = re.split(r"\r*\n|\r", text.rstrip("\x1a"))
         self.faults: list[Fault] = []
 
     def note(self, line: int | None, value: str | None, expected: str) -> None:
@@ -191,7 +191,7 @@ class Channel:
     width: int = 0  #: characters in a column
     stop: int = 0  #: number of the line behind the last one of samples
     duration: float = math.nan  #: as the header has it [s]; nan where it does not
-    peak: float = math.nan  #: the same of the largest sample [cm/s2]
+    peak: float = math.nan  #: the same of the largest sample, in the file's unit
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -234,7 +234,8 @@ def read_channel(
     a = np.array(samples) * channel.factor
     file.compare_duration(channel.time_step, len(a), channel.duration)
     if math.isfinite(channel.peak):
-        file.compare_peak(100.0 * float(np.abs(a).max()), str(channel.peak), "cm/s2")
+        peak = 100.0 * channel.factor * channel.peak
+        file.compare_peak(100.0 * float(np.abs(a).max()), str(peak), "cm/s2", rounding=5e-4)
     return Accelerogram(
         channel.time_step,
         a,
