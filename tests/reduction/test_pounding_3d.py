@@ -163,6 +163,36 @@ def test_what_is_reported_of_a_run_under_waves_that_pass(pair, shaken):
     assert np.abs(alike.gap - free.gap)[:first].max() > 1e-2 * reach
 
 
+@pytest.mark.parametrize("smooth", [False, True])
+def test_where_a_pair_is_along_its_line_changes_nothing(pair, shaken, smooth):
+    """It says where the sides are; law and reported speeds are those at the middle of the line."""
+    case, _, given, _ = pair
+
+    def moved(point):
+        x, y, z = point.offset
+        return point.model_copy(update={"offset": (x - 1.5, y, z)})
+
+    aside = [one.model_copy(update={"a": moved(one.a), "b": moved(one.b)}) for one in case.contacts]
+    found = []
+    for one in (case, case.model_copy(update={"contacts": tuple(aside)})):
+        one = with_law(one, SMOOTH) if smooth else one
+        pounding = Pounding3D(one, system_of(one, None), given)
+        found.append((pounding, pounding.respond(shaken, STEP)))
+    (first, response), (second, again) = found
+    assert response.force.max() > 0.0
+    np.testing.assert_allclose(again.force, response.force, atol=1e-9 * response.force.max())
+    np.testing.assert_allclose(again.gap_rate, response.gap_rate, atol=1e-12)
+    for a, b in zip(first.system.pairs, second.system.pairs, strict=True):
+        assert a.law.mass == pytest.approx(b.law.mass, rel=1e-12)
+    # The sticks' pairs are where the case has them.
+    masses = [system_of(one, None).pairs[0].law.mass for one in (case, second_case(aside, case))]
+    assert masses[1] < 0.9 * masses[0]
+
+
+def second_case(contacts, case):
+    return case.model_copy(update={"contacts": tuple(contacts)})
+
+
 def test_what_is_reported_of_a_run(pair, shaken):
     """Complementary, energies in balance, resultants and impulses those of the points."""
     case, system, given, _ = pair

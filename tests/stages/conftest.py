@@ -217,6 +217,7 @@ def _transient(asked, slab):
         "edge_side": [""] * len(asked.loads),
         "edge_length": [6.0] * len(asked.loads),
         "edge_force": force,
+        "impact_force": force,
         "edge_moment": np.zeros_like(force),
     }
     if asked.solver != "full":

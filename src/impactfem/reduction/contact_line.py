@@ -94,6 +94,11 @@ class ContactLine:
             for force in end.forces
         )
 
+    def middle(self, end: LineEnd) -> tuple[float, float, float]:
+        """The middle of the line on one side, Σ w r / Σ w, from the building's axis [m]."""
+        x, y, z = (self.weight @ end.offset / self.weight.sum()).tolist()
+        return x, y, z
+
     def joined(self, every: int) -> tuple[Array, Array]:
         """Shares of the points in those of a line with every n-th of them, shape (m, fewer), and w.
 

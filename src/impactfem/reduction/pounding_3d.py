@@ -24,7 +24,7 @@ from scipy.integrate import cumulative_trapezoid
 from impactfem.building.mesh import DOFS
 from impactfem.case import Case
 from impactfem.coupling.body import Body, Port
-from impactfem.coupling.contact import UNILATERAL
+from impactfem.coupling.contact import UNILATERAL, effective_mass, law_of
 from impactfem.coupling.ground import Ground, as_ground
 from impactfem.coupling.implicit import respond
 from impactfem.coupling.links import Assembly, Link
@@ -69,12 +69,13 @@ class Response3D(Response):
     """The response of sticks and 3D models; of a 3D model that of its floors' mass centres.
 
     The pairs of the system are the lines, then pairs of two sticks. The force of a line is the
-    resultant, its gap the least of its points, and its rate that of the mass centres.
+    resultant, its gap the least of its points, and its rate that at its middle of floors that are
+    rigid, as their mass centres move and turn.
     """
 
     acceleration: Array  #: relative to the ground, shape (n_t, n)
     gap: Array  #: least one of each line, negative in contact, shape (n_t, n_pairs) [m]
-    gap_rate: Array  #: of the mass centres, at storeys the mean of the points, same shape [m/s]
+    gap_rate: Array  #: at the middles, in storeys the mean of the points, same shape [m/s]
     points: tuple[Pair, ...]  #: the points of contact, line by line, then pairs of two sticks
     pair_of: Index  #: of each of them the index of its pair
     point_force: Array  #: shape (n_t, n_points) [N]
@@ -123,7 +124,7 @@ class Pounding3D:
 
     def __init__(self, case: Case, system: System, given: Models3D, *, every: int = 1) -> None:
         self._given = given
-        in_3d = {contact.name for contact in case.contacts if case.touches_in_3d(contact)}
+        in_3d = {one.name: one for one in case.contacts if case.touches_in_3d(one)}
         first = {pair.name: pair for pair in system.pairs}
         area_of = {pair.name: pair.area for pair in system.pairs}
         others = tuple(pair for pair in system.pairs if pair.name not in in_3d)
@@ -134,8 +135,21 @@ class Pounding3D:
         for line in given.lines:
             share, w = line.joined(every)
             one = first[line.name]
+            # At its middle, wherever its pairs are: they say where it is and what its gaps are.
+            one = replace(
+                one,
+                a=replace(one.a, offset=line.middle(line.a)),
+                b=replace(one.b, offset=line.middle(line.b)) if line.b and one.b else one.b,
+            )
+            contact = in_3d[line.name]
+            masses = (
+                system.stick(at.building).point_mass(at.master, at.offset, line.normal)
+                for at in (one.a, one.b)
+                if at is not None
+            )
+            law = law_of(contact.law, case.contact_laws[contact.law], effective_mass(*masses))
             # Several pairs of a line press together.
-            law = one.law if one.law.code == UNILATERAL else one.law.part(len(line.pair_names))
+            law = law if law.code == UNILATERAL else law.part(len(line.pair_names))
             areas = [area_of[name] for name in line.pair_names]
             area = None if None in areas else sum(a for a in areas if a is not None)
             lines.append(replace(one, law=law, gap=float(line.gap.min()), area=area))
@@ -178,8 +192,8 @@ class Pounding3D:
                 bodies.append(replace(body, ports={**body.ports, **ports[name]}))
                 continue
             model, none = given.models[name], np.zeros((DOFS, DOFS))
-            law_of = building.damping.law
-            bodies.append(Body(name, model.eigenvalue, law_of, -model.ground, none, ports[name]))
+            damping = building.damping.law
+            bodies.append(Body(name, model.eigenvalue, damping, -model.ground, none, ports[name]))
         self.assembly = Assembly(bodies, [*links, *self._sticks.assembly.links])
 
     def _port(self, line: ContactLine, end: LineEnd, at: End, sign: float, share: Array) -> Port:
@@ -419,7 +433,7 @@ class Pounding3D:
         return np.column_stack([gap[:, self.pair_of == k].min(axis=1) for k in pairs])
 
     def _rates(self, ground: Ground, velocity: Array, rate: Array, points: Index) -> Array:
-        """Rates of the gaps of all pairs: of mass centres, in storeys the mean of the points."""
+        """Rates of the gaps of all pairs: at the middles, in storeys the mean of the points."""
         rates = opening(self.system, velocity, ground.relative, 1)
         for k in np.unique(self.pair_of[self._in_storeys]):
             rates[:, k] = rate[:, self.pair_of[points] == k].mean(axis=1)

@@ -156,7 +156,7 @@ def structure_spectra(run: RunFiles) -> Facts:
     places = {"centre": "mass centre", "edge": "impact edge"}
     with run.store("transient.nc") as store:
         response = known(shown(store))
-        force = response["edge_force"]
+        force = response["impact_force"]
         on_floor = np.array([str(k).startswith("floor") for k in force["edge"].values], dtype=bool)
         hit = force["edge_floor"].values[(abs(force) > 0.0).any("time").values & on_floor]
         floors = floors_of(response, "centre")[::-1]

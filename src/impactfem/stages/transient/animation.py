@@ -36,6 +36,7 @@ from impactfem.stages.transient.selection import (
     main_side,
     of_kind,
     shown,
+    struck,
     wave_floor,
 )
 from impactfem.system.arrays import Array
@@ -233,10 +234,11 @@ def _title(response: xr.Dataset, buildings: Sequence[str], time: float) -> str:
     if impact is not None:
         since = 1e3 * (time - impact[0])
         text += f", {abs(since):.1f} ms {'after' if since >= 0.0 else 'before'} the impact began"
-    main = main_side(response) if response.sizes["edge"] else response
+    main = struck(response)
+    main = main_side(response) if main.sizes["edge"] else main
     here = (main["edge_floor"] == floor).values
     if here.any():
-        force = main["edge_force"].isel(edge=here).sel(time=time, method="nearest")
+        force = main["impact_force"].isel(edge=here).sel(time=time, method="nearest")
         where = "" if force["edge"].item() == f"floor {floor}" else f" on {force['edge'].item()}"
         text += f"; force{where} {1e-6 * force.item():.1f} MN".replace("-", "−")
     return text

@@ -35,6 +35,7 @@ from impactfem.stages.transient.selection import (
     plates_note,
     pounded,
     shown_line,
+    struck,
     transfer,
     wave_floor,
 )
@@ -92,7 +93,7 @@ def _history(values: xr.DataArray, label: str, colour: Any, **look: Any) -> Curv
 
 def _forces(response: xr.Dataset) -> CurveFigure:
     """Figure 11: the forces on the edges of the floors, and the main impact."""
-    force = 1e-6 * response["edge_force"].transpose("edge", "time")
+    force = 1e-6 * struck(response)["impact_force"].transpose("edge", "time")
     colours = floor_colours(force.sizes["edge"])
     largest = abs(force).max("time").values
     whole, main = [], []
@@ -200,9 +201,12 @@ def _edge(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
 
 def _force_spectra(response: xr.Dataset) -> CurveFigure:
     """Figure 21: power spectral densities of the main impacts of the two upper loads of a side."""
-    force = main_side(response)["edge_force"].isel(edge=slice(-2, None)).transpose("time", "edge")
+    force = main_side(response)["impact_force"].isel(edge=slice(-2, None)).transpose("time", "edge")
     places = force["edge"].values.tolist()
-    spectra = force_spectra(force.values, time_step(response))
+    # Over the duration of the table, of all sides that are struck.
+    every = struck(response)["impact_force"].transpose("time", "edge")
+    spectra = force_spectra(every.values, time_step(response))
+    rows = [every["edge"].values.tolist().index(place) for place in places]
     peaks = abs(force).idxmax("time").values
     forces = " and ".join(f"{p} (at {t:.3f} s)" for p, t in zip(places, peaks, strict=True))
     caption = (
@@ -212,7 +216,9 @@ def _force_spectra(response: xr.Dataset) -> CurveFigure:
     looks = ((RED, "--"), (BLUE, "-"))[-len(places) :]
     labels = [(place, *look) for place, look in zip(places, looks, strict=True)]
     label = "PSD of the impact force [MN²/Hz]"
-    panel = _density_panel(response, spectra.frequency, 1e-12 * spectra.density, labels, label)
+    panel = _density_panel(
+        response, spectra.frequency, 1e-12 * spectra.density[rows], labels, label
+    )
     return CurveFigure("figure_21_force_spectra", caption, [panel], 1, (6.5, 3.8))
 
 

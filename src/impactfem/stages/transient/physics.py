@@ -24,6 +24,7 @@ from impactfem.stages.transient.selection import (
     of_pounding,
     pounded,
     shown,
+    struck,
     transfer,
     wave_floor,
 )
@@ -45,6 +46,8 @@ NOTHING = 0.01
 LATEST = 1.5
 """Crossings by hand after its peak at the first point up to which a wave is looked for: in the near
 half of the line, until its reflection comes back."""
+PRESSES = 0.01
+"""Part of the largest force above which an impact presses."""
 FINER = 20
 """Steps of the interpolated histories in one of the response."""
 QUIET_STEPS = 6
@@ -209,11 +212,13 @@ def power_spectrum(record: Array, time_step: float) -> tuple[Array, Array]:
 def force_spectra(force: Array, time_step: float) -> ForceSpectra:
     """Spectra of the main impact of each force, alone and over the same duration.
 
-    S(f) = 2 |Δt Σ_n F_n e^(−2πi f n Δt)|² / T, with the duration T of the longest of the impacts:
-    so the densities of the forces, shape (n_t, n_forces) [N], can be compared.
+    S(f) = 2 |Δt Σ_n F_n e^(−2πi f n Δt)|² / T, with the duration T for which the longest of the
+    impacts presses: so the densities of the forces, shape (n_t, n_forces) [N], can be compared. The
+    samples before and after it, in which resampling rings, belong to its impulse and not to T.
     """
     impacts = [impact_samples(column) for column in force.T]
     longest = max(last - first for first, last in impacts)
+    T = time_step * max(pressing(column) for column in force.T)
     count = max(longest, round(1.0 / (RESOLUTION * time_step)))
     densities = []
     frequency = np.fft.rfftfreq(count, time_step)
@@ -223,8 +228,16 @@ def force_spectra(force: Array, time_step: float) -> ForceSpectra:
         frequency, density = signal.periodogram(
             alone, fs=1.0 / time_step, window="boxcar", nfft=count, detrend=False
         )
-        densities.append(density)
-    return ForceSpectra(np.asarray(frequency), np.array(densities), longest * time_step)
+        densities.append(density * (longest * time_step / T))
+    return ForceSpectra(np.asarray(frequency), np.array(densities), T)
+
+
+def pressing(force: Array) -> int:
+    """How many samples of the impact with the largest force press, to a hundredth of it."""
+    peak = int(np.argmax(np.abs(force)))
+    rest = np.flatnonzero(force / force[peak] <= PRESSES)
+    first = int(rest[rest < peak].max(initial=-1)) + 1
+    return int(rest[rest > peak].min(initial=len(force))) - first
 
 
 def impact_samples(force: Array) -> tuple[int, int]:
@@ -332,8 +345,8 @@ def _of_forces(response: xr.Dataset) -> list[Row]:
             (f"{name}_frequency", float(size.idxmax()), "Hz", note),
             (f"{name}_to_{upto:g}hz", largest, "1/kg", f"{note}, up to {upto:g} Hz"),
         ]
-    if response.sizes["edge"] and main_side(response).sizes["edge"] > 1:
-        force = main_side(response)["edge_force"].isel(edge=[-2, -1]).transpose("time", "edge")
+    if struck(response).sizes["edge"] and main_side(response).sizes["edge"] > 1:
+        force = main_side(response)["impact_force"].isel(edge=[-2, -1]).transpose("time", "edge")
         spectra = force_spectra(force.values, time_step(response))
         below, above = spectra.density[:, spectra.frequency <= upto].mean(axis=1)
         lower, upper = force["edge"].values

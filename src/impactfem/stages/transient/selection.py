@@ -48,9 +48,16 @@ def floors_of(store: xr.Dataset, kind: str) -> list[int]:
     return [int(floor) for floor in of_kind(store, kind)["probe_floor"].values]
 
 
+def struck(response: xr.Dataset) -> xr.Dataset:
+    """The sides that are struck, with the forces of contact alone."""
+    hit = (response["impact_force"] != 0.0).any("time")
+    return response.isel(edge=hit.values)
+
+
 def main_side(response: xr.Dataset) -> xr.Dataset:
-    """The loads of floors on the side with the largest force, from the lowest."""
-    largest = abs(response["edge_force"]).max("time").argmax("edge")
+    """The floors that are struck on the side with the largest force, from the lowest."""
+    response = struck(response)
+    largest = abs(response["impact_force"]).max("time").argmax("edge")
     side = response["edge_side"].isel(edge=largest)
     return response.isel(edge=(response["edge_side"] == side).values)
 

@@ -67,6 +67,7 @@ OUTPUTS = {
     "edge_side": Output("edge", "", "its side: x-, y+; empty for the impact edge", label=True),
     "edge_length": Output("edge", "m", "of the side"),
     "edge_force": Output("time edge", "N", "resultant, positive in compression"),
+    "impact_force": Output("time edge", "N", "part of it that contact exerts, without loads"),
     "edge_moment": Output("time edge", "N m", "of the force times its distance from the middle"),
     "transfer_frequency": Output("transfer_frequency", "Hz"),
     "transfer_load": Output("transfer_load", "", "load on an edge"),
@@ -127,6 +128,7 @@ def _response(study: TransientStudy, key: str) -> xr.Dataset:
             facades(prepared.parts.mesh, one.floor)[one.side][0].length for one in struck
         ],
         "edge_force": force,
+        "impact_force": loads.impact_force,
         "edge_moment": moment,
     }
     if study.rotations is not None:

@@ -5,11 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from scipy.integrate import trapezoid
 
 from impactfem.plot.table import Table, beside_published, columns_of, write_tables
 from impactfem.stages.stores import of_run, open_store, time_step
 from impactfem.stages.transient.physics import force_spectra, physics_scalars, power_spectrum
-from impactfem.stages.transient.selection import floors_of, known, of_kind, shown
+from impactfem.stages.transient.selection import floors_of, known, of_kind, shown, struck
 from impactfem.system.scalar import scalars_of
 
 
@@ -34,7 +35,8 @@ def density_tables(response: xr.Dataset) -> list[Table]:
     Those that the case has: none without impact edges, the first alone where nothing is hit.
     """
     tables, step = [], time_step(response)
-    edges, force = of_kind(response, "edge"), response["edge_force"].transpose("edge", "time")
+    edges = of_kind(response, "edge")
+    force = struck(response)["impact_force"].transpose("edge", "time")
     if edges.sizes["probe"]:
         histories = edges["acceleration"].transpose("probe", "time").values
         frequency, density = power_spectrum(histories, step)
@@ -136,7 +138,7 @@ def _peaks(
 
 def _sides(store: xr.Dataset) -> Table:
     """What each side that is struck or loaded takes, at its largest force."""
-    force = store["edge_force"]
+    force, step = store["edge_force"], time_step(store)
     largest = store.isel(time=abs(force).argmax("time"))
     return columns_of(
         xr.Dataset(
@@ -144,7 +146,7 @@ def _sides(store: xr.Dataset) -> Table:
                 "length": store["edge_length"],
                 "force": largest["edge_force"],
                 "at": largest["time"].variable,
-                "impulse": force.sum("time") * time_step(store),
+                "impulse": ("edge", trapezoid(force.transpose("edge", "time"), dx=step)),
                 "moment": abs(store["edge_moment"]).max("time"),
                 "from_middle": largest["edge_moment"] / largest["edge_force"],
             }
