@@ -194,7 +194,7 @@ class Transient(Section):
     shorter waves."""
     export_start: Time | None = None
     """First time that is written; default 10 ms before the main impact, or, where nothing touches,
-    before the largest ground acceleration."""
+    before the largest force of [[loads]] on a side, or the largest ground acceleration."""
     export_duration: PositiveTime = 0.2
     """Time that is written, at most to the end of what is computed."""
     export_step: PositiveTime | None = None

@@ -117,7 +117,7 @@ def _header(file: RecordFile, start: int) -> tuple[Channel, int, int]:
         next(iter(reals[k - 1 :]), float(_UNSPECIFIED))
         for k in (_INTERVAL, _DURATION, _PEAK, _RAW_INTERVAL)
     )
-    step = raw if interval == _UNSPECIFIED else 1e-3 * interval
+    step = 1e-3 * interval if interval > 0.0 else raw
     if not step > 0.0:
         expected = "expected the interval of the samples [ms] as real-header value 62"
         _fail(file, start + n_text, f"{expected}; where that is unspecified, [s] as value 34")
@@ -130,7 +130,7 @@ def _header(file: RecordFile, start: int) -> tuple[Channel, int, int]:
         code=code[1] if code else "",
         title=f"{status} acceleration, {title}".strip(", "),
         time_step=step,
-        duration=math.nan if duration == _UNSPECIFIED else duration,
+        duration=duration if duration > 0.0 else math.nan,
         peak=math.nan if peak == _UNSPECIFIED else peak,
     )
     unit = round(next(iter(integers[_DATA_UNITS - 1 :]), _UNSPECIFIED))

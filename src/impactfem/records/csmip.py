@@ -10,11 +10,11 @@ from impactfem.records.file import (
     Channel,
     Format,
     RecordFile,
-    fixed_columns,
     plain_unit,
     read_channel,
     read_number,
 )
+from impactfem.system.log import LOGGER
 
 HEADER_LINES = 45  # 25 of text, 7 of integers, 13 of real numbers
 REAL_LINES = 13
@@ -27,7 +27,7 @@ _OF_STATION = re.compile(r"\(\s*Sta\s+Chn:\s*(\d+)", re.IGNORECASE)
 _LOCATION = re.compile(r"Location:\s*(.*?)\s*$", re.IGNORECASE)
 _DATA = re.compile(
     r"\s*(\d{1,9})\s+points\s+of\s+(\w+)\s+data\s+equally\s+spaced\s+at\s+(\S+)\s*sec[.,]*\s*"
-    r"(?:in\s+|\(units:\s*)([^()]*?)[.)]*\s*(?:\(\s*\d*\s*[EFG]([1-9]\d?)\.\d+\s*\))?\s*$",
+    r"(?:in\s+|\(units:\s*)([^()]*?)[.)]*\s*(?:\(\s*\d*\s*[EFG]([1-9]\d?)\.\d+\s*\).*)?$",
     re.IGNORECASE,
 )
 _PEAK = re.compile(r"Peak\s+acceleration\s*=\s*(\S+)\s*cm/s", re.IGNORECASE)
@@ -67,11 +67,13 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
         step, factor = read_number(match[3]), ACCELERATION_UNITS.get(plain_unit(match[4]))
         if step is None or step <= 0.0:
             file.note(begin + 1, match[3], "expected a time step in seconds")
-        elif (exact := _exact_step(lines[start:begin])) is not None:
-            if abs(exact - step) > 1e-3:
-                expected = f"the header has a time step of {exact:g} s; expected the same"
-                file.note(begin + 1, match[3], expected)
-            step = exact
+        elif (exact := _exact_step(lines[begin - REAL_LINES : begin])) is not None:
+            digits = len(match[3].rstrip(".").partition(".")[2])
+            if abs(exact - step) <= 0.5001 * 10.0**-digits:
+                step = exact
+            else:
+                text = "warning: %s: the samples have a time step of %s s, the header has %g s"
+                LOGGER.warning(text, file.path, match[3], exact)
         if factor is None:
             file.note(begin + 1, match[4], "expected a unit of acceleration, cm/sec2")
         # Velocities, or the end of the channel, stop the accelerations.
@@ -113,9 +115,9 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
 
 
 def _exact_step(header: list[str]) -> float | None:
-    """The time step of the real header [s]; None where it has none."""
-    reals = [cell for line in header[-REAL_LINES:] for cell in fixed_columns(line, 10)]
-    value = read_number(reals[_STEP - 1]) if len(reals) >= _STEP else None
+    """The time step of the real header, eight columns of 10 a line [s]; None where it has none."""
+    row, column = divmod(_STEP - 1, 8)
+    value = read_number(header[row][10 * column : 10 * (column + 1)].strip())
     return value if value is not None and value > 0.0 else None
 
 

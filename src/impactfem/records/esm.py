@@ -28,9 +28,13 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     header: dict[str, tuple[int, str]] = {}
     for i, line in enumerate(lines, start=1):
         match = _KEY.fullmatch(line.strip())
-        if match is None:
+        if match is None and read_number(line) is not None:
             break
+        if match is None:
+            file.fail(i, line.strip(), f"the header ends early; expected {file.expected}")
         header[match[1]] = (i, match[2].strip())
+    if len(header) == len(lines):
+        file.fail(None, None, f"the file ends after {len(lines)} lines; expected {file.expected}")
     text = {key: value for key, (_, value) in header.items()}
     step = _positive(file, header, "SAMPLING_INTERVAL_S", "the time step in seconds")
     count = _positive(file, header, "NDATA", "the number of samples")

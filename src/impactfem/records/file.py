@@ -72,7 +72,7 @@ class RecordFile:
         if isinstance(text, Fault):
             raise InputError([text])
         self.path, self.expected = path, expected
-        self.lines: list[str] = re.split(r"\r*\n|\r", text.rstrip("\x1a"))
+        self.lines: list[str] = re.split(r"\r*\n|\r", text.rstrip("\x1a\r\n"))
         self.faults: list[Fault] = []
 
     def note(self, line: int | None, value: str | None, expected: str) -> None:

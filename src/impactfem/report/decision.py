@@ -379,7 +379,7 @@ def flags(run: RunFiles, spectra: list[Spectrum]) -> list[str]:
                 f"The contact laws have a restitution of {given}; the impact of the 3D model on a "
                 f"rigid wall gives {epsilon:.3g}, which is not used."
             )
-    found += _of_dampings(run)
+    found += [] if run.values.get("pounding.impacts") == 0.0 else _of_dampings(run)
     for one in spectra:
         if (other := _of_many(run, one)) is not None:
             count, high, words = other
@@ -541,7 +541,8 @@ def key_results(run: RunFiles) -> list[tuple[str, str]]:
         used = "" if wall_is_used(run.case) else "; not used here, the case gives the law"
         used = used if run.case["contact_laws"] else "; nothing touches in this case"
         found.append((f"{epsilon:.3g}", f"restitution ε of the 3D model at a rigid wall{used}"))
-    for impact, words in of_device.LOADS.items():
+    quiet = run.values.get("pounding.impacts") == 0.0
+    for impact, words in list(of_device.LOADS.items())[: 1 if quiet else None]:
         name = f"device.relative_difference.{of_device.IN_NAMES[impact]}"
         if (low := run.values.get(name)) is not None:
             text = f"by which RSA {'under' if low >= 0.0 else 'over'}estimates"

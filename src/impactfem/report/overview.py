@@ -156,7 +156,8 @@ def structure_spectra(run: RunFiles) -> Facts:
     places = {"centre": "mass centre", "edge": "impact edge"}
     with run.store("transient.nc") as store:
         response = known(shown(store))
-        force = response["impact_force"]
+        # A run of before version 0.2 does not tell contact from loads.
+        force = response["impact_force" if "impact_force" in response else "edge_force"]
         on_floor = np.array([str(k).startswith("floor") for k in force["edge"].values], dtype=bool)
         hit = force["edge_floor"].values[(abs(force) > 0.0).any("time").values & on_floor]
         floors = floors_of(response, "centre")[::-1]

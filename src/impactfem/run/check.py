@@ -34,6 +34,7 @@ from impactfem.run.estimate import (
 )
 from impactfem.run.stages import STAGES, asked_stages
 from impactfem.stages.check import log_checks
+from impactfem.stages.manifest import sources
 from impactfem.stages.pounding.checks import distance_check
 from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.log import LOGGER
@@ -97,6 +98,7 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
                 " and members",
                 duration(found.seconds),
             )
+        sources()
         for one in STAGES:
             one.freeze()
     return case, found

@@ -8,6 +8,7 @@ import platform
 import shutil
 import sys
 from collections.abc import Iterable, Mapping
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -159,7 +160,7 @@ class Provenance(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
     impactfem: str  #: version of the program
-    sources: str = ""  #: hash of its sources; none before version 0.2
+    sources: str = ""  #: hash of its sources; none of runs before it was kept
     python: str  #: version of Python
     system: str  #: name, release and processor of the system
     command: list[str]  #: the command with its arguments
@@ -178,8 +179,12 @@ class Provenance(BaseModel):
     files: dict[str, str]  #: hash of each file that says what all stages found, by its name
 
 
-def _sources() -> str:
-    """SHA-256 of the sources of the program, which tells states of one version apart."""
+@cache
+def sources() -> str:
+    """SHA-256 of the sources of the program, which tells states of one version apart.
+
+    They are read once: their changes during a run are not seen.
+    """
     digest, root = hashlib.sha256(), Path(impactfem.__file__).parent
     for path in sorted(root.rglob("*.py")):
         digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
@@ -196,7 +201,7 @@ def provenance(**facts: Any) -> dict[str, Any]:
             versions[name] = "unknown"
     return {
         "impactfem": impactfem.__version__,
-        "sources": _sources(),
+        "sources": sources(),
         "python": platform.python_version(),
         "system": f"{platform.system()} {platform.release()} {platform.machine()}",
         "command": ["impactfem", *sys.argv[1:]],

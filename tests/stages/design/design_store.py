@@ -125,6 +125,7 @@ def design_store(path, asked=None):
             "failed": [f"seed_{n + k}" for k in range(asked.failed)],
             "failed_reason": ["too far"] * asked.failed,
             "edge": [1, 2],
+            "edge_storey": [0, 0],
             "member_psa": enveloped(points, psa[:, :, rows, along], 2, axis=2),
             "member_zpa": enveloped(points, pfa[:, rows, along], 2, axis=1),
             "member_centre_peak": psa[:, :, [0, 2]].max(axis=-1),

@@ -325,9 +325,14 @@ def run_design(
         analysis = ""
         if members:
             with_result = [name for name in members if name in found]
+            storeys: dict[int, bool] = {}
+            for (force, _), *_ in edges:
+                inside = force.height is not None
+                storeys[force.floor] = storeys.get(force.floor, False) or inside
             results = stacked(with_result, found, failed) | {
                 "motion": with_result,
-                "edge": np.unique([shares[0][0].floor for shares in edges]).astype(np.int64),
+                "edge": np.array(sorted(storeys), dtype=np.int64),
+                "edge_storey": [int(storeys[floor]) for floor in sorted(storeys)],
                 "failed": list(failed),
                 "failed_reason": list(failed.values()),
             }

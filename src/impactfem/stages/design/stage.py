@@ -133,7 +133,8 @@ def _checks_of_forces(path: Path, store: xr.Dataset) -> list[Check]:
     """Whether members have the impact forces that they have in the stage `ensemble`."""
     if not path.is_file():
         return []
-    force = store["member_impact_force"]
+    # Stage `pounding` has the forces of floors, not those inside storeys.
+    force = store["member_impact_force"].isel(edge=store["edge_storey"].values == 0)
     scalars = [f"pounding.peak_force.floor_{floor}" for floor in force["edge"].values]
     with open_store(path) as ensemble:
         both = [name for name in names_of(store, "motion") if name in names_of(ensemble, "motion")]

@@ -85,6 +85,7 @@ OUTPUTS = {
     "member_vertices": Output(f"motion {_PLACE}", "", "number of vertices that govern"),
     "member_basis_error": Output("motion", "-", "estimated, of transfer functions at the points"),
     "edge": Output("edge", "", "number of the floor"),
+    "edge_storey": Output("edge", "", "1 where the storey below it is struck, too"),
     "member_impact_force": Output("motion edge", "N", "largest one"),
     "device": Output("device"),
     "component": Output("component"),

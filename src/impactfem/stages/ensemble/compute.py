@@ -134,7 +134,8 @@ def run_ensemble(
     spectra |= {axis: given[names[0]][axis] for axis in AXES}
     table = pd.DataFrame(rows, index=names, columns=list(units), dtype=float)
     # A motion without an impact has no time or duration of one, but these.
-    table = table.fillna(dict.fromkeys(ZERO_WITHOUT_IMPACT, 0.0))
+    if case.contacts:
+        table = table.fillna(dict.fromkeys(ZERO_WITHOUT_IMPACT, 0.0))
     return EnsembleResult(table, units, failed, spectra)
 
 

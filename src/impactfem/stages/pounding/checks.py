@@ -401,7 +401,7 @@ def stick_against_model(folder: Path, stage: str = "transient") -> list[Check]:
         one = sticks.sel(building=name, mode_direction=direction)
         main = one["mode_effective_mass"].argmax("mode")
         stick = float(one["mode_frequency"].isel(mode=main))
-        forces = "impact forces are those" if sticks.sizes.get("pair") else "stick is that"
+        forces = "impact forces are those" if sticks.sizes.get("impact") else "stick is that"
     off = stick / model - 1.0
     text = (
         f"{stage}: {name} along {direction}, stick {stick:.3g} Hz, 3D model {model:.3g} Hz: "

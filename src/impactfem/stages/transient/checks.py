@@ -7,7 +7,7 @@ from pathlib import Path
 import xarray as xr
 
 from impactfem.stages.check import Check, end_check, limited
-from impactfem.stages.stores import names_of, open_store, time_step
+from impactfem.stages.stores import names_of, of_run, open_store, time_step
 from impactfem.stages.transient.selection import between, ends, known
 from impactfem.system.scalar import values_of
 
@@ -50,13 +50,24 @@ def transient_checks(folder: Path) -> list[Check]:
                 text = f"peak accelerations may be more than {100.0 * LOST:.2g} % low"
                 samples.append((None, f"transient: {text} between the samples"))
         last = float(known(store)["frequency"][-1])
-        ended = end_check("transient", names_of(store, "probe"), "xyz", ends(store).values, last)
+        probes, ratio = names_of(store, "probe"), ends(store).values
+        ended = end_check("transient", probes, "xyz", ratio, last, jumps=_jumps(folder))
         numbers: list[Check] = [
             limited(f"transient: {text}", value, limit, unit)
             for name, limit, unit, text in NUMBERS
             if (value := values.get(f"transient.{name}")) is not None
         ]
         return [*samples, ended, *numbers, *_pulling(store)]
+
+
+def _jumps(folder: Path) -> bool:
+    """Whether a force of the pounding begins with a jump, or may, where that is not known."""
+    path = of_run(folder, "pounding.nc")
+    if not path.is_file():
+        return True
+    with open_store(path) as sticks:
+        onset = sticks.get("pair_onset_force")
+        return onset is None or bool((onset > 0.0).any())
 
 
 def _pulling(store: xr.Dataset) -> Iterator[Check]:

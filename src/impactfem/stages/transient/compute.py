@@ -158,7 +158,15 @@ def by_probe(values: Array, probes: int) -> Array:
 
 def main_impact(loads: Loads) -> tuple[float, float] | None:
     """Start and end of the impact with the largest force on a side [s]; None without one."""
-    forces = loads.impact_force
+    return _largest(loads.impact_force, loads.time_step)
+
+
+def main_load(loads: Loads) -> tuple[float, float] | None:
+    """The same of all forces on a side, those of the case among them."""
+    return _largest(loads.resultants[0], loads.time_step)
+
+
+def _largest(forces: Array, step: float) -> tuple[float, float] | None:
     if not forces.any():
         return None
     force = forces[:, int(np.argmax(np.abs(forces).max(axis=0)))]
@@ -166,7 +174,7 @@ def main_impact(loads: Loads) -> tuple[float, float] | None:
     apart = np.flatnonzero(force / force[peak] <= QUIET)
     start = int(apart[apart < peak].max(initial=-1)) + 1
     end = int(apart[apart > peak].min(initial=len(force))) - 1
-    return start * loads.time_step, end * loads.time_step
+    return start * step, end * step
 
 
 def run_transient(

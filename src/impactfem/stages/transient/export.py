@@ -26,7 +26,7 @@ from impactfem.case.transient import Transient
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.probes import MotionGrid, motion_grid
 from impactfem.reduction.response import modal_histories
-from impactfem.stages.transient.compute import TransientStudy, main_impact
+from impactfem.stages.transient.compute import TransientStudy, main_impact, main_load
 from impactfem.stages.transient.prepared import transient_of
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
@@ -202,20 +202,16 @@ def write_motion_index(
         temporary.write_text(INDEX.format(times="\n".join(every)), encoding="utf-8")
 
 
-def exported_steps(
-    transient: Transient, loads: Loads, main_impact: tuple[float, float] | None
-) -> Index:
-    """Numbers of the time steps that are written.
+def exported_steps(transient: Transient, loads: Loads, event: tuple[float, float] | None) -> Index:
+    """Numbers of the time steps that are written, by default about an event.
 
     A SolutionError where the first time that is requested is not computed.
     """
     dt, last = loads.time_step, len(loads.ground) - 1
     start = transient.export_start
     if start is None:
-        event = dt * float(np.argmax(np.linalg.norm(loads.ground, axis=1)))
-        if main_impact is not None:
-            event = main_impact[0]
-        start = max(0.0, event - BEFORE)
+        shaken = dt * float(np.argmax(np.linalg.norm(loads.ground, axis=1)))
+        start = max(0.0, (shaken if event is None else event[0]) - BEFORE)
     first = math.ceil(start / dt - 1e-6)
     if first > last:
         raise SolutionError(
@@ -251,7 +247,7 @@ def write_motion(
     at = np.searchsorted(basis.nodes, grid.nodes)
     if not np.array_equal(basis.nodes.take(at, mode="clip"), grid.nodes):
         raise KeyError("a node that the basis was not made for")
-    steps = exported_steps(transient, loads, main_impact(loads))
+    steps = exported_steps(transient, loads, main_impact(loads) or main_load(loads))
     times: Array = np.asarray(loads.time_step * steps, dtype=np.float64)
     history = modal_histories(basis, loads, prepared.damping)
     # V (Y z): Φ = V Y of so many nodes would be as large as V.
