@@ -183,6 +183,22 @@ FORCES = "a force history (NetCDF or CSV)"
 REQUIRED = {"time": "s", "force": "N"}
 
 
+PRESSES = 0.01
+"""Part of the largest force above which an impact presses."""
+
+
+def around_peak(force: Array, part: float = PRESSES) -> tuple[int, int]:
+    """First sample, and the one behind the last, about the largest of a force in size.
+
+    Between them the force has the sense of the largest one, and more than a part of its size. The
+    samples next to an impact, in which resampled forces alternate, are outside.
+    """
+    peak = int(np.argmax(np.abs(force)))
+    rest = np.flatnonzero(force / force[peak] <= part)
+    first = int(rest[rest < peak].max(initial=-1)) + 1
+    return first, int(rest[rest > peak].min(initial=len(force)))
+
+
 @dataclass(frozen=True)
 class ForceHistory:
     """Impact forces over time."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from functools import lru_cache
 
@@ -11,8 +11,9 @@ from scipy.integrate import trapezoid
 
 from impactfem.case import Building, Case
 from impactfem.case.calibration import Calibration as CalibrationCase
+from impactfem.case.contacts import Contact
 from impactfem.case.motions import read_force_table
-from impactfem.coupling.contact import effective_mass, law_of
+from impactfem.coupling.contact import Law, effective_mass, law_of
 from impactfem.coupling.ground import Ground, History
 from impactfem.coupling.pounding import End, Load, Pair, System
 from impactfem.sticks.calibration import Bounds, Calibration, Parameters, Target, assess, calibrate
@@ -106,6 +107,15 @@ def _calibrated(given: CalibrationCase, every: tuple[Building, ...]) -> Calibrat
     )
 
 
+def law_between(
+    case: Case, contact: Contact, sticks: Mapping[str, Stick], ends: Iterable[End]
+) -> Law:
+    """The law of a contact between points of sticks, with their effective mass along its normal."""
+    normal = np.array(contact.normal)
+    masses = (sticks[e.building].point_mass(e.master, e.offset, normal) for e in ends)
+    return law_of(contact.law, case.contact_laws[contact.law], effective_mass(*masses))
+
+
 def system_of(case: Case, calibration: Calibration | None) -> System:
     """The sticks of all buildings and the pairs between them.
 
@@ -128,7 +138,7 @@ def system_of(case: Case, calibration: Calibration | None) -> System:
     }
     pairs = []
     for contact in case.contacts:
-        normal, ends, masses = np.array(contact.normal), list[End](), list[float]()
+        normal, ends = np.array(contact.normal), list[End]()
         for point, _ in contact.ends:
             stick = sticks[point.building]
             if point.floor is not None:
@@ -138,8 +148,7 @@ def system_of(case: Case, calibration: Calibration | None) -> System:
                 master = stick.storey_points[storey, height]
                 end = End(stick.name, master, point.offset, storey, height)
             ends.append(end)
-            masses.append(stick.point_mass(end.master, end.offset, normal))
-        law = law_of(contact.law, case.contact_laws[contact.law], effective_mass(*masses))
+        law = law_between(case, contact, sticks, ends)
         a, b = ends[0], ends[1] if len(ends) > 1 else None
         pairs.append(Pair(contact.name, a, b, normal, contact.gap, law, contact.bearing_area))
     return System(tuple(sticks.values()), tuple(pairs))

@@ -201,7 +201,8 @@ def impact_checks(
         pressure = np.nan if pair.area is None else impact.peak_force / pair.area
         ratio = pressure / min(known) if known else np.nan
         rate = _apart(response, pair, (window.start, min(window.stop, len(response.v)) - 1))
-        bounced = rate[1] / -rate[0] if 0.0 <= rate[1] <= -rate[0] != 0.0 else np.nan
+        bounced = rate[1] / -rate[0] if rate[0] < 0.0 else np.nan
+        bounced = bounced if 0.0 <= bounced <= 1.0 else np.nan
         checks.append(ImpactCheck(impact, *map(float, (pressure, ratio, *demand, bounced))))
     return checks
 

@@ -15,7 +15,7 @@ from impactfem.system.files import read_text
 from impactfem.system.log import LOGGER
 
 _MOST_FAULTS = 20
-_PEAK_TOLERANCE = _DURATION_TOLERANCE = 0.01
+_TOLERANCE = 0.01  # of a peak or duration from that of the header
 
 # The units accelerograms come in. A general unit parser would read "g" as the gram and "gal" as
 # the gallon, and does not know the "cm/sec2" of the agencies' files.
@@ -150,7 +150,7 @@ class RecordFile:
         header's, in addition to 1 % of the peak.
         """
         value = read_number(announced)
-        if value and abs(peak - abs(value)) > _PEAK_TOLERANCE * peak + rounding:
+        if value and abs(peak - abs(value)) > _TOLERANCE * peak + rounding:
             text = f"warning: %s: the largest sample is %.6g {unit}, the header has %.6g {unit}"
             LOGGER.warning(text, self.path, peak, value)
 
@@ -159,7 +159,7 @@ class RecordFile:
 
         Nothing is compared where that is not a number.
         """
-        if abs(count * step - duration) > max(_DURATION_TOLERANCE * duration, 1.0):
+        if abs(count * step - duration) > max(_TOLERANCE * duration, 1.0):
             text = "warning: %s: %d samples at %.6g s take %.6g s, the header has %.6g s"
             LOGGER.warning(text, self.path, count, step, count * step, duration)
 

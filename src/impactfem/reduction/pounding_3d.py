@@ -24,7 +24,8 @@ from scipy.integrate import cumulative_trapezoid
 from impactfem.building.mesh import DOFS
 from impactfem.case import Case
 from impactfem.coupling.body import Body, Port
-from impactfem.coupling.contact import UNILATERAL, effective_mass, law_of
+from impactfem.coupling.contact import UNILATERAL
+from impactfem.coupling.from_case import law_between
 from impactfem.coupling.ground import Ground, as_ground
 from impactfem.coupling.implicit import respond
 from impactfem.coupling.links import Assembly, Link
@@ -126,6 +127,7 @@ class Pounding3D:
         self._given = given
         in_3d = {one.name: one for one in case.contacts if case.touches_in_3d(one)}
         first = {pair.name: pair for pair in system.pairs}
+        every_stick = {one.name: one for one in system.sticks}
         area_of = {pair.name: pair.area for pair in system.pairs}
         others = tuple(pair for pair in system.pairs if pair.name not in in_3d)
         alone = tuple(one for one in system.sticks if one.name not in given.models)
@@ -135,27 +137,18 @@ class Pounding3D:
         for line in given.lines:
             share, w = line.joined(every)
             one = first[line.name]
+            ends = [(line.a, one.a)]
+            if line.b is not None and one.b is not None:
+                ends.append((line.b, one.b))
             # At its middle, wherever its pairs are: they say where it is and what its gaps are.
-            one = replace(
-                one,
-                a=replace(one.a, offset=line.middle(line.a)),
-                b=replace(one.b, offset=line.middle(line.b)) if line.b and one.b else one.b,
-            )
-            contact = in_3d[line.name]
-            masses = (
-                system.stick(at.building).point_mass(at.master, at.offset, line.normal)
-                for at in (one.a, one.b)
-                if at is not None
-            )
-            law = law_of(contact.law, case.contact_laws[contact.law], effective_mass(*masses))
+            middles = [replace(at, offset=line.middle(end)) for end, at in ends]
+            law = law_between(case, in_3d[line.name], every_stick, middles)
             # Several pairs of a line press together.
             law = law if law.code == UNILATERAL else law.part(len(line.pair_names))
             areas = [area_of[name] for name in line.pair_names]
             area = None if None in areas else sum(a for a in areas if a is not None)
-            lines.append(replace(one, law=law, gap=float(line.gap.min()), area=area))
-            ends = [(line.a, one.a)]
-            if line.b is not None and one.b is not None:
-                ends.append((line.b, one.b))
+            a, b = middles[0], middles[1] if len(middles) > 1 else None
+            lines.append(replace(one, a=a, b=b, law=law, gap=float(line.gap.min()), area=area))
             for (end, at), sign in zip(ends, (-1.0, 1.0), strict=False):
                 ports[at.building][line.name] = self._port(line, end, at, sign, share)
             # The ground, which a rigid wall moves with, has no port.

@@ -325,14 +325,13 @@ def run_design(
         analysis = ""
         if members:
             with_result = [name for name in members if name in found]
-            storeys: dict[int, bool] = {}
-            for (force, _), *_ in edges:
-                inside = force.height is not None
-                storeys[force.floor] = storeys.get(force.floor, False) or inside
+            forces = [shares[0][0] for shares in edges]
+            floors = sorted({force.floor for force in forces})
+            storeys = {force.floor for force in forces if force.height is not None}
             results = stacked(with_result, found, failed) | {
                 "motion": with_result,
-                "edge": np.array(sorted(storeys), dtype=np.int64),
-                "edge_storey": [int(storeys[floor]) for floor in sorted(storeys)],
+                "edge": np.array(floors, dtype=np.int64),
+                "edge_storey": [int(floor in storeys) for floor in floors],
                 "failed": list(failed),
                 "failed_reason": list(failed.values()),
             }

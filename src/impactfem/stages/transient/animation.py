@@ -36,7 +36,6 @@ from impactfem.stages.transient.selection import (
     main_side,
     of_kind,
     shown,
-    struck,
     wave_floor,
 )
 from impactfem.system.arrays import Array
@@ -234,8 +233,7 @@ def _title(response: xr.Dataset, buildings: Sequence[str], time: float) -> str:
     if impact is not None:
         since = 1e3 * (time - impact[0])
         text += f", {abs(since):.1f} ms {'after' if since >= 0.0 else 'before'} the impact began"
-    main = struck(response)
-    main = main_side(response) if main.sizes["edge"] else main
+    main = main_side(response)
     here = (main["edge_floor"] == floor).values
     if here.any():
         force = main["impact_force"].isel(edge=here).sel(time=time, method="nearest")

@@ -12,6 +12,7 @@ import xarray as xr
 from impactfem.building.links import Displacements, carried, linked
 from impactfem.building.model import BuildingModel, assemble_building, damping_matrix
 from impactfem.case import Case
+from impactfem.coupling.force_history import around_peak
 from impactfem.dynamics.checkpoints import Checkpoints, resumable_march
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.energy import Energy
@@ -36,8 +37,6 @@ RECORDED = ("displacement", "acceleration")
 CHECKPOINTS = "transient_checkpoints"
 TURNING = ("centre", "point")
 """Kinds of probes whose rotations are recorded, too."""
-QUIET = 0.01
-"""Part of the largest force below which an impact has not begun, or has ended."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,11 +169,8 @@ def _largest(forces: Array, step: float) -> tuple[float, float] | None:
     if not forces.any():
         return None
     force = forces[:, int(np.argmax(np.abs(forces).max(axis=0)))]
-    peak = int(np.argmax(np.abs(force)))
-    apart = np.flatnonzero(force / force[peak] <= QUIET)
-    start = int(apart[apart < peak].max(initial=-1)) + 1
-    end = int(apart[apart > peak].min(initial=len(force))) - 1
-    return start * step, end * step
+    first, behind = around_peak(force)
+    return first * step, (behind - 1) * step
 
 
 def run_transient(

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 from scipy import signal
 
+from impactfem.coupling.force_history import around_peak
 from impactfem.spectra.response_spectrum import upsample
 from impactfem.stages.stores import time_step
 from impactfem.stages.transient.selection import (
@@ -24,7 +25,6 @@ from impactfem.stages.transient.selection import (
     of_pounding,
     pounded,
     shown,
-    struck,
     transfer,
     wave_floor,
 )
@@ -46,8 +46,6 @@ NOTHING = 0.01
 LATEST = 1.5
 """Crossings by hand after its peak at the first point up to which a wave is looked for: in the near
 half of the line, until its reflection comes back."""
-PRESSES = 0.01
-"""Part of the largest force above which an impact presses."""
 FINER = 20
 """Steps of the interpolated histories in one of the response."""
 QUIET_STEPS = 6
@@ -218,7 +216,7 @@ def force_spectra(force: Array, time_step: float) -> ForceSpectra:
     """
     impacts = [impact_samples(column) for column in force.T]
     longest = max(last - first for first, last in impacts)
-    T = time_step * max(pressing(column) for column in force.T)
+    T = time_step * max(behind - first for first, behind in map(around_peak, force.T))
     count = max(longest, round(1.0 / (RESOLUTION * time_step)))
     densities = []
     frequency = np.fft.rfftfreq(count, time_step)
@@ -232,23 +230,12 @@ def force_spectra(force: Array, time_step: float) -> ForceSpectra:
     return ForceSpectra(np.asarray(frequency), np.array(densities), T)
 
 
-def pressing(force: Array) -> int:
-    """How many samples of the impact with the largest force press, to a hundredth of it."""
-    peak = int(np.argmax(np.abs(force)))
-    rest = np.flatnonzero(force / force[peak] <= PRESSES)
-    first = int(rest[rest < peak].max(initial=-1)) + 1
-    return int(rest[rest > peak].min(initial=len(force))) - first
-
-
 def impact_samples(force: Array) -> tuple[int, int]:
     """First sample, and the one behind the last, of the impact with the largest force.
 
     It ends where nothing acts: tension at its end belongs to it.
     """
-    peak = int(np.argmax(np.abs(force)))
-    silent = np.flatnonzero(np.abs(force) <= SILENT * abs(force[peak]))
-    first = int(silent[silent < peak].max(initial=-1)) + 1
-    return first, int(silent[silent > peak].min(initial=len(force)))
+    return around_peak(np.abs(force), SILENT)
 
 
 def physics_scalars(store: xr.Dataset, sticks: xr.Dataset) -> list[Scalar]:
@@ -345,8 +332,9 @@ def _of_forces(response: xr.Dataset) -> list[Row]:
             (f"{name}_frequency", float(size.idxmax()), "Hz", note),
             (f"{name}_to_{upto:g}hz", largest, "1/kg", f"{note}, up to {upto:g} Hz"),
         ]
-    if struck(response).sizes["edge"] and main_side(response).sizes["edge"] > 1:
-        force = main_side(response)["impact_force"].isel(edge=[-2, -1]).transpose("time", "edge")
+    side = main_side(response)
+    if side.sizes["edge"] > 1:
+        force = side["impact_force"].isel(edge=[-2, -1]).transpose("time", "edge")
         spectra = force_spectra(force.values, time_step(response))
         below, above = spectra.density[:, spectra.frequency <= upto].mean(axis=1)
         lower, upper = force["edge"].values

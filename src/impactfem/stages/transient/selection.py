@@ -55,8 +55,10 @@ def struck(response: xr.Dataset) -> xr.Dataset:
 
 
 def main_side(response: xr.Dataset) -> xr.Dataset:
-    """The floors that are struck on the side with the largest force, from the lowest."""
+    """The floors that are struck on the side with the largest force, from the lowest, if any."""
     response = struck(response)
+    if not response.sizes["edge"]:
+        return response
     largest = abs(response["impact_force"]).max("time").argmax("edge")
     side = response["edge_side"].isel(edge=largest)
     return response.isel(edge=(response["edge_side"] == side).values)
