@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from impactfem.report.caveats import flags
 from impactfem.report.decision import (
     MODEL,
     Spectrum,
     answers,
-    flags,
     governing,
     key_results,
     spectra_figure,
@@ -174,7 +174,7 @@ def test_one_of_two_devices_whose_weight_is_not_known(tmp_path, pulls, value, ma
     write_netcdf(tmp_path / "device.nc", store)
     found = by_question(run_of(tmp_path / "run", pounding=sticks(), device=tmp_path))["Anchors"]
     assert (found.value, found.mark, found.link) == (value, mark, "device_pump")
-    unknown = "; not known at 1 of 2: weight not given; without weight up to 16 kN/n, at rack"
+    unknown = "; not known at 1 of 2: weight not given; neglecting it up to 16 kN/n, at rack"
     assert found.text.endswith(unknown)
 
 
@@ -338,7 +338,7 @@ def test_how_far_spectrum_analysis_is_off(tmp_path, difference, value, words):
     run.values["device.relative_difference.impact"] = difference
     text = f"{words} Fy of the first device, pump, with impacts"
     # By the store the moment that it is turned over by is 5 kN m for 0.1 of 10 kN.
-    assert (value, f"{text}; it underestimates Mx by 80.0 %") in key_results(run)
+    assert (value, f"{text}; RSA underestimates Mx by 80.0 %") in key_results(run)
     store = xr.load_dataset(tmp_path / "device.nc", engine="netcdf4")
     store["largest_force"].loc[{"component": "rx"}] *= 0.2
     write_netcdf(tmp_path / "device.nc", store)

@@ -156,6 +156,8 @@ def _sticks(asked):
         "direction": [asked.direction],
         "damping": asked.dampings,
         "frequency": frequency,
+        "pair": ["one.floor_1-two.floor_1"],
+        "pair_onset_force": [1e5],
     }
     return dataset(pounding.OUTPUTS, values, attributes={})
 

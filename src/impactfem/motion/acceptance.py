@@ -115,7 +115,7 @@ class Verdict:
     limit: float
     at_least: bool
     unit: str
-    at: float = math.nan  #: frequency at which it has the value [Hz]; nan where there is none
+    at: float = math.nan  #: frequency of the value, or where its row begins [Hz]; nan where none
 
     @property
     def passed(self) -> bool:

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,12 +24,10 @@ from impactfem.report.overview import (
     wall_is_used,
 )
 from impactfem.report.run_files import SPECTRA, RunFiles
-from impactfem.spectra.statistics import over_members
 from impactfem.stages.check import QUIET
 from impactfem.stages.device import selection as of_device
 from impactfem.stages.stores import names_of
-from impactfem.stages.transient.selection import known, of_kind
-from impactfem.system.arrays import Array
+from impactfem.stages.transient.selection import known
 
 STICK, MODEL = "stick", "3D model"
 G = 9.80665
@@ -43,8 +41,6 @@ SLIGHT = 0.05
 for the factor of the first screen."""
 NEAR = 5e-4
 """Differences below it are 0.0 % in print."""
-NOTED = 0.05
-"""Part by which another damping must ask more of a device to be told."""
 COUNTS = 0.1
 """Least ratio of an ordinate to that which governs, for the same."""
 
@@ -230,15 +226,26 @@ def spectra_table(spectra: list[Spectrum]) -> Facts:
     return table("Floor spectra that govern", columns, rows, note)
 
 
-def anchors_table(run: RunFiles) -> Facts | None:
-    """Largest forces of all devices on their floors by component; None without devices."""
-    rows, direction = [], ""
+def devices(run: RunFiles) -> Iterator[tuple[xr.Dataset, str]]:
+    """The devices of all 3D models, each with the open store that has it."""
     for one in run.models.values():
         if one.ran("device"):
             with one.store("device.nc") as store:
-                direction = of_device.direction(store)
                 for device in names_of(store, "device"):
-                    rows += [[device, *row] for row in anchor_forces(store, device)]
+                    yield store, device
+
+
+def untouched(run: RunFiles) -> bool:
+    """Whether the run knows its impacts and has none."""
+    return run.values.get("pounding.impacts") == 0.0
+
+
+def anchors_table(run: RunFiles) -> Facts | None:
+    """Largest forces of all devices on their floors by component; None without devices."""
+    rows, direction = [], ""
+    for store, device in devices(run):
+        direction = of_device.direction(store)
+        rows += [[device, *row] for row in anchor_forces(store, device)]
     return forces_table("Forces on the anchors", ["device"], rows, direction) if rows else None
 
 
@@ -264,7 +271,7 @@ def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
                 (*other.largest_factor(top), other) for other in own if other.still >= least
             ]
         times, at, one = max(factors, key=lambda factor: factor[0], default=(0.0, math.nan, one))
-        if times > 0.0 and one.free is not None and run.values.get("pounding.impacts") != 0.0:
+        if times > 0.0 and one.free is not None and not untouched(run):
             hit, quiet = (float(psa.sel(frequency=at)) for psa in (one.psa, one.free))
             text = f"{one.words}, along {one.direction}, {100.0 * one.damping:.3g} % damping: "
             text += f"{hit:.3g} against {quiet:.3g} m/s² there; "
@@ -296,7 +303,7 @@ def _gap(run: RunFiles) -> list[Answer]:
     text = f"there {there:.3g} mm, between {pairs[k].replace('-', ' and ').replace('_', ' ')}"
     band = [run.values.get(f"ensemble.p{q}.pounding.required_separation") for q in ("05", "95")]
     if needed < most:
-        text += f"; at other pairs up to {most:.3g} mm needed, of larger gaps"
+        text += f"; other pairs, with larger gaps, need up to {most:.3g} mm"
     elif (low := band[0]) is not None and (high := band[1]) is not None:
         count = run.values["ensemble.members"]
         text += f"; under {count:.0f} motions {1e3 * low:.3g} to {1e3 * high:.3g} mm (5 to 95 %)"
@@ -310,26 +317,22 @@ def _anchors(run: RunFiles) -> list[Answer]:
     pulled: dict[tuple[str, str], float] = {}
     bare: dict[tuple[str, str], float] = {}  # without weight
     texts = {}
-    for one in run.models.values():
-        if not one.ran("device"):
-            continue
-        with one.store("device.nc") as store:
-            axis = of_device.direction(store)
-            for device in names_of(store, "device"):
-                quiet, hit = (of_device.Load(store, device, i) for i in of_device.LOADS)
-                _, floor, _ = of_device.anchor_of(store, device)
-                key = (str(store.attrs["building"]), device)
-                pulled[key] = max(quiet.tension(), hit.tension())
-                bare[key] = max(quiet.pull(), hit.pull())
-                moment = f"M{'y' if axis == 'x' else 'x'}"
-                turned = float(hit.components().sel(component=f"r{moment[1]}"))
-                factor = hit.detailed / quiet.detailed if quiet.detailed > 0.0 else math.nan
-                times = f" (× {factor:.3g})" if math.isfinite(factor) else ""
-                texts[key] = (
-                    f"{device} on floor {floor} of {key[0]}: F{axis} {1e-3 * hit.detailed:.4g} kN"
-                    f"{times}, Fz {1e-3 * float(hit.components().sel(component='z')):.3g} kN, "
-                    f"{moment} {1e-3 * turned:.3g} kN m"
-                )
+    for store, device in devices(run):
+        axis = of_device.direction(store)
+        quiet, hit = (of_device.Load(store, device, i) for i in of_device.LOADS)
+        _, floor, _ = of_device.anchor_of(store, device)
+        key = (str(store.attrs["building"]), device)
+        pulled[key] = max(quiet.tension(), hit.tension())
+        bare[key] = max(quiet.pull(), hit.pull())
+        moment = f"M{'y' if axis == 'x' else 'x'}"
+        turned = float(hit.components().sel(component=f"r{moment[1]}"))
+        factor = hit.detailed / quiet.detailed if quiet.detailed > 0.0 else math.nan
+        times = f" (× {factor:.3g})" if math.isfinite(factor) else ""
+        texts[key] = (
+            f"{device} on floor {floor} of {key[0]}: F{axis} {1e-3 * hit.detailed:.4g} kN"
+            f"{times}, Fz {1e-3 * float(hit.components().sel(component='z')):.3g} kN, "
+            f"{moment} {1e-3 * turned:.3g} kN m"
+        )
     if not pulled:
         return []
     known_ones = {key: value for key, value in pulled.items() if math.isfinite(value)}
@@ -347,7 +350,7 @@ def _anchors(run: RunFiles) -> list[Answer]:
     if known_ones and unknown:
         more, (_, name) = max((bare[one], one) for one in pulled if one not in known_ones)
         texts[key] += (
-            f"; not known at {unknown} of {len(pulled)}: weight not given; without weight "
+            f"; not known at {unknown} of {len(pulled)}: weight not given; neglecting it "
             f"up to {1e-3 * more:.3g} kN/n, at {name}"
         )
     return [Answer("Anchors", value, texts[key], mark, link)]
@@ -361,103 +364,12 @@ def _impacts(run: RunFiles) -> list[Answer]:
             count = run.values.get("pounding.impacts", 0.0)
             text = f"{where}; {count:.0f} impact{'s' if count > 1 else ''} in all"
             return [Answer("Largest impact", force, text, link="stage_pounding")]
-    if "pounding.required_separation" in run.values and not run.values.get("pounding.impacts"):
+    if "pounding.required_separation" in run.values and untouched(run):
         return [Answer("Largest impact", "none", "nothing touches", link="stage_pounding")]
     return []
 
 
-def flags(run: RunFiles, spectra: list[Spectrum]) -> list[str]:
-    """What the results rest on and is not what the case's own 3D models and motions say."""
-    found = []
-    epsilon = _at_wall(run)
-    if epsilon is not None and run.ran("pounding") and not wall_is_used(run.case):
-        with run.store("pounding.nc") as store:
-            laws = np.unique(store["pair_restitution"].dropna("pair").values.round(3))
-        given = " to ".join(f"{value:.3g}" for value in laws[[0, -1][: len(laws)]])
-        if given:
-            found.append(
-                f"The contact laws have a restitution of {given}; the impact of the 3D model on a "
-                f"rigid wall gives {epsilon:.3g}, which is not used."
-            )
-    found += [] if run.values.get("pounding.impacts") == 0.0 else _of_dampings(run)
-    for one in spectra:
-        if (other := _of_many(run, one)) is not None:
-            count, high, words = other
-            found.append(
-                f"One motion is one of many: under 84 % of {count} motions the peak of the "
-                f"spectrum of floor {one.floor} of {one.building} along {one.direction} ({words}) "
-                f"is up to {high:.2f} times that of this one."
-            )
-            break
-    return found
-
-
-def _of_dampings(run: RunFiles) -> list[str]:
-    """Where another damping of the case asks the most of a device beyond that of the buildings."""
-    found: list[tuple[float, str]] = []
-    for one in run.models.values():
-        if not one.ran("device"):
-            continue
-        with one.store("device.nc") as store:
-            axis = of_device.direction(store)
-            for device in names_of(store, "device"):
-                own = of_device.Load(store, device, "with")
-                for case in names_of(store, "case"):
-                    other = of_device.Load(store, device, "with", case)
-                    if case == own.case or not other.detailed > own.detailed * (1.0 + NOTED):
-                        continue
-                    asked, before = (1e-3 * load.detailed for load in (other, own))
-                    text = (
-                        f"These are results with the buildings' own damping: with {case!r} of "
-                        f"[[damping_cases]] F{axis} of {device} with impacts is {asked:.4g} kN, "
-                        f"not {before:.4g}"
-                    )
-                    pull, pull_before = (1e-3 * load.tension() for load in (other, own))
-                    if pull > 0.0:
-                        text += f", and the most loaded anchor has {pull:.3g} kN/n"
-                        text += f", not {max(pull_before, 0.0):.3g}"
-                    found.append((asked / before if before > 0.0 else math.inf, f"{text}."))
-    return [max(found)[1]] if found else []
-
-
-def _of_many(run: RunFiles, one: Spectrum) -> tuple[int, float, str] | None:
-    """Of the motions of an ensemble their number, and the 84 % fractile of a peak over that here.
-
-    And of which model: the spectrum of a mass centre stands for that of a 3D model. None where
-    there is no ensemble of it.
-    """
-    model = run.models.get(one.building)
-    if one.model == STICK and run.ran("ensemble"):
-        with run.store("ensemble.nc") as store:
-            if store.attrs["studied_building"] != one.building:
-                return None
-            peaks = _of_members(store, store["psa"].isel(damping=0).max("frequency"), one)
-        if len(peaks):
-            return len(peaks), float(np.percentile(peaks, 84.0)) / one.peak, one.model
-    elif one.model == MODEL and model is not None and model.ran("design"):
-        with model.store("design.nc") as store:
-            if "motion" not in store.dims:
-                return None
-            peaks = _of_members(store, store["member_centre_peak"].isel(damping=0), one)
-        with model.store("transient.nc") as store:
-            centre = of_kind(known(store[["psa"]].isel(damping=0)), "centre")
-            centre = centre.isel(probe=(centre["probe_floor"] == one.floor).values)
-            own = float(centre["psa"].sel(component=one.direction).values.max(initial=0.0))
-        if len(peaks) and own > 0.0:
-            high = float(over_members(peaks, "p84"))
-            return len(peaks), high / own, f"{one.model}, mass centre"
-    return None
-
-
-def _of_members(store: xr.Dataset, peaks: xr.DataArray, one: Spectrum) -> Array:
-    """Of peaks by motion, station and direction those of a floor along a direction, shape (n,)."""
-    if one.direction not in names_of(store, "direction"):
-        return np.zeros(0)
-    here = peaks.isel(station=(store["station_floor"] == one.floor).values)
-    return np.asarray(here.sel(direction=one.direction).values.ravel())
-
-
-def _at_wall(run: RunFiles) -> float | None:
+def at_wall(run: RunFiles) -> float | None:
     """The restitution of the building that hits the rigid wall; None without one."""
     found = (one.values.get("calibration.epsilon") for one in run.models.values())
     return next((value for value in found if value is not None), None)
@@ -532,30 +444,35 @@ def _panel(curves: list[Curve], title: str) -> Panel:
     return Panel("frequency [Hz]", "pseudo-acceleration [m/s²]", curves, title, **axes)
 
 
+def _first_device(run: RunFiles, impact: str, words: str) -> str:
+    """What is compared of the first device, and how far RSA is low in its overturning moment."""
+    for store, device in devices(run):
+        text = f"F{of_device.direction(store)} of the first device, {device}, {words}"
+        moment = of_device.Load(store, device, impact).moment()
+        if moment is not None and moment[1] > NEAR:
+            text += f"; RSA underestimates {moment[0]} by {100.0 * moment[1]:.1f} %"
+        return text
+    return f"the force of the first device, {words}"
+
+
 def key_results(run: RunFiles) -> list[tuple[str, str]]:
     """Up to ten numbers of any run, each with what it is: those of the first screen, and more."""
     spectra = governing(run)
     every = answers(run, spectra)[:-1]  # the console has counted the checks already
     found = [(one.value, f"{one.question.lower()}: {one.text}") for one in every]
-    if (epsilon := _at_wall(run)) is not None:
+    if (epsilon := at_wall(run)) is not None:
         used = "" if wall_is_used(run.case) else "; not used here, the case gives the law"
         used = used if run.case["contact_laws"] else "; nothing touches in this case"
         found.append((f"{epsilon:.3g}", f"restitution ε of the 3D model at a rigid wall{used}"))
-    quiet = run.values.get("pounding.impacts") == 0.0
-    for impact, words in list(of_device.LOADS.items())[: 1 if quiet else None]:
+    for impact, words in of_device.LOADS.items():
+        if impact == of_device.WITH and untouched(run):
+            continue
         name = f"device.relative_difference.{of_device.IN_NAMES[impact]}"
         if (low := run.values.get(name)) is not None:
             text = f"by which RSA {'under' if low >= 0.0 else 'over'}estimates"
             if abs(low) < NEAR:
                 text = "difference between RSA and"
-            with next(one for one in run.models.values() if one.ran("device")).store(
-                "device.nc"
-            ) as store:
-                device = names_of(store, "device")[0]
-                text += f" F{of_device.direction(store)} of the first device, {device}, {words}"
-                turned = of_device.Load(store, device, impact).moment()
-            if turned is not None and turned[1] > NEAR:
-                text += f"; it underestimates {turned[0]} by {100.0 * turned[1]:.1f} %"
+            text += f" {_first_device(run, impact, words)}"
             found.append((f"{100.0 * abs(low):.1f} %", text))
     # What is left of ten: further spectra, the largest first, displacements, shear, the ground.
     for one in spectra[1:]:

@@ -16,7 +16,8 @@ from typing import Any
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from impactfem.report.decision import anchors_table, answers, flags, governing, spectra_table
+from impactfem.report.caveats import flags
+from impactfem.report.decision import anchors_table, answers, governing, spectra_table
 from impactfem.report.overview import buildings, in_3d, number, quantity, wall_is_used
 from impactfem.report.run_files import DRAWING, FLOWCHART, SPECTRA, RunFiles
 from impactfem.report.sections import TEMPLATES, Picture, anchor, numeric, picture, sections

@@ -110,14 +110,14 @@ SAMPLES = (
             {"between": 1.25},
             "WARNING",
             "warning: transient: peak accelerations, samples low by 20 % (limit 4.89 %) at "
-            "centre_3, y: those that are printed, ZPA too, are of the samples; spectra at the "
+            "centre_3, y: printed peak accelerations and ZPA are sampled values; spectra at the "
             "probes are those of histories made 10 times finer by band-limited interpolation",
         ),
         (
             {"between": 1.04},
             "DEBUG",
             "transient: peak accelerations, samples low by 3.85 % (limit 4.89 %) at "
-            "centre_3, y: those that are printed, ZPA too, are of the samples; spectra at the "
+            "centre_3, y: printed peak accelerations and ZPA are sampled values; spectra at the "
             "probes are those of histories made 10 times finer by band-limited interpolation",
         ),
         (

@@ -27,7 +27,8 @@ INERTIA = 0.2
 """Largest relative difference of an inertia of a floor from the floor table, with which the sticks
 are made: a radius of gyration within a tenth."""
 ECCENTRIC = 0.01
-"""Distance of a centre of mass from the node of its floor, over the plan, that is told."""
+"""Distance of a centre of mass from the node of its floor, over the size of the plan, from which
+on it is reported."""
 RESIDUAL = 1e-6
 """Largest residual of a mode that counts as converged."""
 

@@ -104,7 +104,7 @@ def shortfall(store: xr.Dataset, device: str, case: str = OWN) -> list[str]:
             text = f"{words}: {_amount(axis, 1.0 - own / detailed)}, nothing is lacking there"
             moment = load.moment()
             if moment is not None and moment[1] > SAME:
-                text += f"; it underestimates {moment[0]} by {100.0 * moment[1]:.1f} %"
+                text += f"; RSA underestimates {moment[0]} by {100.0 * moment[1]:.1f} %"
             lines.append(text)
             continue
         further = {

@@ -30,7 +30,7 @@ PERCENTILES = (5.0, 16.0, 50.0, 84.0, 95.0)
 PARTS = ("psa", "psa_free", "pfa", "pfa_free")
 AXES = ("directions", "frequency", "damping")
 ZERO_WITHOUT_IMPACT = ("pounding.main_impact_force", "pounding.main_impact_impulse")
-"""Results that are 0 in a motion without an impact; others of the main impact it does not have."""
+"""Results that are 0 in a motion without an impact; time and duration of one it does not have."""
 
 
 @dataclass(frozen=True, eq=False)

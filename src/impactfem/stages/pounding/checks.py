@@ -329,9 +329,13 @@ def _ended(store: xr.Dataset) -> Check:
     ratio = store["psa"].isel(damping=0, frequency=-1) / pfa.where(pfa > QUIET * pfa.max())
     axes = [str(direction) for direction in store["direction"].values]
     last = float(store["frequency"][-1])
-    jumps = "pair" in store.dims and bool((store["pair_onset_force"] > 0.0).any())
     ratio = ratio.transpose("station", "direction")
-    return end_check("pounding", names, axes, ratio.values, last, jumps=jumps)
+    return end_check("pounding", names, axes, ratio.values, last, jumps=begins_with_jump(store))
+
+
+def begins_with_jump(store: xr.Dataset) -> bool:
+    """Whether the force of a pair of `pounding.nc` begins with a jump."""
+    return "pair" in store.dims and bool((store["pair_onset_force"] > 0.0).any())
 
 
 def _foundations(store: xr.Dataset, values: Mapping[str, float]) -> list[Check]:
@@ -382,9 +386,7 @@ def _linearity(values: Mapping[str, float]) -> list[Check]:
 
 
 def stick_against_model(folder: Path, stage: str = "transient") -> list[Check]:
-    """The check of the fundamental modes along the direction that is shown, by `building.nc`.
-
-    In a line of a stage.
+    """The check of the fundamental modes along the shown direction, as a line of a stage.
 
     Nothing fits a stick to the 3D model unless the case asks for it. One that is too stiff or too
     soft hits at other times and with other speeds than the building that its forces are put on.

@@ -73,20 +73,20 @@ def _facing(case: Case) -> str:
     return repr(facing) if facing else ""
 
 
-def _beside_models(folder: Path, case: Case) -> list[Check]:
-    """The sticks beside the 3D models of this run of the same buildings.
+def _sticks_against_models(folder: Path, case: Case) -> list[Check]:
+    """Sticks compared with the 3D models of the same buildings in this run.
 
-    Where the forces go on into a 3D model, the stage `transient` says it.
+    Where the forces are applied to the 3D model, the stage `transient` compares them.
     """
     found: list[Check] = []
     for view in case.views:
-        own = folder / view.part
-        if view.transient is None and view.modelled.building not in case.pounding_in_3d:
-            path = own / "building.nc"
-            if path.is_file():
-                with open_store(path) as store:
-                    current = store.attrs["inputs"] == BUILDING.key(view)
-                found += stick_against_model(own, "pounding") if current else []
+        path = folder / view.part / "building.nc"
+        applied = view.transient is not None or view.modelled.building in case.pounding_in_3d
+        if applied or not path.is_file():
+            continue
+        with open_store(path) as store:
+            current = store.attrs["inputs"] == BUILDING.key(view)
+        found += stick_against_model(path.parent, "pounding") if current else []
     return found
 
 
@@ -124,7 +124,7 @@ POUNDING = Stage(
     checks=lambda case, folder: [
         *stick_checks(folder, case.pounding.points_per_impact, tolerances(case)),
         *facing_checks(folder, case),
-        *_beside_models(folder, case),
+        *_sticks_against_models(folder, case),
     ],
     announces=lambda case: [
         soil_check(one.name, float(one.soil.law.error.max()))

@@ -7,6 +7,7 @@ from pathlib import Path
 import xarray as xr
 
 from impactfem.stages.check import Check, end_check, limited
+from impactfem.stages.pounding.checks import begins_with_jump
 from impactfem.stages.stores import names_of, of_run, open_store, time_step
 from impactfem.stages.transient.selection import between, ends, known
 from impactfem.system.scalar import values_of
@@ -41,7 +42,7 @@ def transient_checks(folder: Path) -> list[Check]:
                     (
                         met,
                         f"{text} at {largest['probe'].item()}, {largest['component'].item()}: "
-                        "those that are printed, ZPA too, are of the samples; "
+                        "printed peak accelerations and ZPA are sampled values; "
                         f"spectra at the probes are those of histories made {finer} times finer "
                         "by band-limited interpolation",
                     )
@@ -61,13 +62,12 @@ def transient_checks(folder: Path) -> list[Check]:
 
 
 def _jumps(folder: Path) -> bool:
-    """Whether a force of the pounding begins with a jump, or may, where that is not known."""
+    """Whether a force of the pounding begins with a jump; assumed where it was not computed."""
     path = of_run(folder, "pounding.nc")
     if not path.is_file():
         return True
     with open_store(path) as sticks:
-        onset = sticks.get("pair_onset_force")
-        return onset is None or bool((onset > 0.0).any())
+        return begins_with_jump(sticks)
 
 
 def _pulling(store: xr.Dataset) -> Iterator[Check]:

@@ -1,0 +1,105 @@
+"""What to keep in mind of a run: its one motion, its damping, contact laws that were chosen."""
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from impactfem.report.decision import MODEL, STICK, Spectrum, at_wall, devices, untouched
+from impactfem.report.overview import wall_is_used
+from impactfem.report.run_files import RunFiles
+from impactfem.spectra.statistics import over_members
+from impactfem.stages.device import selection as of_device
+from impactfem.stages.stores import names_of
+from impactfem.stages.transient.selection import known, of_kind
+from impactfem.system.arrays import Array
+
+NOTED = 0.05
+"""Relative increase of a device's force by another damping from which on it is reported."""
+
+
+def flags(run: RunFiles, spectra: list[Spectrum]) -> list[str]:
+    """What the results rest on and is not what the case's own 3D models and motions say."""
+    found = []
+    epsilon = at_wall(run)
+    if epsilon is not None and run.ran("pounding") and not wall_is_used(run.case):
+        with run.store("pounding.nc") as store:
+            laws = np.unique(store["pair_restitution"].dropna("pair").values.round(3))
+        given = " to ".join(f"{value:.3g}" for value in laws[[0, -1][: len(laws)]])
+        if given:
+            found.append(
+                f"The contact laws have a restitution of {given}; the impact of the 3D model on a "
+                f"rigid wall gives {epsilon:.3g}, which is not used."
+            )
+    found += [] if untouched(run) else _of_dampings(run)
+    for one in spectra:
+        if (other := _of_many(run, one)) is not None:
+            count, high, words = other
+            found.append(
+                f"One motion is one of many: under 84 % of {count} motions the peak of the "
+                f"spectrum of floor {one.floor} of {one.building} along {one.direction} ({words}) "
+                f"is up to {high:.2f} times that of this one."
+            )
+            break
+    return found
+
+
+def _of_dampings(run: RunFiles) -> list[str]:
+    """The damping case that increases the force on a device most, where it does so by `NOTED`."""
+    found: list[tuple[float, str]] = []
+    for store, device in devices(run):
+        axis, own = of_device.direction(store), of_device.Load(store, device, of_device.WITH)
+        for case in names_of(store, "case"):
+            other = of_device.Load(store, device, of_device.WITH, case)
+            if case == own.case or not other.detailed > own.detailed * (1.0 + NOTED):
+                continue
+            increased, before = (1e-3 * load.detailed for load in (other, own))
+            text = (
+                f"These results have the damping of [damping]: with {case!r} of [[damping_cases]] "
+                f"F{axis} of {device} with impacts is {increased:.4g} kN instead of {before:.4g}"
+            )
+            pull, pull_before = (1e-3 * load.tension() for load in (other, own))
+            if pull > 0.0:
+                text += (
+                    f", and the pull of the most loaded anchor {pull:.3g} kN/n instead of "
+                    f"{max(pull_before, 0.0):.3g}"
+                )
+            found.append((increased / before if before > 0.0 else math.inf, f"{text}."))
+    return [max(found)[1]] if found else []
+
+
+def _of_many(run: RunFiles, one: Spectrum) -> tuple[int, float, str] | None:
+    """Of the motions of an ensemble their number, and the 84 % fractile of a peak over that here.
+
+    And of which model: the spectrum of a mass centre stands for that of a 3D model. None where
+    there is no ensemble of it.
+    """
+    model = run.models.get(one.building)
+    if one.model == STICK and run.ran("ensemble"):
+        with run.store("ensemble.nc") as store:
+            if store.attrs["studied_building"] != one.building:
+                return None
+            peaks = _of_members(store, store["psa"].isel(damping=0).max("frequency"), one)
+        if len(peaks):
+            return len(peaks), float(np.percentile(peaks, 84.0)) / one.peak, one.model
+    elif one.model == MODEL and model is not None and model.ran("design"):
+        with model.store("design.nc") as store:
+            if "motion" not in store.dims:
+                return None
+            peaks = _of_members(store, store["member_centre_peak"].isel(damping=0), one)
+        with model.store("transient.nc") as store:
+            centre = of_kind(known(store[["psa"]].isel(damping=0)), "centre")
+            centre = centre.isel(probe=(centre["probe_floor"] == one.floor).values)
+            own = float(centre["psa"].sel(component=one.direction).values.max(initial=0.0))
+        if len(peaks) and own > 0.0:
+            high = float(over_members(peaks, "p84"))
+            return len(peaks), high / own, f"{one.model}, mass centre"
+    return None
+
+
+def _of_members(store: xr.Dataset, peaks: xr.DataArray, one: Spectrum) -> Array:
+    """Of peaks by motion, station and direction those of a floor along a direction, shape (n,)."""
+    if one.direction not in names_of(store, "direction"):
+        return np.zeros(0)
+    here = peaks.isel(station=(store["station_floor"] == one.floor).values)
+    return np.asarray(here.sel(direction=one.direction).values.ravel())
