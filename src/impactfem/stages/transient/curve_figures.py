@@ -114,7 +114,8 @@ def _forces(response: xr.Dataset) -> CurveFigure:
         "outside an impact the samples alternate about zero, and away from it fall to 27 % from "
         "one to the next." + beside_note(response)
     )
-    panels = [Panel("time [s]", "impact force [MN]", curves) for curves in (whole, main)]
+    label = "impact force [MN]"
+    panels = [Panel("time [s]", label, curves, legend="") for curves in (whole, main)]
     size = (9.0, 3.4)
     return CurveFigure("figure_11_impact_forces", caption, panels, size=size, above=True)
 
