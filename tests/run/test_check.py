@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from frame_case import floors_meet, neighbour, pump
 from impactfem import study
@@ -16,9 +17,11 @@ from impactfem.case import load_case
 from impactfem.case.soil import COMPONENTS
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.run import loop
+from impactfem.stages.pounding import stage as pounding
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.transient import stage as transient
 from impactfem.system.errors import InputError
+from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
@@ -401,6 +404,28 @@ def test_the_stick_is_checked_where_its_forces_are_taken(monkeypatch, forces):
     # A 3D model that pounds itself takes no forces of its stick.
     case.pounding_in_3d = ("A",)
     assert transient.TRANSIENT.checks(case, Path()) == [own]
+
+
+@pytest.mark.parametrize(
+    ("inputs", "applied", "in_3d", "compared"),
+    [
+        ("key", None, (), True),
+        ("another", None, (), False),  # of a run before
+        ("key", SimpleNamespace(), (), False),  # stage transient compares them
+        ("key", None, ("A",), False),  # the stick does not pound
+    ],
+)
+def test_a_stick_is_compared_with_a_3d_model_that_takes_no_forces(
+    monkeypatch, tmp_path, inputs, applied, in_3d, compared
+):
+    line = (False, "pounding: A along y")
+    monkeypatch.setattr(pounding, "BUILDING", SimpleNamespace(key=lambda view: "key"))
+    monkeypatch.setattr(pounding, "stick_against_model", lambda folder, stage: [line])
+    view = SimpleNamespace(part="", transient=applied, modelled=SimpleNamespace(building="A"))
+    case = SimpleNamespace(views=(view,), pounding_in_3d=in_3d)
+    assert pounding._sticks_against_models(tmp_path, case) == []  # no 3D model was computed
+    write_netcdf(tmp_path / "building.nc", xr.Dataset(attrs={"inputs": inputs}))
+    assert pounding._sticks_against_models(tmp_path, case) == [line] * compared
 
 
 KNET = """\
