@@ -134,6 +134,15 @@ def test_beside_another_run(case, done, tmp_path, caplog):
     assert len(caplog.messages) == 1
 
 
+def test_compared_before_it_is_drawn(case, done, edited, tmp_path):
+    """A run without tables and figures gets those of the comparison, and a report."""
+    another = edited(case, ("seed = 1\n", "seed = 2\n"))
+    folder = study.run(another, out=tmp_path / "run", draw=False).folder
+    assert not (folder / "tables").exists()
+    tables, page = study.compare_runs(folder, done.folder, 100.0)
+    assert (folder / "tables" / f"{tables[0].name}.csv").is_file() and page.is_file()
+
+
 def test_a_part_of_the_stages(case, done, tmp_path):
     """`device` needs no `transient`: a run up to it keeps its results, where they are whole."""
     folder = tmp_path / "run"
