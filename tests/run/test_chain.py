@@ -136,7 +136,8 @@ def test_beside_another_run(case, done, tmp_path, caplog):
 
 def test_compared_before_it_is_drawn(case, done, edited, tmp_path):
     """A run without tables and figures gets those of the comparison, and a report."""
-    another = edited(case, ("seed = 1\n", "seed = 2\n"))
+    shutil.copytree(case.parent, tmp_path / "other", ignore=shutil.ignore_patterns("run"))
+    another = edited(tmp_path / "other" / case.name, ("seed = 1\n", "seed = 2\n"))
     folder = study.run(another, out=tmp_path / "run", draw=False).folder
     assert not (folder / "tables").exists()
     tables, page = study.compare_runs(folder, done.folder, 100.0)
