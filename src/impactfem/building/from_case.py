@@ -141,9 +141,8 @@ def read_parts(
         mesh = mesh or read_mesh(path)
         if list(mesh.floors) != [floor.floor for floor in building.floors]:
             floors = ", ".join(map(str, mesh.floors))
-            expected = (
-                f"expected the floors 1 to {len(building.floors)} of building {building.name}"
-            )
+            of_table = ", ".join(str(floor.floor) for floor in building.floors)
+            expected = f"expected the floors {of_table} of building {building.name}"
             raise InputError([Fault(path, "centre_<k>", f"floors {floors}", expected)])
         both = mesh.shell_parts, mesh.beam_parts
         faults = [

@@ -9,7 +9,14 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from impactfem.building.mesh import BuildingMesh, line_lengths, place, radius_ratio, sides
+from impactfem.building.mesh import (
+    BuildingMesh,
+    line_lengths,
+    outward_normal,
+    place,
+    radius_ratio,
+    sides,
+)
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError
 
@@ -25,6 +32,8 @@ COLLAPSED = 1e-3
 """Radius ratio below which a triangle has collapsed."""
 STRAIGHT = 1e-6
 """How far a middle node may be from the middle of its side, over the extent."""
+CROOKED = 0.01
+"""How far nodes of an edge may be from one straight line, over its length."""
 
 
 def check_mesh(mesh: BuildingMesh, file: Path | str) -> None:
@@ -33,7 +42,7 @@ def check_mesh(mesh: BuildingMesh, file: Path | str) -> None:
     Raises InputError, with one fault for each kind of fault and pair of parts, with the group and
     the first place, that names the file.
     """
-    for check in (_extent, _cells, _duplicates, _conforming, _standing):
+    for check in (_extent, _cells, _duplicates, _conforming, _standing, _edges):
         # The later checks need what the earlier ones have seen to.
         faults = [Fault(file, group, None, text) for group, text in check(mesh)]
         if faults:
@@ -59,14 +68,14 @@ def _extent(mesh: BuildingMesh) -> Faults:
 def _cells(mesh: BuildingMesh) -> Faults:
     """Collapsed triangles and lines, and sides that are not straight."""
     triangles, lines = mesh.triangles, mesh.lines
-    shells, beams = _shell_groups(mesh), _beam_groups(mesh)
+    shells, beams = shell_groups(mesh), beam_groups(mesh)
     flat = np.flatnonzero(radius_ratio(mesh.nodes, triangles) < COLLAPSED)
     short = np.flatnonzero(line_lengths(mesh) < NEAR)
     for what, bad, cells, owner in (
         ("collapsed triangles", flat, triangles, shells),
         ("lines without a length", short, lines, beams),
     ):
-        for group, some, where in _by_group(mesh, bad, cells, owner):
+        for group, some, where in by_group(mesh, bad, cells, owner):
             yield group, f"{len(some)} {what}, the first at {where}"
     tolerance = STRAIGHT * float(np.ptp(mesh.nodes, axis=0).max())
     for cells, owner, ends, middle in (
@@ -76,7 +85,7 @@ def _cells(mesh: BuildingMesh) -> Faults:
         gaps = np.linalg.norm(mesh.nodes[middle] - mesh.nodes[ends].mean(axis=2), axis=2)
         away = gaps.max(axis=1, initial=0.0)
         bent = np.flatnonzero(away > tolerance)
-        for group, some, where in _by_group(mesh, bent, cells, owner):
+        for group, some, where in by_group(mesh, bent, cells, owner):
             yield (
                 group,
                 f"{len(some)} cells with sides that are not straight, the first at {where}: a "
@@ -100,19 +109,19 @@ def _duplicates(mesh: BuildingMesh) -> Faults:
             "expected shared nodes (in gmsh: fragment the parts before meshing)",
         )
     for cells, corners, owner in (
-        (mesh.triangles, mesh.triangles[:, :3], _shell_groups(mesh)),
-        (mesh.lines, mesh.lines[:, :2], _beam_groups(mesh)),
+        (mesh.triangles, mesh.triangles[:, :3], shell_groups(mesh)),
+        (mesh.lines, mesh.lines[:, :2], beam_groups(mesh)),
     ):
         _, inverse, counts = np.unique(
             np.sort(corners, axis=1), axis=0, return_inverse=True, return_counts=True
         )
         repeated = np.flatnonzero(counts[inverse.ravel()] > 1)
-        for group, some, where in _by_group(mesh, repeated, cells, owner):
+        for group, some, where in by_group(mesh, repeated, cells, owner):
             yield group, f"{len(some)} cells share all vertices with another, the first at {where}"
 
 
 def _conforming(mesh: BuildingMesh) -> Faults:
-    shells, beams = _shell_groups(mesh), _beam_groups(mesh)
+    shells, beams = shell_groups(mesh), beam_groups(mesh)
     owners = _node_groups(mesh)
     on_triangles = nodes_on_triangles(mesh.nodes, mesh.triangles, NEAR)
     on_lines = nodes_on_lines(mesh.nodes, mesh.lines, NEAR)
@@ -144,7 +153,7 @@ def _standing(mesh: BuildingMesh) -> Faults:
     count, piece = connected_components(graph, directed=False)
     held = np.zeros(count, dtype=bool)
     held[piece[mesh.base]] = True
-    shells, beams = _shell_groups(mesh), _beam_groups(mesh)
+    shells, beams = shell_groups(mesh), beam_groups(mesh)
     for loose in np.flatnonzero(~held):
         names = {
             *shells[np.flatnonzero(piece[mesh.triangles[:, 0]] == loose)].tolist(),
@@ -158,12 +167,47 @@ def _standing(mesh: BuildingMesh) -> Faults:
         )
 
 
-def _shell_groups(mesh: BuildingMesh) -> Names:
+def _edges(mesh: BuildingMesh) -> Faults:
+    """Edges that are no straight side of their slab in one piece."""
+    for k, lines in mesh.edges.items():
+        own = mesh.triangles[mesh.triangles_of("floor", k)]
+        normal, _ = frames(mesh.nodes[own[:, :3]])
+        # A parapet shares sides with the slab that it stands on.
+        middles, count = np.unique(sides(own[np.abs(normal[:, 2]) > 0.5])[:, 2], return_counts=True)
+        inner = np.isin(lines[:, 2], middles[count != 1])
+        numbers, times = np.unique(lines[:, 2], return_counts=True)
+        n = outward_normal(mesh, k)[:2]
+        across = mesh.nodes[np.unique(lines), :2] @ n
+        ends = np.sort(mesh.nodes[lines[:, :2], :2] @ [-n[1], n[0]], axis=1)
+        order = np.argsort(ends[:, 0])
+        # How far the next line begins behind the end of those before it.
+        gaps = ends[order[1:], 0] - np.maximum.accumulate(ends[order, 1])[:-1]
+        length = np.ptp(ends)
+        if inner.any():
+            what, at = f"{inner.sum()} lines inside the slab", lines[int(np.argmax(inner)), 2]
+        elif len(numbers) < len(lines):
+            what, at = f"{(times > 1).sum()} lines more than once", numbers[int(np.argmax(times))]
+        elif np.ptp(across) > CROOKED * length:
+            what = f"lines that are {np.ptp(across):.3g} m off one straight line of {length:.3g} m"
+            at = lines[int(np.argmax(mesh.nodes[lines[:, 2], :2] @ -n)), 2]
+        elif gaps.max(initial=0.0) > NEAR:
+            what = f"a gap of {gaps.max():.3g} m"
+            at = lines[order[int(np.argmax(gaps))], 2]
+        else:
+            continue
+        yield (
+            f"edge_{k}",
+            f"{what}, at {place(mesh.nodes[at])}; expected the lines of one straight side of "
+            f"floor_{k}, without a gap, each once (other sides need no group)",
+        )
+
+
+def shell_groups(mesh: BuildingMesh) -> Names:
     """The group of each triangle."""
     return np.array([part.group for part in mesh.shell_parts], dtype=object)[mesh.triangle_part]
 
 
-def _beam_groups(mesh: BuildingMesh) -> Names:
+def beam_groups(mesh: BuildingMesh) -> Names:
     """The group of each line."""
     return np.array([part.group for part in mesh.beam_parts], dtype=object)[mesh.line_part]
 
@@ -171,13 +215,13 @@ def _beam_groups(mesh: BuildingMesh) -> Names:
 def _node_groups(mesh: BuildingMesh) -> Names:
     """One group of each node: a shell's where it has one."""
     groups = np.full(len(mesh.nodes), "", dtype=object)
-    groups[mesh.lines] = _beam_groups(mesh)[:, None]
+    groups[mesh.lines] = beam_groups(mesh)[:, None]
     # Backwards, so that the first part that has the node is named.
-    groups[mesh.triangles[::-1]] = _shell_groups(mesh)[::-1, None]
+    groups[mesh.triangles[::-1]] = shell_groups(mesh)[::-1, None]
     return groups
 
 
-def _by_group(
+def by_group(
     mesh: BuildingMesh, bad: Index, cells: Index, owner: Names
 ) -> Iterator[tuple[str, Index, str]]:
     """Some cells by their group, and the place of the first of them."""
@@ -195,7 +239,7 @@ def nodes_on_triangles(nodes: Array, triangles: Index, near: float) -> Index:
     vertices = nodes[triangles[:, :3]]
     centre = vertices.mean(axis=1)
     radius = np.linalg.norm(vertices - centre[:, None], axis=2).max(axis=1) + near
-    normal, inward = _frames(vertices)
+    normal, inward = frames(vertices)
     pairs = [np.zeros((0, 2), dtype=np.int64)]
     for t, n in _pairs(cKDTree(nodes), centre, radius):
         foreign = ~np.any(triangles[t] == n[:, None], axis=1)
@@ -238,7 +282,7 @@ def lines_through_triangles(nodes: Array, triangles: Index, lines: Index, near: 
     vertices = nodes[triangles[:, :3]]
     centre = vertices.mean(axis=1)
     radius = np.linalg.norm(vertices - centre[:, None], axis=2).max(axis=1)
-    normal, inward = _frames(vertices)
+    normal, inward = frames(vertices)
     # Lines of about one length at a time: a few long ones would make all of them near to all.
     size = np.ceil(np.log2(half)).astype(np.int64)
     pairs = [np.zeros((0, 2), dtype=np.int64)]
@@ -257,7 +301,7 @@ def lines_through_triangles(nodes: Array, triangles: Index, lines: Index, near: 
     return np.concatenate(pairs)
 
 
-def _frames(vertices: Array) -> tuple[Array, Array]:
+def frames(vertices: Array) -> tuple[Array, Array]:
     """Unit normal of each triangle, and for each vertex the direction inwards from its side."""
     along = np.roll(vertices, -1, axis=1) - vertices
     normal = np.asarray(np.cross(along[:, 0], along[:, 1]), dtype=np.float64)

@@ -150,7 +150,8 @@ def read_raw(path: Path) -> RawMesh:
     words = head[start:].split()[1:2] if start >= 0 else []
     version = words[0].decode(errors="replace") if words else ""
     if not version:
-        raise InputError([Fault(path, "", None, f"no $MeshFormat; expected {EXPECTED}")])
+        mark = ", but a byte order mark at its beginning" * head.startswith(b"\xef\xbb\xbf")
+        raise InputError([Fault(path, "", None, f"no $MeshFormat{mark}; expected {EXPECTED}")])
     if version.split(".")[0] not in ("2", "4"):
         raise InputError([Fault(path, "$MeshFormat", version, f"expected {EXPECTED}")])
     try:
@@ -309,7 +310,7 @@ class _Sorted:
                 "",
                 f"{sum(len(block.nodes) for block in blocks)} cells of {_KINDS[dimension]} without "
                 f"a physical group, the first at {self._first_place(blocks[0])}; expected every "
-                "part in a group (and a file saved without Mesh.SaveAll)",
+                "part in a group (and a file saved without Mesh.SaveAll or partitions)",
             )
 
     def check_levels(self) -> None:

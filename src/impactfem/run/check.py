@@ -229,6 +229,8 @@ def check_mesh(case: Case, path: Path, faults: list[Fault]) -> BuildingMesh | No
     generated = case.structure is not None and isinstance(case.structure.mesh, GeneratedMesh)
     read = _attempt(faults, lambda: read_parts(case, path))
     mesh = None if read is None else read[0].mesh
+    for text in read[2].warnings if read else ():
+        LOGGER.warning("warning: %s: %s", case.path if generated else path, text)
     if read is None and not generated:  # sections or heights hide no other fault
         mesh = _attempt(faults, lambda: read_mesh(path))
     # A mesh of another building contradicts all that the case says of its own.

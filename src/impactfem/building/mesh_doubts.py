@@ -1,0 +1,96 @@
+"""What of a building's mesh is probably a mistake, although it can be computed."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from impactfem.building.mesh import BuildingMesh, line_lengths, place, sides
+from impactfem.building.mesh_checks import NEAR, beam_groups, by_group, frames, shell_groups
+from impactfem.system.arrays import Array
+
+OUTSIDE = 0.25
+"""Part of a storey's height by which cells of its walls and columns may be outside of it."""
+SHORT = 0.3
+"""Distance from a slab or the base at which a wall hardly ends on purpose [m]."""
+LEVEL = 0.1
+"""Slope below which a line or a side counts as level."""
+
+
+def doubts(mesh: BuildingMesh) -> Iterator[str]:
+    """What is worth a look, in words that begin with the group."""
+    if not mesh.base.size or not mesh.floors:
+        return
+    levels = np.array([mesh.nodes[mesh.base, 2].min(), *mesh.elevations.values()])
+    yield from _misplaced(mesh, levels)
+    yield from _loose_columns(mesh)
+    yield from _loose_walls(mesh, levels)
+    high = mesh.base[mesh.nodes[mesh.base, 2] > levels[1] - NEAR]
+    if high.size:
+        where = place(mesh.nodes[high[0]])
+        yield f"base: {len(high)} clamped nodes at floor 1 or above it, the first at {where}"
+
+
+def _misplaced(mesh: BuildingMesh, levels: Array) -> Iterator[str]:
+    """Cells at another level than the number of their group says, and level walls and columns."""
+    corners, ends = mesh.nodes[mesh.triangles[:, :3]], mesh.nodes[mesh.lines[:, :2]]
+    flat = np.abs(frames(corners)[0][:, 2]) > 1.0 - LEVEL
+    level = np.abs(ends[:, 1, 2] - ends[:, 0, 2]) < LEVEL * line_lengths(mesh)
+    for cells, points, parts, part, lying, groups in (
+        (mesh.triangles, corners, mesh.shell_parts, mesh.triangle_part, flat, shell_groups(mesh)),
+        (mesh.lines, ends, mesh.beam_parts, mesh.line_part, level, beam_groups(mesh)),
+    ):
+        k = np.array([one.level for one in parts], dtype=np.int64)[part]
+        stands = np.array([one.scaled for one in parts], dtype=bool)[part]
+        z = points[:, :, 2].mean(axis=1)
+        margin = OUTSIDE * (levels[k] - levels[k - 1])
+        # Above the top floor is no storey: a gable is of the one below.
+        above = (z > levels[k] + margin) & (k < len(mesh.floors))
+        outside = above | ((z < levels[k - 1] - margin) & (k > 1))
+        nearest = np.abs(z[:, None] - levels).argmin(axis=1)
+        for what, bad in (
+            ("are in another storey than that of their number", stands & outside),
+            ("are nearer to another level than that of their number", ~stands & (nearest != k)),
+            ("lie level among those that stand", stands & lying),
+        ):
+            for group, some, where in by_group(mesh, np.flatnonzero(bad), cells, groups):
+                yield (
+                    f"{group}: {len(some)} cells {what}, the first at {where}; masses of floors "
+                    "and the storey factor go by the name of the group"
+                )
+
+
+def _loose_columns(mesh: BuildingMesh) -> Iterator[str]:
+    """Columns with a lower end that nothing carries."""
+    ends = mesh.lines[:, :2]
+    foot = ends[np.arange(len(ends)), mesh.nodes[ends, 2].argmin(axis=1)]
+    used = np.concatenate([mesh.lines.ravel(), mesh.triangles.ravel()])
+    alone = np.bincount(used, minlength=len(mesh.nodes))[foot] == 1
+    columns = np.array([part.family == "column" for part in mesh.beam_parts], dtype=bool)
+    loose = np.flatnonzero(columns[mesh.line_part] & alone & ~np.isin(foot, mesh.base))
+    for group, some, _ in by_group(mesh, loose, mesh.lines, beam_groups(mesh)):
+        where = place(mesh.nodes[foot[some[0]]])
+        yield f"{group}: its lower end at {where} stands on nothing and is not in base"
+
+
+def _loose_walls(mesh: BuildingMesh, levels: Array) -> Iterator[str]:
+    """Walls with a level rim close to a slab, or to the base, that is not joined to it."""
+    every = sides(mesh.triangles)
+    triangle = np.tile(np.arange(len(mesh.triangles)), 3)
+    _, first, count = np.unique(every[:, 2], return_index=True, return_counts=True)
+    walls = np.isin(triangle[first], mesh.triangles_of("storey"))
+    held = np.isin(every[first, 2], [*mesh.lines[:, 2], *mesh.base])
+    free = first[walls & (count == 1) & ~held]
+    ends = mesh.nodes[every[free, :2]]
+    rise = np.abs(ends[:, 1, 2] - ends[:, 0, 2])
+    free = free[rise < LEVEL * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)]
+    z, own = mesh.nodes[every[free, 2], 2], triangle[free]
+    k = np.array([part.level for part in mesh.shell_parts], dtype=np.int64)[mesh.triangle_part[own]]
+    # A sill has its wall below; what is meant is the rim that a wall should stand on or carry by.
+    under = mesh.nodes[mesh.triangles[own, :3], 2].mean(axis=1) > z
+    low = under & (z < levels[k - 1] + SHORT)
+    high = ~under & (np.abs(z - levels[k]) < SHORT)
+    for what, where in (("lower", low), ("upper", high)):
+        some = own[where]
+        for group, cells, _ in by_group(mesh, some, mesh.triangles, shell_groups(mesh)):
+            at = place(mesh.nodes[every[free[where][some == cells[0]][0], 2]])
+            yield f"{group}: its {what} rim at {at} is joined to nothing and is not in base"
