@@ -264,6 +264,15 @@ def test_targets_know_the_buildings(tmp_path):
     assert "unknown building; did you mean 'B1'?" in faults[1].expected
 
 
+def test_what_a_spreadsheet_leaves(tmp_path):
+    """Rows of commas alone are no rows; a column without a name is."""
+    rows = ("name,value,unit,source", "a.b,121,MN,figure 9", ",,,", " , ,,")
+    assert list(read_published(write(tmp_path, *rows), [])) == ["a.b"]
+    faults = []
+    assert read_published(write(tmp_path, f"{rows[0]},", f"{rows[1]},"), faults) is None
+    assert [fault.expected for fault in faults] == ["a column without a name"]
+
+
 def test_published(tmp_path):
     path = write(tmp_path, "name,value,unit,source", "a.b,121,MN,figure 9", "n,36,-,section 3")
     values = read_published(path, [])

@@ -161,7 +161,7 @@ def test_csv_of_a_long_run_there_and_back(tmp_path):
     rounded = tmp_path / "rounded.csv"
     values = np.column_stack([time, history.force])
     np.savetxt(rounded, values, "%.9g", ",", header="time [s],a-b [N]", comments="")
-    with pytest.raises(InputError, match="time: expected a uniform time step"):
+    with pytest.raises(InputError, match=r"time, between .* s: expected a uniform time step"):
         read_forces(rounded)
 
 
@@ -253,7 +253,7 @@ def with_force(value, **attributes):
         (with_force(np.nan), ["force = 'nan': expected finite values only"]),
         (with_force(np.inf), ["finite values only"]),
         (with_force("much"), [r"a readable force history \(NetCDF or CSV\): .*much"]),
-        (at_times(0.0, 0.1, 0.3), ["time: expected a uniform time step"]),
+        (at_times(0.0, 0.1, 0.3), ["time, between .* s: expected a uniform time step, 0.15 s"]),
         (at_times(0.2, 0.1, 0.0), ["time: expected at least two times, ascending"]),
         (at_times(0.0, 0.1, 0.1), ["time: expected at least two times, ascending"]),
         (lambda data: data.isel(time=[0]), ["time: expected at least two times, ascending"]),
@@ -274,7 +274,7 @@ def test_faults_of_a_netcdf_file(minimal, tmp_path, change, messages):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", r"line 1: expected the first column 'time \[s\]'"),
+        ("", r"the file is empty; expected a force history \(CSV\) with the header time \[s\]"),
         ("t,a [N]\n0,1\n1,2\n", r"line 1 = 't': expected the first column 'time \[s\]'"),
         ("time [ms],a [N]\n0,1\n1,2\n", r"line 1 = 'time \[ms\]': expected the first column"),
         (
@@ -282,21 +282,24 @@ def test_faults_of_a_netcdf_file(minimal, tmp_path, change, messages):
             r"line 1 = \['a \[kN\]'\]: expected a column '<pair name> \[N\]'.*, all of them in N",
         ),
         ("time [s]\n0\n1\n", r"line 1: expected a column '<pair name> \[N\]' for each pair"),
-        ("time [s],a [N]\n0,1,5\n1,2,5\n", "2 columns in the header, 3 below"),
-        ("time [s],a [N]\n0,1\n1\n", "a readable force history"),
-        ("time [s],a [N]\n0,much\n1,2\n", "a readable force history.*much"),
-        ("time [s],a [N]\n0,nan\n1,2\n", "finite values only"),
+        ("time [s],a [N]\n0,1,5\n1,2,5\n", "line 2: expected 2 cells as in the header, found 3"),
+        ("time [s],a [N]\n0,1\n1\n", "line 3: expected 2 cells as in the header, found 1"),
+        ("time [s],a [N]\n0,much\n1,2\n", r"line 2, column a \[N\] = 'much': expected a fin"),
+        ("time [s],a [N]\n0,nan\n1,2\n", r"line 2, column a \[N\] = 'nan': expected a finite"),
+        ("time [s],a [N]\n0,1\n0.005,100#5\n", r"line 3, column a \[N\] = '100#5': expected a f"),
+        ("time [s];a [N]\n0;1\n1;2\n", "separated by semicolons; expected commas"),
+        ("time [s],a [N]\n0,1,5\n1,2,5\n", "line 3: expected 2 cells"),
         (
             "time [s],a [N]\n0,1\n",
             "forces.csv: expected at least two lines of values below the header",
         ),
-        ("time [s],a [N]\n", "forces.csv: expected at least two lines of values below the header"),
-        ("time [s],a [N]\n\n \n\n", "at least two lines of values below the header"),
+        ("time [s],a [N]\n", "forces.csv: the table has no row below its header"),
+        ("time [s],a [N]\n\n \n,\n", "forces.csv: the table has no row below its header"),
         ("time [s],a [N]\n0.5,1\n1,2\n", r"time = 0.5: expected a first time of 0 s"),
         ("time [s],a [N]\n-1,1\n0,2\n1,3\n", r"time = -1.0: expected a first time of 0 s"),
-        pytest.param(f"time [s],{'a' * 200_000}\n0,1\n", "a readable force history.*field larger"),
-        pytest.param(f"{'a' * 200_000}", "a readable force history.*field larger"),
-        pytest.param(f"time [s],a [N]\n0,{'a' * 200_000}\n1,2\n", "a readable force history"),
+        pytest.param(f"time [s],{'a' * 200_000}\n0,1\n", "line 1: not a line .*field larger"),
+        pytest.param(f"{'a' * 200_000}", "line 1: not a line .*field larger"),
+        pytest.param(f"time [s],a [N]\n0,{'a' * 200_000}\n1,2\n", "line 2: not a line of a CSV"),
         ("time [s],a [N]\n1,1\n0,1\n", "at least two times, ascending"),
         ("time [s],a [N]\n0,1\n1,1\n3,1\n", "a uniform time step"),
         ("time [s],a [N],a [N]\n0,1,1\n1,1,1\n", "a unique name for each pair"),
@@ -337,5 +340,5 @@ def test_a_given_file_is_tried_before_it_is_read(minimal, tmp_path):
         check_forces(path)
     assert caught.value.faults[0].file == path
     (tmp_path / "forces.csv").write_text("time [s],a [N]\n0,1\n1\n")
-    with pytest.raises(InputError, match="a readable force history"):
+    with pytest.raises(InputError, match="line 3: expected 2 cells"):
         check_forces(tmp_path / "forces.csv")

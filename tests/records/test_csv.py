@@ -42,6 +42,8 @@ def test_units_of_acceleration(tmp_path, unit, factor):
 def test_other_layouts(tmp_path):
     text = "\ufeff# station X\r\n\r\nAcceleration [g], Time [ms]\r\n1, 0\r\n 2.5e-1 ,5\r\n.5,10\r\n"
     record = read_record(written(tmp_path, text))
+    quoted = '"time [s]","acceleration [g]"\n"0","1"\n0.005, ".25"\n0.01,0.5\n,\n'
+    assert np.array_equal(record.acceleration, read_record(written(tmp_path, quoted)).acceleration)
     assert record.time_step == pytest.approx(0.005)
     assert record.acceleration == pytest.approx(9.80665 * np.array([1.0, 0.25, 0.5]))
 
@@ -126,6 +128,7 @@ def test_one_acceleration_of_any_name(tmp_path):
     [
         ("time [s],NS [g],ns [g]", "a second column of ns"),
         ("time [s],NS [g],velocity [m/s]", "'velocity .m/s.': no such column"),
+        ("time [s],velocity [g]", "'velocity .g.': no such column"),
         ("NS [g],EW [g],Up [g]", "no column of time"),
         ("time [s],NS [g],[g]", "no such column"),
     ],

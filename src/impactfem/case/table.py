@@ -23,7 +23,7 @@ from impactfem.case.quantity import Quantity, Ratio
 from impactfem.case.unit import UnitError, scale, si_factor
 from impactfem.records.file import read_number
 from impactfem.system.errors import Fault
-from impactfem.system.files import read_text, wrong_separators
+from impactfem.system.files import LARGEST, read_text, wrong_separators
 
 Row = TypeVar("Row", bound=Section)
 CellLeaf = Quantity | Ratio | Whole | Words | Levels
@@ -104,22 +104,28 @@ class _Column:
 
 
 def read_lines(
-    path: Path, what: str, header: str, faults: list[Fault], most: int = MOST_ROWS
+    path: Path,
+    what: str,
+    header: str,
+    faults: list[Fault],
+    most: int = MOST_ROWS,
+    largest: float = LARGEST,
 ) -> list[Line] | None:
     """The header of a CSV file and its rows, which have as many cells.
 
-    Lines that begin with ``#`` and empty lines are skipped. A row with a fault is left out; every
-    fault is appended to the list. What the file is to be and the header that is expected are for
-    messages. None where there is no header, or there are too many rows.
+    Lines that begin with ``#`` and empty lines, of commas alone too, are skipped. A row with a
+    fault is left out; every fault is appended to the list. What the file is to be, and the header
+    that is expected, are for messages; `largest` is its size in bytes. None where there is no
+    header, or there are too many rows.
     """
-    text = read_text(path, what)
+    text = read_text(path, what, largest)
     if isinstance(text, Fault):
         faults.append(text)
         return None
     lines = [
         (number, line)
         for number, line in enumerate(_NEWLINE.split(text), start=1)
-        if line.strip() and not line.lstrip().startswith("#")
+        if line.strip(" \t,") and not line.lstrip().startswith("#")
     ]
     separators = wrong_separators(lines[0][1]) if lines else None
     key, expected = "", ""
@@ -227,7 +233,8 @@ def _columns(
         column, wrong = None, ""
         if name not in fields:
             if row_model.model_config.get("extra") != "ignore":
-                wrong = f"unknown column; {nearest(name, list(fields))}"
+                known = nearest(name, list(fields))
+                wrong = f"unknown column; {known}" if header else "a column without a name"
         elif name in found:
             wrong = "duplicate column"
         else:
@@ -274,7 +281,9 @@ def _row(
         if column is None:
             continue
         written[column.field] = cell
-        if column.factor is None:
+        info = row_model.model_fields[column.field]
+        unknown = not cell and not info.is_required() and info.default is None
+        if column.factor is None or unknown:
             continue
         leaf = column.leaf
         value: float | int | str | None = cell or None

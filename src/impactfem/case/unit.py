@@ -74,6 +74,9 @@ SPELLED = (
 )
 """Units as they are spelled, of which another spelling may be meant: ``Gpa``, ``KN``."""
 
+_UNCLEAR = {"ton": "'t' (1000 kg) or 'short_ton'", "force_ton": "'tf' (1000 kg times gravity)"}
+"""Units of two sizes that go by one name, and what to write."""
+
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _FACTOR = r"([^\W\d_]+(?:_[^\W\d_]+)*)(?:(?:\^|\*\*)?([+-]?\d{1,2}(?:\.5)?))?"
 _OPERATOR = r"(\s*[*·⋅./]\s*|\s+)"
@@ -117,7 +120,10 @@ def _measure(text: str) -> _Measured:
             parsed = _registry().parse_unit_name(name)
             if not parsed:
                 raise UnitError(f"'{name}' is not a unit known here{_meant(name)}")
-            symbols.add(parsed[0][1])
+            symbol = parsed[0][1]
+            if symbol in _UNCLEAR and "short" not in name:
+                raise UnitError(f"'{name}' may be of 907 or 1000 kg; write {_UNCLEAR[symbol]}")
+            symbols.add(symbol)
             # A sign of division holds for the factor behind it alone.
             sign = -1 if operator and "/" in operator else 1
             total = total * _registry().Quantity(1.0, name) ** (sign * float(exponent or 1))

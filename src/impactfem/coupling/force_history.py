@@ -27,7 +27,6 @@ come from the case file then.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -37,7 +36,9 @@ import numpy as np
 import xarray as xr
 from scipy.integrate import trapezoid
 
+from impactfem.case.table import read_lines
 from impactfem.coupling.pounding import End, Pair, Response
+from impactfem.records.file import read_number
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import atomic, write_netcdf
@@ -181,8 +182,8 @@ class PairEnds:
 
 FORCES = "a force history (NetCDF or CSV)"
 REQUIRED = {"time": "s", "force": "N"}
-
-
+MOST_STEPS = 10_000_000
+"""Largest number of rows of a CSV file."""
 PRESSES = 0.01
 """Part of the largest force above which an impact presses."""
 
@@ -299,7 +300,7 @@ def read_forces(path: Path) -> ForceHistory:
     """
     try:
         history = _read_csv(path) if path.suffix.lower() == ".csv" else _read_netcdf(path)
-    except (OSError, csv.Error, ValueError) as error:
+    except (OSError, ValueError) as error:
         raise InputError(
             [Fault(path, "", None, f"expected a readable force history (NetCDF or CSV): {error}")]
         ) from error
@@ -308,7 +309,10 @@ def read_forces(path: Path) -> ForceHistory:
     if history.time.size < 2 or not np.all(steps > 0.0):
         faults.append(Fault(path, "time", None, "expected at least two times, ascending"))
     elif np.abs(steps - steps.mean()).max() > 1e-6 * steps.mean():
-        faults.append(Fault(path, "time", None, "expected a uniform time step"))
+        k, usual = int(np.abs(steps - steps.mean()).argmax()), float(np.median(steps))
+        expected = f"expected a uniform time step, {usual:.9g} s (with enough digits)"
+        key = f"time, between {history.time[k]:.9g} and {history.time[k + 1]:.9g} s"
+        faults.append(Fault(path, key, None, expected))
     elif abs(history.time[0]) > 1e-6 * steps.mean():
         faults.append(Fault(path, "time", float(history.time[0]), "expected a first time of 0 s"))
     if not (np.isfinite(history.time).all() and np.isfinite(history.force).all()):
@@ -350,21 +354,32 @@ def _read_netcdf(path: Path) -> ForceHistory:
 
 
 def _read_csv(path: Path) -> ForceHistory:
-    with path.open(newline="", encoding="utf-8-sig") as stream:
-        header = [cell.strip() for cell in next(csv.reader(stream), [])]
-        lines = [line for line in stream if line.strip()]
-    if not header or header[0] != "time [s]":
-        found = header[0] if header else None
-        raise InputError([Fault(path, "line 1", found, "expected the first column 'time [s]'")])
+    faults = list[Fault]()
+    example = "time [s],<pair name> [N]"
+    what = f"a force history (CSV) with the header {example}"
+    lines = read_lines(path, what, example, faults, MOST_STEPS, float("inf"))
+    if not lines:
+        raise InputError(faults)
+    number, header = lines[0]
+    if header[0] != "time [s]":
+        expected = "expected the first column 'time [s]'"
+        raise InputError([Fault(path, f"line {number}", header[0] or None, expected)])
     wrong = [cell for cell in header[1:] if not cell.endswith(" [N]")]
     if wrong or len(header) < 2:
         expected = "expected a column '<pair name> [N]' for each pair, all of them in N"
-        raise InputError([Fault(path, "line 1", wrong or None, expected)])
-    if len(lines) < 2:
+        raise InputError([Fault(path, f"line {number}", wrong or None, expected)])
+    values = np.empty((len(lines) - 1, len(header)))
+    for row, (number, cells) in zip(values, lines[1:], strict=True):
+        for k, cell in enumerate(cells):
+            value = read_number(cell)
+            if value is None:
+                key = f"line {number}, column {header[k]}"
+                faults.append(Fault(path, key, cell, "expected a finite number"))
+            row[k] = np.nan if value is None else value
+    if faults:
+        raise InputError(faults)
+    if len(values) < 2:
         expected = "expected at least two lines of values below the header"
         raise InputError([Fault(path, "", None, expected)])
-    values = np.loadtxt(lines, delimiter=",", ndmin=2)
-    if values.shape[1] != len(header):
-        raise ValueError(f"{len(header)} columns in the header, {values.shape[1]} below")
     names = tuple(cell.removesuffix(" [N]") for cell in header[1:])
     return ForceHistory(values[:, 0], names, values[:, 1:])

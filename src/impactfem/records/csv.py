@@ -1,5 +1,6 @@
 """Accelerograms as CSV: a column of time and one or more of acceleration, units in the header."""
 
+import csv
 import math
 import re
 from collections.abc import Sequence
@@ -39,7 +40,7 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     lines = [
         (i, line)
         for i, line in enumerate(file.lines, start=1)
-        if line.strip() and not line.lstrip().startswith("#")
+        if line.strip(" \t,") and not line.lstrip().startswith("#")
     ]
     if not lines:
         file.fail(None, None, f"no header; expected {file.expected}")
@@ -96,11 +97,12 @@ def _header(file: RecordFile, line_number: int, line: str) -> dict[str, float]:
     if separators is not None:
         expected = f"the columns are separated by {separators}; expected commas: {file.expected}"
         file.fail(line_number, line.strip(), expected)
-    cells = (cell.strip().lower() for cell in line.split(","))
-    if all("[" not in cell and cell not in {"time", "acceleration"} for cell in cells):
+    headers = _cells(line)
+    lower = [cell.lower() for cell in headers]
+    if all("[" not in cell and cell not in {"time", "acceleration"} for cell in lower):
         file.fail(line_number, line.strip(), f"this is no header; expected {file.expected}")
     factors: dict[str, float] = {}
-    for cell in line.split(","):
+    for cell in headers:
         match = _CELL.fullmatch(cell)
         name = match[1] if match else ""
         unit = plain_unit(match[2]) if match and match[2] else ""
@@ -109,7 +111,8 @@ def _header(file: RecordFile, line_number: int, line: str) -> dict[str, float]:
         units = TIME_UNITS if name == "time" else ACCELERATION_UNITS
         factor = units.get(unit)
         # A column of another name is known as an acceleration by its unit alone.
-        if not name or (factor is None and name not in {"time", "acceleration"}):
+        other = re.match(r"(?i)vel|disp", name)
+        if not name or other or (factor is None and name not in {"time", "acceleration"}):
             what = "no such column"
             if unit and unit not in TIME_UNITS and match:
                 what += f", as '{match[2]}' is no unit of acceleration ({', '.join(units)})"
@@ -130,9 +133,16 @@ def _header(file: RecordFile, line_number: int, line: str) -> dict[str, float]:
     return factors
 
 
+def _cells(line: str) -> list[str]:
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], skipinitialspace=True))]
+    except csv.Error:  # a cell larger than any number
+        return [line.strip()]
+
+
 def _row(file: RecordFile, line_number: int, line: str, names: Sequence[str]) -> list[float] | None:
     """Read one sample of each column; None, with the faults noted, when it is none."""
-    cells = [cell.strip() for cell in line.split(",")]
+    cells = _cells(line)
     if len(cells) != len(names):
         expected = f"expected {len(names)} cells as in the header, got {len(cells)}"
         file.note(line_number, line.strip(), expected)
