@@ -6,6 +6,7 @@ import sys
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,13 +19,15 @@ from impactfem import study
 from impactfem.building import from_case
 from impactfem.case import load_case
 from impactfem.fit import modal
-from impactfem.fit.evaluate import evaluate
-from impactfem.fit.fit import Evaluator, identified, search
+from impactfem.fit.evaluate import Evaluation, evaluate
+from impactfem.fit.fit import Evaluator, _close_modes, identified, search
+from impactfem.fit.fit_file import MeasuredMode, ModesTarget
 from impactfem.fit.pieces import Pieces, read_off
 from impactfem.fit.problem import read_problem
 from impactfem.stages.building import compute
 from impactfem.stages.building.compute import analysed
-from impactfem.system.errors import InputError
+from impactfem.system.errors import Fault, InputError, SolutionError
+from impactfem.system.log import LOGGER
 from impactfem.system.scalar import Scalar
 from no_pictures import no_pictures
 
@@ -125,6 +128,48 @@ def test_a_place_next_to_a_bound_is_on_it(repeated, tmp_path):
     assert counts == [1, 1, 2, 3, 3, 4]
 
 
+def test_slopes_next_to_a_bound(repeated, tmp_path):
+    """By runs to one side only: inwards, also where a search is 1e-10 inside the bound."""
+    runs = Evaluator(replace(repeated, level="run"), tmp_path, None)
+    runs.at = lambda u, slopes=False: Evaluation([float(u @ [3.0, 5.0])], [None, None], {})
+    for x in (0.0, 1e-10, 0.5, 1.0 - 1e-10, 1.0):
+        assert runs.slopes(np.array([x, 0.5])) == pytest.approx(np.array([[3.0, 5.0]]), rel=1e-6)
+
+
+@pytest.mark.parametrize(("higher", "alike", "told"), [(1.205, 0.5, True), (1.3, 0.5, False),
+                                                     (1.205, 0.95, False)])  # fmt: skip
+def test_shapes_of_close_modes(higher, alike, told):
+    """Of a symmetric building any two shapes at right angles are modes."""
+    rows = tuple(MeasuredMode.model_construct(mode=k, frequency=1.2) for k in (1, 2))
+    target = ModesTarget.model_construct(building="T", modes=rows)
+    data = tuple(SimpleNamespace(name=f"T.mode_{k}.frequency") for k in (1, 2))
+    problem = SimpleNamespace(data=data, fit=SimpleNamespace(targets=(target,)))
+    shown = {"T.mode_1.mac": 0.5, "T.mode_2.mac": alike}
+    result = SimpleNamespace(problem=problem, after=np.array([1.2, higher]), shown=shown)
+    found = list(_close_modes(result))
+    assert len(found) == told
+    assert all("T.mode_1 and T.mode_2 are 0.0042 apart in frequency" in text for text in found)
+
+
+def test_a_start_where_the_case_has_none(repeated, tmp_path, monkeypatch, caplog):
+    """Its search is left out with a warning; where all are, their fault is that of the fit."""
+    evaluator, true = Evaluator(repeated, tmp_path, None), Evaluator.values
+
+    def values(self, u):
+        if u[0] > 0.5:
+            raise InputError([Fault("case.toml", "damping", None, "expected another one")])
+        return true(self, u)
+
+    monkeypatch.setattr(Evaluator, "values", values)
+    one, none = np.ones(5), np.zeros(5)
+    outside, inside = np.array([0.9, 0.5]), np.array([0.2, 0.5])
+    found = search(evaluator, [outside, inside], one, none)
+    assert len(found) == 1
+    assert "a search of 2 is left out: case.toml: damping: expected another" in caplog.text
+    with pytest.raises(InputError, match="expected another one"):
+        search(evaluator, [outside], one, none)
+
+
 def test_a_key_that_the_data_do_not_see(case, written, tmp_path):
     """The damping changes no frequency: named, without a ±; of the other keys there is one."""
     free = "starts = 1\n" + FREE + '[free."damping.ratio"]\nbounds = ["1 %", "9 %"]\n'
@@ -207,7 +252,7 @@ def test_what_is_written(case, written, tmp_path, monkeypatch):
         stream.write('["half of a li')  # as a kill leaves it
     monkeypatch.setattr("impactfem.fit.fit.evaluate", None)
     again = study.fit(case, tmp_path / "some_fit.toml", out=folder)
-    assert again.evaluations == 0 and np.array_equal(again.u, result.u)
+    assert again.evaluations == result.evaluations and np.array_equal(again.u, result.u)
 
 
 def test_several_at_a_time(case, written, tmp_path):
@@ -255,7 +300,9 @@ spectrum = "psa.csv"
 """
     problem, _ = read_problem(case, written(free + targets))
     assert (problem.level, problem.stages) == ("run", ("pounding",))
+    before = LOGGER.handlers[:]
     found = evaluate(problem, np.array([0.4]), tmp_path)
+    assert LOGGER.handlers == before  # what the fit says later is still seen
     run_folder = next((tmp_path / "runs").iterdir())
     run = study.open_run(run_folder)
     assert found.values[0] == run.value("motion.pga") == pytest.approx(1.5, rel=1e-6)
@@ -277,6 +324,18 @@ spectrum = "psa.csv"
         pieces = Pieces({"motion.pga": Scalar("motion.pga", 1.5, "m/s2")}, run=run_folder)
         with pytest.raises(InputError) as error:
             read_off(other, other.case(np.array([0.4])), pieces)
+        assert words in str(error.value)
+    # A result without a value hides no fault of the others.
+    absent = scalar.model_copy(update={"result": "motion.none"})
+    none = {"motion.none": Scalar("motion.none", None, "m/s2", "no impact")}
+    wrong = scalar.model_copy(update={"result": "motion.pgg"})
+    for targets, kind, words in (
+        ((absent, wrong), InputError, "motion.pgg"),
+        ((absent,), SolutionError, "targets[0]: motion.none has no value. no impact"),
+    ):
+        other = replace(problem, fit=problem.fit.model_copy(update={"targets": targets}))
+        with pytest.raises(kind) as error:
+            read_off(other, other.case(np.array([0.4])), Pieces(none))
         assert words in str(error.value)
 
 
@@ -449,11 +508,14 @@ def test_the_same_folder_with_other_bounds(tmp_path):
         fresh = study.fit(path, fit_path, out=tmp_path / f"g{len(more)}")
         assert again.bound == pytest.approx(fresh.bound, rel=1e-3)
         assert again.bound == pytest.approx(first.bound, rel=0.01)
-        assert again.evaluations > 0
     # Written in another way, the same bounds: nothing is computed, and the slopes are theirs.
+    kept = (tmp_path / "f" / "evaluations.jsonl").read_bytes()
     fit_path.write_text(modulus('["10000 MPa", "9.0e10 Pa"]', 'scale = "log"\n', has))
     same = study.fit(path, fit_path, out=tmp_path / "f")
-    assert same.evaluations == 0 and same.bound == pytest.approx(again.bound, rel=1e-9)
+    assert (tmp_path / "f" / "evaluations.jsonl").read_bytes() == kept
+    assert same.evaluations == again.evaluations and same.bound == pytest.approx(
+        again.bound, rel=1e-9
+    )
 
 
 def test_values_serve_other_bounds(repeated, tmp_path):

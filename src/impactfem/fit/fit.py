@@ -3,32 +3,37 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import asdict, replace
-from itertools import chain
+from itertools import chain, pairwise
 from pathlib import Path
 from threading import Lock
 
 import numpy as np
+import scipy.optimize
 import scipy.stats
 
 from impactfem.case import Case
 from impactfem.fit.evaluate import Evaluation, evaluate
+from impactfem.fit.fit_file import ModesTarget
 from impactfem.fit.plausibility import warn_of_implausible
 from impactfem.fit.posterior import sample
 from impactfem.fit.problem import Problem, read_problem
 from impactfem.fit.results import Fit, write_results
 from impactfem.run.folder import open_folder
 from impactfem.system.arrays import Array
-from impactfem.system.errors import SolutionError, file_errors
+from impactfem.system.errors import ImpactfemError, InputError, SolutionError, file_errors
 from impactfem.system.least_squares import Identification, Minimum, minima, starts_within
 from impactfem.system.log import LOGGER, mirrored
 from impactfem.system.parallel import on_root, one_blas_thread, rank, start_solvers, workers, world
 
 LOG = "fit.log"  # distinguishes the folder of a fit from any other
 EVALUATIONS = "evaluations.jsonl"
+CLOSE, ALIKE = 0.02, 0.9
+"""Relative distance of frequencies up to which modes may mix, and the MAC from which they do
+not."""
 SAME = 0.05
 """Change of the keys, in their standard deviations, below which a correction is the last one."""
 MOST_ROUNDS = 8
@@ -49,6 +54,7 @@ class Evaluator:
         self.problem, self.folder, self.executor = problem, folder, executor
         self.file, self.lock = folder / EVALUATIONS, Lock()
         self.known: dict[str, Evaluation] = {}
+        self.used: set[str] = set()  #: those of this fit
         self.count = 0  #: how many were computed, not read
         damaged = 0
         for line in self.file.read_text("utf-8").splitlines() if self.file.is_file() else ():
@@ -68,9 +74,9 @@ class Evaluator:
 
     def at(self, u: Array, slopes: bool = False) -> Evaluation:
         """The evaluation at places on the scale of the fit, with slopes as far as there are."""
-        # A search never starts on a bound, but 1e-10 inside: one evaluation serves both places.
-        u = np.where(u < ON_BOUND, 0.0, np.where(u > 1.0 - ON_BOUND, 1.0, u))
+        u = _on_bounds(u)
         key = self.problem.key(u)
+        self.used.add(key)
         found = self.known.get(key)
         if found is not None and (not slopes or found.slopes is not None):
             return found
@@ -92,6 +98,7 @@ class Evaluator:
 
     def slopes(self, u: Array) -> Array:
         """Their slopes, shape (m, n): closed forms, or differences computed at a time."""
+        u = _on_bounds(u)
         here = self.at(u, slopes=True)
         known = here.slopes or []
         ends = {k: self.problem.ends(u, k) for k, one in enumerate(known) if one is None}
@@ -110,6 +117,11 @@ class Evaluator:
         for i, (k, (low, high)) in enumerate(ends.items()):
             J[:, k] = (found[2 * i + 1] - found[2 * i]) / (high[k] - low[k])
         return J
+
+
+def _on_bounds(u: Array) -> Array:
+    """Places, with those next to a bound on it: a search starts 1e-10 inside, never there."""
+    return np.where(u < ON_BOUND, 0.0, np.where(u > 1.0 - ON_BOUND, 1.0, u))
 
 
 def fit(path: Path, fit_path: Path, *, out: Path | None = None, processes: int = 1) -> Fit | None:
@@ -186,17 +198,20 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
         # Of values near zero, or of either sign, the difference alone corrects.
         ratio = np.where((ratio > 0.5) & (ratio < 2.0), ratio, 1.0)
         shift = here - ratio * there
-        spread = identified(problem, ratio[:, None] * cheap.slopes(u)).deviation
-        ended = search(cheap, drawn if rounds == 0 else [u], ratio, shift)
-        found = found or ended
-        moved = np.abs(ended[0].x - u)
-        if rounds and np.all(moved <= np.maximum(SAME * np.minimum(spread, 1.0), 1e-5)):
+        J = ratio[:, None] * cheap.slopes(u)
+        hardly = np.maximum(SAME * np.minimum(identified(problem, J).deviation, 1.0), 1e-5)
+        # Slopes that are known tell mostly, without a search, that it would not move the keys.
+        if rounds and np.all(np.abs(_step(problem, u, here, J)) <= hardly):
             break
         if rounds == MOST_ROUNDS:
             raise SolutionError(
                 f"the fit does not settle between the case and the cheaper one in {rounds} "
                 "corrections; expected keys in [coarse] that change less"
             )
+        ended = search(cheap, drawn if rounds == 0 else [u], ratio, shift)
+        found = found or ended
+        if rounds and np.all(np.abs(ended[0].x - u) <= hardly):
+            break
         u, rounds = ended[0].x, rounds + 1
         LOGGER.info("fit: correction %d by the case itself", rounds)
     if rough is None:
@@ -219,13 +234,20 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
         J,
         identification,
         posterior,
-        fine.count + (cheap.count if cheap is not fine else 0),
+        len(fine.used | cheap.used),
         rounds,
     )
     result.warnings.extend(_warnings(result))
     for text in result.warnings:
         LOGGER.warning("warning: %s", text)
     return write_results(result)
+
+
+def _step(problem: Problem, u: Array, values: Array, J: Array) -> Array:
+    """The Gauss-Newton step from u between the bounds, with values (m,) and slopes (m, n) there."""
+    rows = np.vstack([J / problem.deviation[:, None], _prior_rows(problem)])
+    r = np.append((values - problem.value) / problem.deviation, problem.prior_errors(u))
+    return np.asarray(scipy.optimize.lsq_linear(rows, -r, (-u, 1.0 - u)).x)
 
 
 def search(
@@ -243,17 +265,29 @@ def search(
         J = (ratio / deviation)[:, None] * evaluator.slopes(u)
         return np.vstack([J, rows])
 
-    def led_to(some: Sequence[Array]) -> list[Minimum]:
-        # What costs seconds or more ends far below a standard deviation.
-        end = 1e-8 if problem.level in ("sticks", "floors") else 1e-4
-        low = np.zeros(len(problem.keys))
-        return minima(residuals, some, low, low + 1.0, jacobian=jacobian, tolerance=end)
+    # What costs seconds or more ends far below a standard deviation.
+    end = 1e-8 if problem.level in ("sticks", "floors") else 1e-4
+    low = np.zeros(len(problem.keys))
+    failed: list[ImpactfemError] = []
+
+    def led_to(start: Array) -> list[Minimum]:
+        try:
+            return minima(residuals, [start], low, low + 1.0, jacobian=jacobian, tolerance=end)
+        except (InputError, SolutionError) as error:  # the case has no such places
+            failed.append(error)
+            return []
 
     if evaluator.executor is None:
-        return led_to(starts)
-    with ThreadPoolExecutor(len(starts)) as threads:
-        each = threads.map(lambda start: led_to([start]), starts)
-        return sorted(chain.from_iterable(each), key=lambda minimum: minimum.cost)
+        each = [led_to(start) for start in starts]
+    else:
+        with ThreadPoolExecutor(len(starts)) as threads:
+            each = list(threads.map(led_to, starts))
+    found = sorted(chain.from_iterable(each), key=lambda minimum: minimum.cost)
+    if not found:
+        raise failed[0]
+    for error in failed:
+        LOGGER.warning("warning: a search of %d is left out: %s", len(starts), error)
+    return found
 
 
 def _prior_rows(problem: Problem) -> Array:
@@ -315,9 +349,30 @@ def _warnings(result: Fit) -> list[str]:
             f"95 of 100 have at most {limit:.3g}; missed most is {names[worst]}, by "
             f"{both[worst]:.3g} deviations; the ± of the keys do not include the error of the model"
         )
+    texts += _close_modes(result)
     if not result.minima[0].met:
         texts.append("the best search ended by its number of steps, not by its tolerances")
     return texts
+
+
+def _close_modes(result: Fit) -> Iterator[str]:
+    """Measured modes that the model has close together, with other shapes than measured."""
+    after = dict(zip((one.name for one in result.problem.data), result.after, strict=True))
+    for target in result.problem.fit.targets:
+        if isinstance(target, ModesTarget):
+            names = [f"{target.building}.mode_{one.mode}" for one in target.modes]
+            of = {name: after[f"{name}.frequency"] for name in names}
+            unlike = [name for name in names if result.shown[f"{name}.mac"] < ALIKE]
+            unlike.sort(key=lambda name: of[name])
+            for one, other in pairwise(unlike):
+                if of[other] < of[one] * (1.0 + CLOSE):
+                    yield (
+                        f"{one} and {other} are {of[other] / of[one] - 1.0:.2g} apart in frequency "
+                        "in the model, and any combination of their shapes is nearly a mode: their "
+                        "measured shapes may be other combinations (MAC "
+                        f"{result.shown[f'{one}.mac']:.2f}, {result.shown[f'{other}.mac']:.2f}), "
+                        "which the fit does not look for"
+                    )
 
 
 def _fitted_anew(case: Case) -> str:

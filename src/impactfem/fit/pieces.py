@@ -76,7 +76,7 @@ def read_off(problem: Problem, case: Case, pieces: Pieces) -> tuple[list[float],
     """
     values: list[float] = []
     shown: dict[str, float] = {}
-    faults: list[Fault] = []
+    faults, absent = list[Fault](), list[str]()
     for k, target in enumerate(problem.fit.targets):
         where = f"targets[{k}]"
         if isinstance(target, ScalarTarget):
@@ -90,7 +90,7 @@ def read_off(problem: Problem, case: Case, pieces: Pieces) -> tuple[list[float],
                 expected = f"expected a value in {one.unit}, the unit of the result"
                 faults.append(Fault(problem.path, f"{where}.value", None, expected))
             elif one.value is None:
-                raise SolutionError(f"{where}: {target.result} has no value. {one.note}".strip())
+                absent.append(f"{where}: {target.result} has no value. {one.note}".strip())
             else:
                 values.append(one.value)
         elif isinstance(target, FloorTarget):
@@ -103,6 +103,8 @@ def read_off(problem: Problem, case: Case, pieces: Pieces) -> tuple[list[float],
             values += _of_spectrum(target, where, problem, case, pieces)
     if faults:
         raise InputError(faults)
+    if absent:
+        raise SolutionError("; ".join(absent))
     return values, shown
 
 

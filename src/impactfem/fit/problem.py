@@ -244,6 +244,11 @@ def read_problem(
         if all(a == b for a, b in zip(axis.place, other.place, strict=False)):
             expected = f'expected keys that do not hold one another; {table}."{axis.key}" is one'
             faults.append(Fault(fit_path, f'{other_table}."{other.key}"', None, expected))
+    if any(isinstance(target, SpectrumTarget) for target in fit.targets):
+        for (table, key), place in places.items():
+            if place[:2] == ("spectra", "damping"):
+                expected = "expected another key: the targets' spectra are of dampings of the case"
+                faults.append(Fault(fit_path, f'{table}."{key}"', None, expected))
     for k, target in enumerate(fit.targets):
         for key, value, expected in _wrong(target, case):
             if value is None and key:
@@ -338,6 +343,14 @@ def _wrong(target: Any, case: Case) -> list[tuple[str, Any, str]]:
             (".building", target.building, f"unknown building; {nearest(target.building, names)}")
         ]
     models = [one.building for one in case.structures]
+    if isinstance(target, ModesTarget):
+        computed = {one.building: one.modes for one in case.structures}
+        most = computed.get(target.building, 6 * len(case.building(target.building).floors))
+        if len(target.modes) > most:
+            more = "; more by its key modes" * (target.building in models)
+            model = "3D model" if more else "stick"
+            expected = f"expected at most {most} modes, as the {model} of {target.building} has"
+            return [(".modes", len(target.modes), f"{expected}{more}")]
     if isinstance(target, FloorTarget):
         if target.building not in models:
             return [(".building", target.building, "expected a building with a 3D model")]

@@ -379,7 +379,7 @@ def run_variant(
     path, target = variant.case_file(folder), variant.run_folder(folder)
     with ExitStack() as held:
         if apart:
-            log.set_up(verbose=False, rank=1)
+            held.enter_context(log.silent())
             held.enter_context(alone())
         warnings = held.enter_context(in_file_only())
         try:

@@ -48,6 +48,18 @@ def set_up(verbose: bool, rank: int = 0) -> None:
     LOGGER.addHandler(handler)
 
 
+@contextmanager
+def silent() -> Iterator[None]:
+    """Report to files only while the block runs, as one of several workers does."""
+    before, level = LOGGER.handlers[:], LOGGER.level
+    set_up(verbose=False, rank=1)
+    try:
+        yield
+    finally:
+        LOGGER.handlers[:] = before
+        LOGGER.setLevel(level)
+
+
 class _File(logging.FileHandler):
     """A log file whose failure is an `ImpactfemError`; `logging` would print a traceback."""
 
