@@ -266,6 +266,26 @@ def test_a_stick_in_other_coordinates_is_in_the_middle():
     assert moved_into_plan((20.0, 25.0), (1.0, 2.0, 0.0), *plan) == pytest.approx((24.1, 9.8))
 
 
+@pytest.mark.parametrize(
+    ("axis", "offset", "size", "expected"),
+    [
+        # By chance within the plan: the middle, as the building has its size, ...
+        ((20.0, 5.0), (1.0, 2.0, 0.0), (LENGTH, WIDTH), (24.1, 9.8)),
+        ((20.0, 5.0), (1.0, 2.0, 0.0), (LENGTH, None), (21.0, 7.0)),
+        ((20.0, 5.0), (1.0, 2.0, 0.0), (LENGTH, 2.0 * WIDTH), (21.0, 7.0)),
+        # ... or as the point is on its side in that way alone.
+        ((20.0, 5.0), (1.0, -7.8, 0.0), (None, None), (24.1, 0.0)),
+        ((20.0, 5.0), (1.0, -5.0, 0.0), (None, None), (21.0, 0.0)),
+        ((20.0, 5.0), (1.0, 7.8, 0.0), (None, None), (21.0, 12.8)),  # the side is another one
+    ],
+)
+def test_a_stick_within_the_plan(axis, offset, size, expected):
+    sides = rectangle(LENGTH, WIDTH, "y-")
+    plan = (0.0, 0.0), (LENGTH, WIDTH)
+    found = moved_into_plan(axis, offset, *plan, size=size, sides=sides, normal=(0.0, -1.0, 0.0))
+    assert found == pytest.approx(expected)
+
+
 AXES = 'axis = ["23.1 m", "7.8 m"]', 'axis = ["23.1 m", "23.41 m"]'
 NORMAL = "normal = [0, 1, 0]"
 

@@ -156,7 +156,7 @@ def of_struck_sides(case: Case, reading: Reading) -> Iterator[Finding]:
             mesh = reading.valid(GeneratedMesh, reading.value(*model, "mesh"))
         unknown: list[str] = []  # to spread `calibrated`
         places: list[tuple[Facade, float]] = []
-        axes = [one.axis for one in case.buildings if one.name == building]
+        known = [one for one in case.buildings if one.name == building]
         for index, one in reading.tables("contacts"):
             contact = reading.valid(ContactEntry, one)
             for side, sign in (("a", 1.0), ("b", -1.0)) if contact is not None else ():
@@ -166,10 +166,17 @@ def of_struck_sides(case: Case, reading: Reading) -> Iterator[Finding]:
                 x, y, z = (sign * component for component in contact.normal)
                 sides: tuple[Facade, ...] = ()
                 met = None
-                if mesh is not None and axes and abs(z) <= ALIGNED:
+                if mesh is not None and known and abs(z) <= ALIGNED:
                     sides = rectangle(mesh.length, mesh.width, mesh.impact_edge)
-                    high = (mesh.length, mesh.width)
-                    point = moved_into_plan(axes[0], end.offset, (0.0, 0.0), high)
+                    point = moved_into_plan(
+                        known[0].axis,
+                        end.offset,
+                        (0.0, 0.0),
+                        (mesh.length, mesh.width),
+                        size=(known[0].length, known[0].width),
+                        sides=sides,
+                        normal=(x, y, 0.0),
+                    )
                     met = struck(sides, point, (x, y, 0.0))
                 wrong = strike_fault(
                     (x, y, z), end.offset, end.storey is not None, sides, met is not None

@@ -1,7 +1,7 @@
 """The straight sides of a floor in plan, and where a pair strikes them."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from impactfem.case.contacts import Vector
@@ -93,7 +93,16 @@ def rectangle(length: float, width: float, impact_edge: str) -> tuple[Facade, ..
     return tuple(found)
 
 
-def moved_into_plan(axis: Point, offset: Vector, low: Point, high: Point) -> Point:
+def moved_into_plan(
+    axis: Point,
+    offset: Vector,
+    low: Point,
+    high: Point,
+    *,
+    size: tuple[float | None, float | None] = (None, None),
+    sides: Sequence[Facade] = (),
+    normal: Vector = (0.0, 0.0, 0.0),
+) -> Point:
     """A point of a stick in the coordinates of the mesh [m].
 
     Args:
@@ -101,13 +110,32 @@ def moved_into_plan(axis: Point, offset: Vector, low: Point, high: Point) -> Poi
         offset: From the axis to the point [m].
         low: Lowest x and y of the plan of the mesh [m].
         high: Highest x and y of it [m].
+        size: Length and width of the building, in whose middle the axis is, as far as known [m].
+        sides: Those of the floor.
+        normal: Of the pair, out of the building.
 
-    A stick whose axis is not within the plan has other coordinates than the mesh: its axis counts
-    as the middle of the plan.
+    A stick has the coordinates of the mesh where its axis is within the plan, or others: then its
+    axis counts as the middle of the plan. So it does where the building has the size of the plan,
+    and within it where the point is on a side by the middle alone.
     """
+    middle = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])
+    own, moved = ((x + offset[0], y + offset[1]) for x, y in (axis, middle))
+    spans = [(b - a, known) for a, b, known in zip(low, high, size, strict=True)]
+    if all(known is not None and abs(span - known) <= NEAR for span, known in spans):
+        return moved
     inside = all(a < x < b for x, a, b in zip(axis, low, high, strict=True))
-    x, y = axis if inside else (0.5 * (a + b) for a, b in zip(low, high, strict=True))
-    return x + offset[0], y + offset[1]
+    as_it_stands = _on_one(sides, own, normal) or not _on_one(sides, moved, normal)
+    return own if inside and as_it_stands else moved
+
+
+def _on_one(sides: Iterable[Facade], point: Point, normal: Vector) -> bool:
+    """Whether a point is on a side that a normal leads out through."""
+    for facade in sides:
+        if sum(a * b for a, b in zip(facade.outward, normal, strict=True)) >= GRAZING:
+            distance, s = facade.meets(point, facade.outward)
+            if abs(distance) <= NEAR and -ROUNDING <= s <= facade.length + ROUNDING:
+                return True
+    return False
 
 
 def side_of(vector: Vector) -> str:

@@ -106,8 +106,15 @@ class Sides:
 
     def point(self, end: PairEnd) -> Point:
         """An end of a pair in the plan of the mesh [m]; the axis of the stick where unknown."""
-        axis = self.case.building(end.building).axis
-        return moved_into_plan(axis, end.offset or (0.0, 0.0, 0.0), *self.plan)
+        building, (x, y) = self.case.building(end.building), end.outward[:2].tolist()
+        return moved_into_plan(
+            building.axis,
+            end.offset or (0.0, 0.0, 0.0),
+            *self.plan,
+            size=(building.length, building.width),
+            sides=[one for one, _ in facades(self.mesh, end.floor).values()],
+            normal=(x, y, 0.0),
+        )
 
     def met(self, path: Path, pair: str, end: PairEnd) -> tuple[Facade, float] | Fault:
         """The side that a pair strikes, and where [m]; none that it does is a fault."""
