@@ -5,9 +5,9 @@ import pytest
 import scipy.integrate
 import scipy.linalg
 
-from impactfem.coupling.contact import effective_mass, hertz_damp, kelvin_voigt
+from impactfem.coupling.contact import effective_mass, hertz_damp, kelvin_voigt, law_force
 from impactfem.coupling.impacts import impacts
-from impactfem.coupling.pounding import End, Load, Pair, System, simulate
+from impactfem.coupling.pounding import End, Load, Pair, System, simulate, taken
 from impactfem.dynamics.damping import RatioTable, Rayleigh
 from impactfem.sticks.stick import mass_on_spring
 from impactfem.system.errors import ImpactfemError, SolutionError
@@ -32,6 +32,23 @@ def test_a_gap_that_never_closes_changes_nothing(row, shake):
     assert free.force.shape == (4000, 0) and free.gap.shape == (4000, 0)
     pounding = simulate(row(0.005), ground, DT)
     assert pounding.force.any() and not np.array_equal(pounding.u, free.u)
+
+
+def test_each_contact_has_its_own_speed_of_approach():
+    """Of three in one motion a law takes what it takes of each alone; the ends open slowly."""
+    law = hertz_damp(5e9, 0.6, 1e5)
+    speeds = (0.05, 0.4, 0.1)
+    phase = np.linspace(-0.1 * np.pi, 1.1 * np.pi, 401)
+    alone = [(-0.01 * v * np.sin(phase), -v * np.cos(phase)) for v in speeds]
+    each = [taken(law, *motion) for motion in alone]
+    gap, rate = (np.concatenate(some) for some in zip(*alone, strict=True))
+    assert all(one > 0.0 for one in each)
+    assert taken(law, gap, rate) == pytest.approx(sum(each), rel=1e-12)
+    # With the first speed for all the second one would take several times as much.
+    wrong = [law_force(law.code, law.parameters, max(-g, 1e-300), -r, 0.05)[0]
+             for g, r in zip(*alone[1], strict=True)]  # fmt: skip
+    p = np.maximum(-alone[1][0], 0.0)
+    assert scipy.integrate.trapezoid(wrong, p) > 4.0 * each[1]
 
 
 @pytest.mark.parametrize("points", [[], [(2, 0.3), (1, 0.5)]])

@@ -353,17 +353,21 @@ def taken(law: Law, gap: Array, rate: Array) -> float:
     """What a law takes along a motion of one contact, ∮ F(p, v) dp [J].
 
     By trapezoids over the part of each step in which there is contact: where it begins or ends
-    inside one, the force is the law's at p = 0, with the speed outside the contact. The gap [m] and
-    its rate [m/s], shape (n,) each, begin before the contact.
+    inside one, the force is the law's at p = 0, with the speed outside the contact. Each time the
+    contact closes it has its own speed of approach v₀, the one before. The gap [m] and its rate
+    [m/s], shape (n,) each, begin before the contact.
     """
     p, v = np.maximum(-gap, 0.0), -rate
-    F = np.array(
-        [
-            law_force(law.code, law.parameters, max(depth, 1e-300), speed, v[0])[0]
-            for depth, speed in zip(p, v, strict=True)
+    # Of each step the last time before it, or at its beginning, without contact.
+    before = np.maximum.accumulate(np.where(gap >= 0.0, np.arange(len(gap)), 0))
+    energy = 0.0
+    for k in np.flatnonzero((p[:-1] > 0.0) | (p[1:] > 0.0)):
+        v0 = max(v[before[k]], 0.0)
+        F = [
+            law_force(law.code, law.parameters, max(p[i], 1e-300), v[i], v0)[0] for i in (k, k + 1)
         ]
-    )
-    return float(np.sum(np.diff(p) * 0.5 * (F[:-1] + F[1:])))
+        energy += (p[k + 1] - p[k]) * 0.5 * (F[0] + F[1])
+    return float(energy)
 
 
 def opening(system: System, x: Array, relative: Mapping[str, Array], row: int = 0) -> Array:
