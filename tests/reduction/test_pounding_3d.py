@@ -193,6 +193,22 @@ def second_case(contacts, case):
     return case.model_copy(update={"contacts": tuple(contacts)})
 
 
+@pytest.mark.parametrize("every", [1, 4])
+def test_the_least_gap_of_floors_that_turn_is_at_the_ends(pair, every):
+    """By whatever points of contact: those of the outermost are means inside the ends."""
+    case, system, given, _ = pair
+    model = Pounding3D(case, system, given, every=every)
+    assert (len(model.points) < 3 * len(given.lines)) == (every == 4)
+    turns = np.array([1e-3, -2e-3])
+    along = np.array([point.a.offset[0] for point in model.points])
+    gap = 0.01 + turns[:, None] * along  # of a rigid floor, at the middle of each hat
+    for k, line in enumerate(given.lines):
+        ends = line.a.point.offset[0] - line.position[[0, -1]] * line.normal[1]
+        least = 0.01 + np.min(turns[:, None] * ends, axis=1)
+        assert model._least(gap, ends=True)[:, k] == pytest.approx(least, rel=1e-12)
+        assert np.all(model._least(gap)[:, k] > least + 1e-5)
+
+
 def test_what_is_reported_of_a_run(pair, shaken):
     """Complementary, energies in balance, resultants and impulses those of the points."""
     case, system, given, _ = pair

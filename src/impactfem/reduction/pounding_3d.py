@@ -76,6 +76,7 @@ class Response3D(Response):
 
     acceleration: Array  #: relative to the ground, shape (n_t, n)
     gap: Array  #: least one of each line, negative in contact, shape (n_t, n_pairs) [m]
+    least_gap: Array  #: the same, or that at an end of the line where it is less, same shape [m]
     gap_rate: Array  #: at the middles, in storeys the mean of the points, same shape [m/s]
     points: tuple[Pair, ...]  #: the points of contact, line by line, then pairs of two sticks
     pair_of: Index  #: of each of them the index of its pair
@@ -85,8 +86,8 @@ class Response3D(Response):
     work: Array  #: of each pair on the buildings since the start, shape (n_t, n_pairs) [J]
 
     def closed(self, pairs: Sequence[Pair]) -> Array:
-        """How far the nearest points of lines have closed the least gap of each, (n_t, m) [m]."""
-        return np.asarray([pair.gap for pair in pairs] - self.gap)
+        """How far lines have closed the least gap of each, at a point or an end, (n_t, m) [m]."""
+        return np.asarray([pair.gap for pair in pairs] - self.least_gap)
 
     def exchanged(self, index: int, low: int, high: int) -> tuple[float, float]:
         """Work of a line's forces between two times, and what its laws take [J].
@@ -134,6 +135,7 @@ class Pounding3D:
         self._sticks = System(alone, others)
         lines, points, number, links = list[Pair](), list[Pair](), list[int](), list[Link]()
         ports: dict[str, dict[str, Port]] = {one.name: {} for one in system.sticks}
+        ends_of: list[tuple[int, int, Array]] = []
         for line in given.lines:
             share, w = line.joined(every)
             one = first[line.name]
@@ -172,9 +174,16 @@ class Pounding3D:
                     Link(name, *places, along, gap, None if law.code == UNILATERAL else part)
                 )
             number += [len(lines) - 1] * len(w)
+            if len(w) > 1 and not any(at.relative_height is not None for at in middles):
+                ends_of.append((len(lines) - 1, len(points) - len(w), _at_ends(line, share)))
         self.system = System(system.sticks, (*lines, *others))
         self.points = (*points, *others)
         self.pair_of = np.array([*number, *range(len(lines), len(lines) + len(others))])
+        #: What the gaps of points say of those at the ends of lines, and of which pair each is.
+        self._ends = np.zeros((2 * len(ends_of), len(self.points)))
+        self._pair_of_end = np.repeat([k for k, *_ in ends_of], 2)
+        for k, (_, begin, rows) in enumerate(ends_of):
+            self._ends[2 * k : 2 * k + 2, begin : begin + rows.shape[1]] = rows
         self.unilateral = any(pair.law.code == UNILATERAL for pair in self.points)
         sticks = dict(zip((one.name for one in alone), self._sticks.modes, strict=True))
         bodies = []
@@ -260,6 +269,7 @@ class Pounding3D:
             residual=residual,
             acceleration=a,
             gap=self._least(gap),
+            least_gap=self._least(gap, ends=True),
             gap_rate=self._rates(ground, v, rate, wanted),
             points=self.points,
             pair_of=self.pair_of,
@@ -297,6 +307,7 @@ class Pounding3D:
             in_3d=tuple(self._given.models),
             acceleration=a,
             gap=self._least(gap),
+            least_gap=self._least(gap, ends=True),
             gap_rate=none,
             points=(),
             pair_of=every[:0],
@@ -420,10 +431,16 @@ class Pounding3D:
             gap, rate = gap + of_gap, rate + of_rate
         return gap, rate
 
-    def _least(self, gap: Array) -> Array:
-        """Least gap of the points of each pair."""
-        pairs = range(len(self.system.pairs))
-        return np.column_stack([gap[:, self.pair_of == k].min(axis=1) for k in pairs])
+    def _least(self, gap: Array, *, ends: bool = False) -> Array:
+        """Least gap of the points of each pair, and of the ends of lines.
+
+        That of a point is a mean along its hat: of the outermost ones it is that of a place inside
+        the end, where floors that turn come closest.
+        """
+        of = self.pair_of
+        if ends:
+            gap, of = np.hstack([gap, gap @ self._ends.T]), np.append(of, self._pair_of_end)
+        return np.column_stack([gap[:, of == k].min(axis=1) for k in range(len(self.system.pairs))])
 
     def _rates(self, ground: Ground, velocity: Array, rate: Array, points: Index) -> Array:
         """Rates of the gaps of all pairs: at the middles, in storeys the mean of the points."""
@@ -467,6 +484,20 @@ class Pounding3D:
                 x[:, start : start + history.shape[1]] = history
         add_ground(self.system, ground, list(found))
         return found[0], found[1], found[2]
+
+
+def _at_ends(line: ContactLine, share: Array) -> Array:
+    """Gaps at both ends of a line by those of its points, straight on from the last two, (2, m).
+
+    With a share of the points of the line in each, shape (points of the line, m).
+    """
+    along = np.array([-line.normal[1], line.normal[0], 0.0])
+    middle = share.T @ ((line.a.offset - line.a.point.offset) @ along)
+    rows = np.zeros((2, len(middle)))
+    for row, s, one, other in zip(rows, line.position[[0, -1]], (0, -1), (1, -2), strict=True):
+        row[other] = (s - middle[one]) / (middle[other] - middle[one])
+        row[one] = 1.0 - row[other]
+    return rows
 
 
 def _named_port(rows: Array, rigid: Array) -> Port:
