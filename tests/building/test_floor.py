@@ -41,6 +41,16 @@ def test_work_on_quadratic_motions(slab, power):
     assert load.forces @ nodal == pytest.approx(np.sum(weight * q * x**power), rel=1e-13)
 
 
+@pytest.mark.parametrize("s", [0.0, 1.23, 5.0, 7.0])
+def test_a_force_at_a_point_of_the_edge(slab, s):
+    """Its work on a quadratic motion is the motion there."""
+    load = edge_load(slab.mesh, 1, line=((s, 1.0),))
+    along = slab.mesh.nodes[load.nodes, 0]
+    along = along - slab.mesh.nodes[slab.mesh.edges[1], 0].min()
+    for power in range(3):
+        assert load.forces @ along**power == pytest.approx(s**power, abs=1e-12)
+
+
 def test_clamped_nodes_take_their_share_away(panels, assembled):
     """Half of the edge's forces are on clamped nodes; they go to the ground."""
     panels.panel((0, 0, 0), (2, 0, 0), (0, 1, 0), (2, 1), Part("floor", 1), 0.3)

@@ -154,6 +154,27 @@ def test_a_floor_meets_what_stands_in_a_storey(tmp_path):
         assert line.b.forces[0].height == pytest.approx(0.5 * (low + 3.0 * line.b.floor - 0.2))
 
 
+@pytest.mark.parametrize("aside", [0.0, 0.4, 3.0])
+def test_a_floor_meets_columns_where_they_stand(tmp_path, aside):
+    """At the corners of the façade, wherever the pair is, with the floor at these points."""
+    changes = [(ON_STOREY, STOREY.format(-2))]
+    for sign in ("", "-"):
+        changes.append((f'["0 m", "{sign}2 m"', f'["{aside} m", "{sign}2 m"'))
+    case, meshes = with_meshes(in_3d(tmp_path, *changes))
+    for line in contact_lines(case, meshes):
+        assert np.sort(aside - line.position) == pytest.approx([-3.0, 3.0])
+        assert line.weight == pytest.approx([1.0, 1.0])  # half of [transient] patch_width
+        for end in (line.a, line.b):
+            mesh = meshes[end.point.building]
+            for force, hat in zip(end.forces, end.hats, strict=True):
+                assert np.ptp(hat) == 0.0
+                load = force.load(mesh)
+                assert load.forces.sum() == pytest.approx(1.0, abs=1e-12)
+                s = mesh.nodes[load.nodes, 0]  # which faces along y count from x = 0
+                assert load.forces @ s == pytest.approx(hat[1], abs=1e-12)
+        assert np.sort(line.b.hats[:, 1]) == pytest.approx([0.0, 6.0])
+
+
 def test_check_finds_lines_that_are_refused(tmp_path):
     """Without [transient] too, whose own checks look at each building alone."""
     path = in_3d(tmp_path, ('["0 m", "-2 m", "0 m"]', '["1 m", "-2 m", "0 m"]'))
@@ -191,7 +212,7 @@ def test_check_says_a_fault_once(tmp_path, old, new, key):
         ([before(PAIR.format(1, 1, "other") + OTHER)], "expected 'floor', the law of"),
         ([before(PAIR.format(1, 5, "floor"))], "sides that do not overlap"),
         ([before(PAIR.format(1e-7, 2, "floor"))], "one gap at one place"),
-        ([(ON_STOREY, STOREY.format(-2))], "stand 1.5 m behind the point of the pair"),
+        ([(ON_STOREY, STOREY.format(-1))], "stand 0.5 m behind the point of the pair"),
         ([(ON_STOREY, STOREY.format(0.5))], "stand 1 m in front of the point of the pair"),
     ],
 )

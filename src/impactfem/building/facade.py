@@ -74,6 +74,25 @@ def _facade(mesh: BuildingMesh, lines: Index, outward: Array) -> Facade:
     return Facade("", (float(x0), float(y0)), (float(x1), float(y1)), n)
 
 
+def columns_along(mesh: BuildingMesh, storey: int, facade: Facade, elevation: float) -> Array:
+    """Positions along a side of columns that stand at an elevation without a wall, ascending [m].
+
+    Args:
+        mesh: The mesh.
+        storey: Number of the floor above it.
+        facade: The side of this floor.
+        elevation: Where the columns are cut [m].
+    """
+    lines = mesh.lines[mesh.lines_of("column", storey)]
+    walls = mesh.triangles[mesh.triangles_of("storey", storey)]
+    low, high = np.moveaxis(mesh.nodes[lines[:, :2]], 1, 0)
+    part = (elevation - low[:, 2]) / (high[:, 2] - low[:, 2])
+    here = (part >= 0.0) & (part <= 1.0) & ~np.isin(lines, walls).any(axis=1)
+    at = (low + part[:, None] * (high - low))[here, :2]
+    s: Array = (at - facade.start) @ np.array(facade.along[:2])
+    return np.unique(np.round(s, 9))
+
+
 def patch_load(
     mesh: BuildingMesh,
     storey: int,

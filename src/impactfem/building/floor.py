@@ -61,7 +61,7 @@ def edge_load(
         floor: Number of the floor.
         side: Which side, as of `facades`; "" for the group edge_K.
         line: q, straight between the positions that it is given at, zero outside of them; uniform
-            with the resultant 1 N when None.
+            with the resultant 1 N when None. Of one position alone, 1 N there.
 
     Raises:
         KeyError: The floor has no such side.
@@ -70,6 +70,13 @@ def edge_load(
     t = np.array(facade.along[:2])
     ends = mesh.nodes[lines[:, :2], :2] @ t
     forces, nodes = np.zeros(len(mesh.nodes)), np.unique(lines)
+    if line is not None and len(line) == 1:
+        # A force on a point of the element that has it.
+        s = line[0][0] + np.array(facade.start) @ t
+        k = int(np.abs(np.clip(s, ends.min(axis=1), ends.max(axis=1)) - s).argmin())
+        ξ = (s - ends[k, 0]) / (ends[k, 1] - ends[k, 0])
+        forces[lines[k]] = (1.0 - ξ) * (1.0 - 2.0 * ξ), ξ * (2.0 * ξ - 1.0), 4.0 * ξ * (1.0 - ξ)
+        return NodalLoad(nodes, forces[nodes])
     if line is None:
         # ∫ N ds of a quadratic element is h (1, 1, 4) / 6.
         h = np.abs(ends[:, 1] - ends[:, 0]) * (1.0 / np.ptp(ends))

@@ -12,8 +12,8 @@
 - `offset_a`, `offset_b` (pair, axis) [m]: from the building's axis at that height
 - `normal` (pair, axis): unit vector n from a to b
 - `hat_a`, `hat_b` (pair, place) [m], of points along which 3D models touch: where on the struck
-  side the line load of the force begins, is highest and ends; inside a storey where it acts. nan
-  for other pairs
+  side the line load of the force begins, is highest and ends; three times where it acts inside a
+  storey, and on the floor that meets a column there. nan for other pairs
 - `line` (pair): the pair of the case along whose line such a point is; empty for other pairs
 - `gap` (pair) [m], `law` (pair): the contact law in words and numbers
 - attributes `title`, `case_hash`, and `inputs`, the hash of what the stage depends on

@@ -10,7 +10,8 @@ both sides,
 integrated on each mesh by its own shape functions: the meshes need not match, and resultant and
 moment of what acts on a are those of what acts on b. A floor of a stick is rigid: for it the mean
 is the motion at the middle of the hat. Inside a storey the force acts on walls and columns over a
-patch; where there are none, nothing touches.
+patch; where there are none, nothing touches. A column that stands alone is touched where it stands,
+the floor at this point of its edge.
 
 The gap g is that of the pair at its point, straight between the points of several pairs, and grows
 with the distance from it where the sides are not parallel.
@@ -23,7 +24,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from impactfem.building.facade import columns_along
 from impactfem.building.floor import contact_edge
 from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Building, Case, Contact, ContactPoint
@@ -218,27 +221,44 @@ class _End:
         edge = contact_edge(self.sides.mesh, self.point.floor, spacing, facade.side)
         return np.sort((edge.position - first) / self.sense)
 
-    def hats(self, s: Array, middle: Array) -> Array:
+    @property
+    def columns(self) -> Array:
+        """Where columns stand alone along the line, at the height of a point inside a storey."""
+        if self.sides is None or self.met is None or self.point.floor is not None:
+            return np.zeros(0)
+        facade, first = self.met
+        height = self.sides.elevation(self.end)
+        at = columns_along(self.sides.mesh, self.point.level, facade, height)
+        return np.sort((at - first) / self.sense)
+
+    def hats(self, begin: Array, s: Array, finish: Array) -> Array:
         """Where the hat of each point begins, is highest and ends on the side, shape (m, 3) [m].
 
         Inside a storey, where its middle is.
         """
         if self.met is None:
             return np.full((len(s), 3), np.nan)
+        places = np.column_stack([begin, s, finish])
         if self.point.floor is None:
-            return np.tile((self.met[1] + self.sense * middle)[:, None], 3)
-        ends = self.met[1] + self.sense * np.concatenate([s[:1], s, s[-1:]])
-        return np.sort(np.column_stack([ends[:-2], ends[1:-1], ends[2:]]), axis=1)
+            places = np.tile(places.mean(axis=1)[:, None], 3)
+        return np.sort(self.met[1] + self.sense * places, axis=1)
 
-    def forces(self, hats: Array) -> list[EdgeForce | str]:
-        """The force of each point on the 3D model, or why nothing takes it; none for a stick."""
+    def forces(self, hats: Array, columns: NDArray[np.bool_]) -> list[EdgeForce | str]:
+        """The force of each point on the 3D model, or why nothing takes it; none for a stick.
+
+        Points of columns are where these stand alone: no other point acts on these.
+        """
         if self.sides is None or self.met is None:
             return []
-        facade = self.met[0]
-        return [
-            self.sides.point_force(replace(self.end, hat=tuple(hat)), facade)
-            for hat in hats.tolist()
-        ]
+        mesh, found = self.sides.mesh, list[EdgeForce | str]()
+        walls = mesh.triangles[mesh.triangles_of("storey", self.point.level)]
+        for hat, of_column in zip(hats.tolist(), columns, strict=True):
+            one = self.sides.point_force(replace(self.end, hat=tuple(hat)), self.met[0])
+            if isinstance(one, EdgeForce) and one.height is not None and not of_column:
+                on_wall = np.isin(one.load(mesh).nodes, walls).any()
+                one = one if on_wall else "columns alone, which are touched where they stand"
+            found.append(one)
+        return found
 
     @property
     def end(self) -> PairEnd:
@@ -269,11 +289,18 @@ def _line(
         spread = next(end.sides.spread for end in ends if end.sides is not None)
         spacing = case.pounding.contact_spacing or spread.patch_width
         s = np.linspace(low, high, 1 + max(1, math.ceil((high - low) / spacing)))
-    before, behind = np.append(0.0, np.diff(s)), np.append(np.diff(s), 0.0)
+    begin, finish = np.append(s[:1], s[:-1]), np.append(s[1:], s[-1:])
+    alone = np.unique(np.concatenate([end.columns for end in ends]))
+    alone = np.clip(alone[(alone > low - SHORT) & (alone < high + SHORT)], low, high)
+    order = np.argsort(np.append(s, alone), kind="stable")
+    begin, s, finish = (np.append(one, alone)[order] for one in (begin, s, finish))
+    columns = order >= len(order) - len(alone)
     # The mean of what is straight along a hat is its value at the middle of the hat.
-    middle = s + (behind - before) / 3.0
-    hats = [end.hats(s, middle) for end in ends]
-    acting = [end.forces(one) for end, one in zip(ends, hats, strict=True)]
+    middle, weight = (begin + s + finish) / 3.0, 0.5 * (finish - begin)
+    if alone.size:
+        weight[columns] = 0.5 * next(end.sides for end in ends if end.sides).spread.patch_width
+    hats = [end.hats(begin, s, finish) for end in ends]
+    acting = [end.forces(one, columns) for end, one in zip(ends, hats, strict=True)]
     lacking = [one for forces in acting for one in forces if isinstance(one, str)]
     taken = np.array(
         [all(isinstance(one[k], EdgeForce) for one in acting if one) for k in range(len(s))]
@@ -310,7 +337,6 @@ def _line(
         )
         for end, hat, forces in zip(ends, hats, acting, strict=True)
     ]
-    weight = 0.5 * (before + behind)
     return ContactLine(
         *(one.name, n, made[0], made[1] if len(made) > 1 else None, s[taken], weight[taken]),
         *(np.maximum(gap, 0.0)[taken], tuple(pair.name for pair in pairs)),

@@ -169,9 +169,11 @@ def hat_force(
 ) -> EdgeForce:
     """The line load of 1 N of a point of contact at a position on a side [m].
 
-    It is a hat that falls to zero at the points before and behind, half of one at an end.
+    It is a hat that falls to zero at the points before and behind, half of one at an end; a force
+    at the position where all are one, as where a column is struck.
     """
-    one, peak = even(floor, facade, direction), 2.0 / (behind - before)
+    one, width = even(floor, facade, direction), behind - before
+    peak = 2.0 / width if width > 0.0 else 1.0
     line = tuple(
         place
         for place, shown in (
