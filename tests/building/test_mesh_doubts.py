@@ -1,5 +1,6 @@
 """What is doubted of a mesh, on the shipped frame with a mistake in it."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -124,6 +125,8 @@ def test_an_edge_in_one_piece(frame, change, words):
     mesh = edge(frame, change(lines, frame.nodes[lines[:, 2], 0]))
     if not words:
         check_mesh(mesh, "own.msh")
+        (doubt,) = doubts(mesh)
+        assert re.match(r"edge_1: [\d.]+ m of a side of floor_1 that goes on at \(", doubt)
         return
     with pytest.raises(InputError, match=rf"edge_1: {words}.*of one straight side of floor_1"):
         check_mesh(mesh, "own.msh")

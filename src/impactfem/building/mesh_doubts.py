@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from impactfem.building.mesh import BuildingMesh, line_lengths, place, sides
+from impactfem.building.mesh import BuildingMesh, line_lengths, outward_normal, place, sides
 from impactfem.building.mesh_checks import NEAR, beam_groups, by_group, frames, shell_groups
 from impactfem.system.arrays import Array
 
@@ -24,6 +24,7 @@ def doubts(mesh: BuildingMesh) -> Iterator[str]:
     yield from _misplaced(mesh, levels)
     yield from _loose_columns(mesh)
     yield from _loose_walls(mesh, levels)
+    yield from _parts_of_sides(mesh)
     high = mesh.base[mesh.nodes[mesh.base, 2] > levels[1] - NEAR]
     if high.size:
         where = place(mesh.nodes[high[0]])
@@ -57,6 +58,21 @@ def _misplaced(mesh: BuildingMesh, levels: Array) -> Iterator[str]:
                     f"{group}: {len(some)} cells {what}, the first at {where}; masses of floors "
                     "and the storey factor go by the name of the group"
                 )
+
+
+def _parts_of_sides(mesh: BuildingMesh) -> Iterator[str]:
+    """Edges beside which their side of the slab goes on: forces act on the edge alone."""
+    for k, lines in mesh.edges.items():
+        n, own = outward_normal(mesh, k)[:2], np.unique(lines)
+        every = sides(mesh.triangles[mesh.slab(k)])
+        _, first, count = np.unique(every[:, 2], return_index=True, return_counts=True)
+        rest = every[first[(count == 1) & ~np.isin(every[first, 2], own)]]
+        across = mesh.nodes[rest, :2] @ n - (mesh.nodes[own, :2] @ n).mean()
+        on = (np.abs(across) < NEAR).all(axis=1) & np.isin(rest[:, :2], own).any(axis=1)
+        if on.any():
+            length = np.ptp(mesh.nodes[own, :2] @ [-n[1], n[0]])
+            where = place(mesh.nodes[rest[int(np.argmax(on)), 2]])
+            yield f"edge_{k}: {length:.4g} m of a side of floor_{k} that goes on at {where}"
 
 
 def _loose_columns(mesh: BuildingMesh) -> Iterator[str]:
