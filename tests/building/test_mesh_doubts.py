@@ -67,7 +67,7 @@ def without(mesh, where):
         ),
         (
             lambda mesh: named(mesh, "beam_2_south", Part("column", 2, "b")),
-            ["column_2_b: 8 cells lie level among those that stand"],
+            ["column_2_b: 8 cells lie level in a floor among those that stand"],
         ),
         (
             lambda mesh: named(mesh, "column_1_south_east", Part("column", 2, "b")),
@@ -84,6 +84,7 @@ def without(mesh, where):
         (lambda mesh: lifted(mesh, 0.005), ["storey_2_west: its lower rim at (0.000, 3.667, 3.00"]),
         (lambda mesh: lifted(mesh, 0.1), ["storey_2_west: its lower rim at (0.000, 3.667, 3.10"]),
         (lambda mesh: lifted(mesh, 0.4), []),  # as a wall over a band of windows
+        (lambda mesh: lifted(mesh, -0.2), []),  # which hangs down beside the slab
         (
             lambda mesh: replace(mesh, base=np.append(mesh.base, mesh.centres[1])),
             ["base: 1 clamped nodes at floor 1 or above it, the first at"],

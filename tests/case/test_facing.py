@@ -7,7 +7,7 @@ import pytest
 
 from impactfem.case import load_case
 from impactfem.case.contact_checks import pair_distance
-from impactfem.case.facade import Facade, moved_into_plan, rectangle, struck
+from impactfem.case.facade import Facade, axis_in_plan, rectangle, struck
 from impactfem.case.facing import Facing, facing_floors
 from impactfem.system.errors import InputError
 
@@ -260,29 +260,27 @@ def test_an_inner_side_of_an_angled_plan():
         assert found is not None and found[0].side == expected
 
 
-def test_a_stick_in_other_coordinates_is_in_the_middle():
-    plan = (0.0, 0.0), (LENGTH, WIDTH)
-    assert moved_into_plan((20.0, 5.0), (1.0, 2.0, 0.0), *plan) == (21.0, 7.0)
-    assert moved_into_plan((20.0, 25.0), (1.0, 2.0, 0.0), *plan) == pytest.approx((24.1, 9.8))
+MIDDLE = (0.5 * LENGTH, 0.5 * WIDTH)
 
 
 @pytest.mark.parametrize(
-    ("axis", "offset", "size", "expected"),
+    ("axis", "offsets", "expected"),
     [
-        # By chance within the plan: the middle, as the building has its size, ...
-        ((20.0, 5.0), (1.0, 2.0, 0.0), (LENGTH, WIDTH), (24.1, 9.8)),
-        ((20.0, 5.0), (1.0, 2.0, 0.0), (LENGTH, None), (21.0, 7.0)),
-        ((20.0, 5.0), (1.0, 2.0, 0.0), (LENGTH, 2.0 * WIDTH), (21.0, 7.0)),
-        # ... or as the point is on its side in that way alone.
-        ((20.0, 5.0), (1.0, -7.8, 0.0), (None, None), (24.1, 0.0)),
-        ((20.0, 5.0), (1.0, -5.0, 0.0), (None, None), (21.0, 0.0)),
-        ((20.0, 5.0), (1.0, 7.8, 0.0), (None, None), (21.0, 12.8)),  # the side is another one
+        ((20.0, 5.0), [], (20.0, 5.0)),  # within the plan
+        ((20.0, 25.0), [], MIDDLE),
+        ((20.0, 5.0), [(1.0, -5.0)], (20.0, 5.0)),  # on the side as it stands
+        # Within the plan by chance: on its side from the middle alone.
+        ((20.0, 5.0), [(1.0, -7.8)], MIDDLE),
+        ((20.0, 5.0), [(1.0, -7.8), (1.0, 7.8)], MIDDLE),
+        # All points say it together: one as it stands is enough, and so is one on neither.
+        ((20.0, 5.0), [(1.0, -7.8), (1.0, 10.6)], (20.0, 5.0)),
+        ((20.0, 5.0), [(1.0, -7.8), (0.0, 0.0)], (20.0, 5.0)),
     ],
 )
-def test_a_stick_within_the_plan(axis, offset, size, expected):
+def test_the_axis_of_a_stick_in_the_plan(axis, offsets, expected):
     sides = rectangle(LENGTH, WIDTH, "y-")
-    plan = (0.0, 0.0), (LENGTH, WIDTH)
-    found = moved_into_plan(axis, offset, *plan, size=size, sides=sides, normal=(0.0, -1.0, 0.0))
+    points = [(sides, (x, y, 0.0), (0.0, 1.0 if y > 0.0 else -1.0, 0.0)) for x, y in offsets]
+    found = axis_in_plan(axis, (0.0, 0.0), (LENGTH, WIDTH), points)
     assert found == pytest.approx(expected)
 
 

@@ -300,9 +300,13 @@ spectrum = "psa.csv"
 """
     problem, _ = read_problem(case, written(free + targets))
     assert (problem.level, problem.stages) == ("run", ("pounding",))
-    before = LOGGER.handlers[:]
+    before = LOGGER.handlers[:], LOGGER.propagate, LOGGER.level
     found = evaluate(problem, np.array([0.4]), tmp_path)
-    assert LOGGER.handlers == before  # what the fit says later is still seen
+    assert before == (
+        LOGGER.handlers,
+        LOGGER.propagate,
+        LOGGER.level,
+    )  # what the fit says later is still seen
     run_folder = next((tmp_path / "runs").iterdir())
     run = study.open_run(run_folder)
     assert found.values[0] == run.value("motion.pga") == pytest.approx(1.5, rel=1e-6)

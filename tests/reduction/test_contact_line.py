@@ -163,7 +163,7 @@ def test_a_floor_meets_columns_where_they_stand(tmp_path, aside):
     case, meshes = with_meshes(in_3d(tmp_path, *changes))
     for line in contact_lines(case, meshes):
         assert np.sort(aside - line.position) == pytest.approx([-3.0, 3.0])
-        assert line.weight == pytest.approx([1.0, 1.0])  # half of [transient] patch_width
+        assert line.weight == pytest.approx([2.0, 2.0])  # of [transient] patch_width
         for end in (line.a, line.b):
             mesh = meshes[end.point.building]
             for force, hat in zip(end.forces, end.hats, strict=True):
@@ -173,6 +173,47 @@ def test_a_floor_meets_columns_where_they_stand(tmp_path, aside):
                 s = mesh.nodes[load.nodes, 0]  # which faces along y count from x = 0
                 assert load.forces @ s == pytest.approx(hat[1], abs=1e-12)
         assert np.sort(line.b.hats[:, 1]) == pytest.approx([0.0, 6.0])
+
+
+COLUMN = "column,storeys,x [m],y [m],width_x [m],width_y [m]\n"
+
+
+@pytest.mark.parametrize("normal", ["[0, 1, 0]", "[0.26, 0.9656086163658649, 0]"])
+def test_a_floor_meets_walls_and_columns(tmp_path, normal):
+    """One point of each, in order; columns inside and at the far side are not met.
+
+    A column beside a wall, within half of a patch of it, takes the force of its own point.
+    """
+    path = in_3d(tmp_path, (ON_STOREY, STOREY.format(-2)))
+    path.write_text(path.read_text().replace("normal = [0, 1, 0]", f"normal = {normal}"))
+    wall = "wall,storeys,x1 [m],y1 [m],x2 [m],y2 [m],thickness [m]\n"
+    (tmp_path / "walls.csv").write_text(
+        f"{wall}front,1-2,0.5,0,4,0,0.2\nback,1-2,2,2.5,4,2.5,0.2\n"
+    )
+    places = [(0, 0), (6, 0), (0, 4), (6, 4), (2.6, 2), (5, 2)]
+    rows = [f"c{k},1-2,{x},{y},0.4,0.4" for k, (x, y) in enumerate(places)]
+    (tmp_path / "columns.csv").write_text(COLUMN + "\n".join(rows) + "\n")
+    case, meshes = with_meshes(path)
+    mesh = meshes["B"]
+    for line in contact_lines(case, meshes):
+        walls = mesh.triangles[mesh.triangles_of("storey", line.b.floor)]
+        met = []
+        for force, of_column in zip(line.b.forces, line.columns, strict=True):
+            load = force.load(mesh)
+            met.append(load.forces @ mesh.nodes[load.nodes, 0])
+            assert load.forces.sum() == pytest.approx(1.0, abs=1e-12)
+            assert np.isin(load.nodes, walls).any() != of_column
+            assert np.allclose(mesh.nodes[load.nodes, 1], 0.0)
+            if of_column:
+                assert np.ptp(mesh.nodes[load.nodes, 0]) == 0.0
+        assert np.array(met)[line.columns] == pytest.approx([6.0, 0.0])
+        assert np.all(np.diff(met) < 0.0) and 2 <= (~line.columns).sum() < len(met)
+        for every in (1, 2):
+            share, w = line.joined(every)
+            assert np.isfinite(share).all() and w.sum() == pytest.approx(line.weight.sum())
+            assert share.sum(axis=0) == pytest.approx(np.ones(len(w)))
+            alone = np.isin(share, [0.0, 1.0]).all(axis=0) & share[line.columns].any(axis=0)
+            assert alone.sum() == 2
 
 
 def test_check_finds_lines_that_are_refused(tmp_path):

@@ -85,7 +85,7 @@ def touching(case, models, gap, place=(0.0,)):
         case = case.model_copy(update={"contacts": (one,)})
     line = ContactLine(
         *(one.name, np.array([0.0, 1.0, 0.0]), *ends, np.array(place)),
-        *(np.ones(m), np.full(m, gap), (one.name,)),
+        *(np.ones(m), np.full(m, gap), (one.name,), np.zeros(m, dtype=bool)),
     )
     return Pounding3D(case, system_of(case, None), Models3D((line,), models))
 
@@ -253,7 +253,9 @@ def test_three_in_a_row_with_the_middle_one_in_3d():
                 inward.append(row @ basis)
             ends.append(LineEnd(point, np.array([end.offset]), none, forces))
         at = np.zeros(1), np.ones(1), np.array([pair.gap])
-        lines.append(ContactLine(pair.name, pair.normal, *ends, *at, (pair.name,)))
+        lines.append(
+            ContactLine(pair.name, pair.normal, *ends, *at, (pair.name,), np.array([False]))
+        )
     model = replace(
         body(modes.eigenvalue, 0.0, inward),
         ground=-modes.participation,

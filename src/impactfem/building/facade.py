@@ -13,6 +13,8 @@ from impactfem.system.arrays import Array, Index
 
 STRAIGHT = 1e-6
 """Difference of normals up to which pieces make one side."""
+COLUMN = 1e-6
+"""How far beside a column a force may be that acts on it [m]."""
 SURFACE = 0.05
 """How far nodes may be behind the outermost ones and still be struck with them [m]."""
 
@@ -74,23 +76,41 @@ def _facade(mesh: BuildingMesh, lines: Index, outward: Array) -> Facade:
     return Facade("", (float(x0), float(y0)), (float(x1), float(y1)), n)
 
 
-def columns_along(mesh: BuildingMesh, storey: int, facade: Facade, elevation: float) -> Array:
-    """Positions along a side of columns that stand at an elevation without a wall, ascending [m].
+def columns_along(
+    mesh: BuildingMesh, storey: int, facade: Facade, elevation: float, force: Vector
+) -> Array:
+    """Positions along a side where forces meet columns that stand without a wall, ascending [m].
 
     Args:
         mesh: The mesh.
         storey: Number of the floor above it.
         facade: The side of this floor.
         elevation: Where the columns are cut [m].
+        force: Horizontal unit vector along which the forces act.
     """
+    lines = _columns(mesh, storey)
+    low, high = np.moveaxis(mesh.nodes[lines[:, :2]], 1, 0)
+    rise = high[:, 2] - low[:, 2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        part = (elevation - low[:, 2]) / rise
+        here = (np.abs(rise) > 0.0) & (part >= 0.0) & (part <= 1.0)
+    at = (low[here] + part[here, None] * (high - low)[here])[:, :2]
+    return np.unique(np.round(_met(facade, at, force), 9))
+
+
+def _columns(mesh: BuildingMesh, storey: int) -> Index:
+    """Lines of the columns of a storey that share no node with its walls."""
     lines = mesh.lines[mesh.lines_of("column", storey)]
     walls = mesh.triangles[mesh.triangles_of("storey", storey)]
-    low, high = np.moveaxis(mesh.nodes[lines[:, :2]], 1, 0)
-    part = (elevation - low[:, 2]) / (high[:, 2] - low[:, 2])
-    here = (part >= 0.0) & (part <= 1.0) & ~np.isin(lines, walls).any(axis=1)
-    at = (low + part[:, None] * (high - low))[here, :2]
-    s: Array = (at - facade.start) @ np.array(facade.along[:2])
-    return np.unique(np.round(s, 9))
+    alone: Index = lines[~np.isin(lines, walls).any(axis=1)]
+    return alone
+
+
+def _met(facade: Facade, points: Array, force: Vector) -> Array:
+    """Position along a side of the lines through points along a force, shape (n,) [m]."""
+    n, t, f = (np.array(v[:2]) for v in (facade.outward, facade.along, force))
+    relative = points[:, :2] - np.array(facade.start)
+    return np.asarray(relative @ t - relative @ n * (f @ t) / (f @ n))
 
 
 def patch_load(
@@ -103,7 +123,8 @@ def patch_load(
 ) -> tuple[Index, Array] | str:
     """Forces on the walls or columns of a storey over a square patch, with the resultant 1 N.
 
-    They are f_i = w_i (a + b (s_i − s) + c (z_i − z)), w_i the area of wall that a node stands for,
+    Where a column stands alone at the place, with nothing before it, its nodes take the force. They
+    are f_i = w_i (a + b (s_i − s) + c (z_i − z)), w_i the area of wall that a node stands for,
     with the resultant 1 N, and no moment about the point s, z of the patch.
 
     Args:
@@ -130,6 +151,9 @@ def patch_load(
     if not inside.any():
         return f"no node of its walls and columns is within {0.5 * width:g} m of the point"
     outermost = depth[inside].max()
+    struck = np.abs(s - at) < COLUMN
+    struck &= inside & (depth >= outermost - SURFACE) & np.isin(nodes, _columns(mesh, storey))
+    inside = struck if struck.sum() > 1 else inside
     chosen = inside & (depth >= outermost - SURFACE)
     surface = nodes[depth >= outermost - SURFACE]
     on = triangles[np.isin(triangles, surface).all(axis=1)]

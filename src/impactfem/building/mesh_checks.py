@@ -190,6 +190,11 @@ def _edges(mesh: BuildingMesh) -> Faults:
         elif np.ptp(across) > CROOKED * length:
             what = f"lines that are {np.ptp(across):.3g} m off one straight line of {length:.3g} m"
             at = lines[int(np.argmax(mesh.nodes[lines[:, 2], :2] @ -n)), 2]
+        elif np.diff(ends).sum() > length + NEAR:
+            what, at = (
+                "lines one above another",
+                lines[order[int(np.argmin(np.append(0.0, gaps)))], 2],
+            )
         elif gaps.max(initial=0.0) > NEAR:
             what = f"a gap of {gaps.max():.3g} m"
             at = lines[order[int(np.argmax(gaps))], 2]

@@ -5,7 +5,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from impactfem.building.mesh import BuildingMesh, line_lengths, outward_normal, place, sides
-from impactfem.building.mesh_checks import NEAR, beam_groups, by_group, frames, shell_groups
+from impactfem.building.mesh_checks import (
+    NEAR,
+    beam_groups,
+    by_group,
+    frames,
+    nodes_on_triangles,
+    shell_groups,
+)
 from impactfem.system.arrays import Array
 
 OUTSIDE = 0.25
@@ -13,7 +20,7 @@ OUTSIDE = 0.25
 SHORT = 0.3
 """Distance from a slab or the base at which a wall hardly ends on purpose [m]."""
 LEVEL = 0.1
-"""Slope below which a line or a side counts as level."""
+"""Slope below which a line or a side counts as level, and how near to a floor it is in it [m]."""
 
 
 def doubts(mesh: BuildingMesh) -> Iterator[str]:
@@ -34,11 +41,12 @@ def doubts(mesh: BuildingMesh) -> Iterator[str]:
 def _misplaced(mesh: BuildingMesh, levels: Array) -> Iterator[str]:
     """Cells at another level than the number of their group says, and level walls and columns."""
     corners, ends = mesh.nodes[mesh.triangles[:, :3]], mesh.nodes[mesh.lines[:, :2]]
-    flat = np.abs(frames(corners)[0][:, 2]) > 1.0 - LEVEL
-    level = np.abs(ends[:, 1, 2] - ends[:, 0, 2]) < LEVEL * line_lengths(mesh)
-    for cells, points, parts, part, lying, groups in (
-        (mesh.triangles, corners, mesh.shell_parts, mesh.triangle_part, flat, shell_groups(mesh)),
-        (mesh.lines, ends, mesh.beam_parts, mesh.line_part, level, beam_groups(mesh)),
+    # The slope of a cell: 0 where it is level, 1 where it is upright.
+    of_shells = np.sqrt(np.maximum(1.0 - frames(corners)[0][:, 2] ** 2, 0.0))
+    of_beams = np.abs(ends[:, 1, 2] - ends[:, 0, 2]) / line_lengths(mesh)
+    for cells, points, parts, part, slope, groups in (
+        (mesh.triangles, corners, mesh.shell_parts, mesh.triangle_part, of_shells, shell_groups),
+        (mesh.lines, ends, mesh.beam_parts, mesh.line_part, of_beams, beam_groups),
     ):
         k = np.array([one.level for one in parts], dtype=np.int64)[part]
         stands = np.array([one.scaled for one in parts], dtype=bool)[part]
@@ -47,13 +55,17 @@ def _misplaced(mesh: BuildingMesh, levels: Array) -> Iterator[str]:
         # Above the top floor is no storey: a gable is of the one below.
         above = (z > levels[k] + margin) & (k < len(mesh.floors))
         outside = above | ((z < levels[k - 1] - margin) & (k > 1))
-        nearest = np.abs(z[:, None] - levels).argmin(axis=1)
+        distance = np.abs(z[:, None] - levels)
+        # Stairs and ramps are of the floor that they lead to, landings of the storey.
+        plain = (slope < LEVEL) | (slope > 1.0 - LEVEL)
+        off = ~stands & plain & (distance.argmin(axis=1) != k)
+        lying = stands & (slope < LEVEL) & (distance.min(axis=1) < LEVEL)
         for what, bad in (
             ("are in another storey than that of their number", stands & outside),
-            ("are nearer to another level than that of their number", ~stands & (nearest != k)),
-            ("lie level among those that stand", stands & lying),
+            ("are nearer to another level than that of their number", off),
+            ("lie level in a floor among those that stand", lying),
         ):
-            for group, some, where in by_group(mesh, np.flatnonzero(bad), cells, groups):
+            for group, some, where in by_group(mesh, np.flatnonzero(bad), cells, groups(mesh)):
                 yield (
                     f"{group}: {len(some)} cells {what}, the first at {where}; masses of floors "
                     "and the storey factor go by the name of the group"
@@ -103,8 +115,15 @@ def _loose_walls(mesh: BuildingMesh, levels: Array) -> Iterator[str]:
     k = np.array([part.level for part in mesh.shell_parts], dtype=np.int64)[mesh.triangle_part[own]]
     # A sill has its wall below; what is meant is the rim that a wall should stand on or carry by.
     under = mesh.nodes[mesh.triangles[own, :3], 2].mean(axis=1) > z
-    low = under & (z < levels[k - 1] + SHORT)
-    high = ~under & (np.abs(z - levels[k]) < SHORT)
+    near = np.abs(z - np.where(under, levels[k - 1], levels[k])) < SHORT
+    short = near & np.where(under, z > levels[k - 1] + NEAR, z < levels[k] - NEAR)
+    # A wall in a shaft, or over a void, has no slab there.
+    slab = mesh.triangles_of("floor")
+    points = np.vstack([mesh.nodes, mesh.nodes[every[free, 2]]])
+    over = nodes_on_triangles(points, mesh.triangles[slab], SHORT)[:, 1] - len(mesh.nodes)
+    short &= np.isin(np.arange(len(free)), over)
+    low = under & (short | ((k == 1) & near))
+    high = ~under & short
     for what, where in (("lower", low), ("upper", high)):
         some = own[where]
         for group, cells, _ in by_group(mesh, some, mesh.triangles, shell_groups(mesh)):

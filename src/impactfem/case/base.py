@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, ClassVar
 
 from pydantic import (
     BaseModel,
@@ -91,6 +91,9 @@ class Section(BaseModel):
     """A table of the case file: frozen, and a key it does not know is an error."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+    MAY_BE_EMPTY: ClassVar[tuple[str, ...]] = ()
+    """Of a row of a table, columns whose cells may be empty: not known."""
 
 
 def rule(

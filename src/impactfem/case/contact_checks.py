@@ -13,7 +13,7 @@ from impactfem.case.facade import (
     ALIGNED,
     ROUNDING,
     Facade,
-    moved_into_plan,
+    axis_in_plan,
     rectangle,
     side_of,
     struck,
@@ -156,39 +156,34 @@ def of_struck_sides(case: Case, reading: Reading) -> Iterator[Finding]:
             mesh = reading.valid(GeneratedMesh, reading.value(*model, "mesh"))
         unknown: list[str] = []  # to spread `calibrated`
         places: list[tuple[Facade, float]] = []
-        known = [one for one in case.buildings if one.name == building]
-        for index, one in reading.tables("contacts"):
-            contact = reading.valid(ContactEntry, one)
-            for side, sign in (("a", 1.0), ("b", -1.0)) if contact is not None else ():
-                end, place = getattr(contact, side), ("contacts", index)
-                if end is None or end.building != building:
-                    continue
-                x, y, z = (sign * component for component in contact.normal)
-                sides: tuple[Facade, ...] = ()
-                met = None
-                if mesh is not None and known and abs(z) <= ALIGNED:
-                    sides = rectangle(mesh.length, mesh.width, mesh.impact_edge)
-                    point = moved_into_plan(
-                        known[0].axis,
-                        end.offset,
-                        (0.0, 0.0),
-                        (mesh.length, mesh.width),
-                        size=(known[0].length, known[0].width),
-                        sides=sides,
-                        normal=(x, y, 0.0),
-                    )
-                    met = struck(sides, point, (x, y, 0.0))
-                wrong = strike_fault(
-                    (x, y, z), end.offset, end.storey is not None, sides, met is not None
-                )
-                if wrong is not None:
-                    key, expected = wrong
-                    yield (*place, "normal") if key == "normal" else (*place, side, key), expected
-                elif met is not None:
-                    places.append(met)
-                if calibrated and end.floor is not None:
-                    unknown += [f"floor {k}" for k in end.floor if k not in floors]
-                    unknown += [side_of((x, y, z))] if met is not None and met[0].side else []
+        ends = [
+            (("contacts", index), side, end, tuple(sign * x for x in contact.normal))
+            for index, one in reading.tables("contacts")
+            if (contact := reading.valid(ContactEntry, one)) is not None
+            for side, sign in (("a", 1.0), ("b", -1.0))
+            if (end := getattr(contact, side)) is not None and end.building == building
+        ]
+        axes = [one.axis for one in case.buildings if one.name == building]
+        plan, axis = tuple[Facade, ...](), (0.0, 0.0)
+        if mesh is not None and axes:
+            plan = rectangle(mesh.length, mesh.width, mesh.impact_edge)
+            on_floors = [(plan, end.offset, n) for *_, end, n in ends if end.storey is None]
+            axis = axis_in_plan(axes[0], (0.0, 0.0), (mesh.length, mesh.width), on_floors)
+        for place, side, end, (x, y, z) in ends:
+            sides = plan if abs(z) <= ALIGNED else ()
+            point = axis[0] + end.offset[0], axis[1] + end.offset[1]
+            met = struck(sides, point, (x, y, 0.0))
+            wrong = strike_fault(
+                (x, y, z), end.offset, end.storey is not None, sides, met is not None
+            )
+            if wrong is not None:
+                key, expected = wrong
+                yield (*place, "normal") if key == "normal" else (*place, side, key), expected
+            elif met is not None:
+                places.append(met)
+            if calibrated and end.floor is not None:
+                unknown += [f"floor {k}" for k in end.floor if k not in floors]
+                unknown += [side_of((x, y, z))] if met is not None and met[0].side else []
         if places:
             # One fault for all pairs: that of the one which is moved the farthest off its side.
             worst = max(

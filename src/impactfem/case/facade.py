@@ -93,39 +93,33 @@ def rectangle(length: float, width: float, impact_edge: str) -> tuple[Facade, ..
     return tuple(found)
 
 
-def moved_into_plan(
+def axis_in_plan(
     axis: Point,
-    offset: Vector,
     low: Point,
     high: Point,
-    *,
-    size: tuple[float | None, float | None] = (None, None),
-    sides: Sequence[Facade] = (),
-    normal: Vector = (0.0, 0.0, 0.0),
+    points: Sequence[tuple[Sequence[Facade], Vector, Vector]] = (),
 ) -> Point:
-    """A point of a stick in the coordinates of the mesh [m].
+    """The axis of a stick in the coordinates of the mesh [m].
 
     Args:
         axis: Of the stick in plan [m].
-        offset: From the axis to the point [m].
         low: Lowest x and y of the plan of the mesh [m].
         high: Highest x and y of it [m].
-        size: Length and width of the building, in whose middle the axis is, as far as known [m].
-        sides: Those of the floor.
-        normal: Of the pair, out of the building.
+        points: Of each pair on a floor of the building the sides of the floor, the offset from the
+            axis [m], and the normal out of the building.
 
     A stick has the coordinates of the mesh where its axis is within the plan, or others: then its
-    axis counts as the middle of the plan. So it does where the building has the size of the plan,
-    and within it where the point is on a side by the middle alone.
+    axis counts as the middle of the plan. So it does within the plan where all points are on a side
+    by the middle, and none as they stand: it is there by chance.
     """
     middle = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])
-    own, moved = ((x + offset[0], y + offset[1]) for x, y in (axis, middle))
-    spans = [(b - a, known) for a, b, known in zip(low, high, size, strict=True)]
-    if all(known is not None and abs(span - known) <= NEAR for span, known in spans):
-        return moved
-    inside = all(a < x < b for x, a, b in zip(axis, low, high, strict=True))
-    as_it_stands = _on_one(sides, own, normal) or not _on_one(sides, moved, normal)
-    return own if inside and as_it_stands else moved
+    if not all(a < x < b for x, a, b in zip(axis, low, high, strict=True)):
+        return middle
+    own, moved = (
+        [_on_one(sides, (x + dx, y + dy), normal) for sides, (dx, dy, _), normal in points]
+        for x, y in (axis, middle)
+    )
+    return middle if moved and all(moved) and not any(own) else axis
 
 
 def _on_one(sides: Iterable[Facade], point: Point, normal: Vector) -> bool:

@@ -281,8 +281,7 @@ def _row(
         if column is None:
             continue
         written[column.field] = cell
-        info = row_model.model_fields[column.field]
-        unknown = not cell and not info.is_required() and info.default is None
+        unknown = not cell and column.field in row_model.MAY_BE_EMPTY
         if column.factor is None or unknown:
             continue
         leaf = column.leaf

@@ -27,6 +27,7 @@ come from the case file then.
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -354,13 +355,7 @@ def _read_netcdf(path: Path) -> ForceHistory:
 
 
 def _read_csv(path: Path) -> ForceHistory:
-    faults = list[Fault]()
-    example = "time [s],<pair name> [N]"
-    what = f"a force history (CSV) with the header {example}"
-    lines = read_lines(path, what, example, faults, MOST_STEPS, float("inf"))
-    if not lines:
-        raise InputError(faults)
-    number, header = lines[0]
+    number, header, values = _plain_numbers(path) or _cells(path)
     if header[0] != "time [s]":
         expected = "expected the first column 'time [s]'"
         raise InputError([Fault(path, f"line {number}", header[0] or None, expected)])
@@ -368,18 +363,44 @@ def _read_csv(path: Path) -> ForceHistory:
     if wrong or len(header) < 2:
         expected = "expected a column '<pair name> [N]' for each pair, all of them in N"
         raise InputError([Fault(path, f"line {number}", wrong or None, expected)])
-    values = np.empty((len(lines) - 1, len(header)))
-    for row, (number, cells) in zip(values, lines[1:], strict=True):
-        for k, cell in enumerate(cells):
-            value = read_number(cell)
-            if value is None:
-                key = f"line {number}, column {header[k]}"
-                faults.append(Fault(path, key, cell, "expected a finite number"))
-            row[k] = np.nan if value is None else value
-    if faults:
-        raise InputError(faults)
     if len(values) < 2:
         expected = "expected at least two lines of values below the header"
         raise InputError([Fault(path, "", None, expected)])
     names = tuple(cell.removesuffix(" [N]") for cell in header[1:])
     return ForceHistory(values[:, 0], names, values[:, 1:])
+
+
+def _plain_numbers(path: Path) -> tuple[int, list[str], Array] | None:
+    """Line and cells of the header, and the values below it; None where they are not as simple."""
+    try:
+        lines = path.read_text("utf-8-sig").splitlines()
+        if len(lines) < 2:
+            return None
+        header = [cell.strip() for cell in next(csv.reader(lines[:1]))]
+        values = np.loadtxt(lines[1:], delimiter=",", comments=None, ndmin=2)
+    except (OSError, ValueError, StopIteration, csv.Error):
+        return None
+    whole = values.shape[1:] == (len(header),) and bool(np.isfinite(values).all())
+    return (1, header, values) if whole else None
+
+
+def _cells(path: Path) -> tuple[int, list[str], Array]:
+    """The same, cell by cell, with the fault of each."""
+    faults, example = list[Fault](), "time [s],<pair name> [N]"
+    what = f"a force history (CSV) with the header {example}"
+    lines = read_lines(path, what, example, faults, MOST_STEPS, float("inf"))
+    if not lines:
+        raise InputError(faults)
+    number, header = lines[0]
+    values = np.empty((len(lines) - 1, len(header)))
+    for row, (at, cells) in zip(values, lines[1:], strict=True):
+        for k, cell in enumerate(cells):
+            value = read_number(cell)
+            if value is None:
+                key = f"line {at}, column {header[k]}"
+                faults.append(Fault(path, key, cell, "expected a finite number"))
+            row[k] = np.nan if value is None else value
+    # Of a wrong header no cell is at fault.
+    if faults and header[0] == "time [s]":
+        raise InputError(faults)
+    return number, header, values

@@ -203,15 +203,15 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
         # Slopes that are known tell mostly, without a search, that it would not move the keys.
         if rounds and np.all(np.abs(_step(problem, u, here, J)) <= hardly):
             break
+        ended = search(cheap, drawn if rounds == 0 else [u], ratio, shift)
+        found = found or ended
+        if rounds and np.all(np.abs(ended[0].x - u) <= hardly):
+            break
         if rounds == MOST_ROUNDS:
             raise SolutionError(
                 f"the fit does not settle between the case and the cheaper one in {rounds} "
                 "corrections; expected keys in [coarse] that change less"
             )
-        ended = search(cheap, drawn if rounds == 0 else [u], ratio, shift)
-        found = found or ended
-        if rounds and np.all(np.abs(ended[0].x - u) <= hardly):
-            break
         u, rounds = ended[0].x, rounds + 1
         LOGGER.info("fit: correction %d by the case itself", rounds)
     if rough is None:

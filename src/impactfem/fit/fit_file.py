@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, ValidationError, ValidationInfo
@@ -255,6 +255,7 @@ class FloorTarget(Section):
 class MeasuredMode(Section):
     """A row of a table of measured modes."""
 
+    MAY_BE_EMPTY: ClassVar[tuple[str, ...]] = ("damping",)
     mode: Annotated[int, Whole(1)]
     """Number of the mode, as in the table of its shape."""
     frequency: Frequency

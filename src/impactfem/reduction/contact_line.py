@@ -33,7 +33,7 @@ from impactfem.case import Building, Case, Contact, ContactPoint
 from impactfem.case.contacts import Vector
 from impactfem.case.facade import Facade
 from impactfem.reduction.edge_force import EdgeForce
-from impactfem.reduction.sides import PairEnd, Sides
+from impactfem.reduction.sides import PairEnd, Sides, push
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.log import LOGGER
@@ -79,6 +79,7 @@ class ContactLine:
     weight: Array  #: w_i, shape (m,) [m]
     gap: Array  #: δ_i at rest, shape (m,) [m]
     pair_names: tuple[str, ...]  #: of its pairs
+    columns: NDArray[np.bool_]  #: which of them are where a column stands alone, shape (m,)
 
     def __len__(self) -> int:
         return len(self.position)
@@ -105,11 +106,18 @@ class ContactLine:
     def joined(self, every: int) -> tuple[Array, Array]:
         """Shares of the points in those of a line with every n-th of them, shape (m, fewer), and w.
 
-        A hat of the latter is the sum of the hats that it covers: N_I = Σ_i N_I(s_i) N_i.
+        A hat of the latter is the sum of the hats that it covers: N_I = Σ_i N_I(s_i) N_i. Columns
+        are kept.
         """
-        s = self.position
-        kept = s[np.append(np.arange(0, len(self) - 1, every), len(self) - 1)]
-        hats = np.array([np.interp(s, kept, one) for one in np.eye(len(kept))]).T
+        if every == 1:
+            return np.eye(len(self)), self.weight
+        walls, columns = np.flatnonzero(~self.columns), np.flatnonzero(self.columns)
+        s = self.position[walls]
+        kept = s[np.append(np.arange(0, len(s) - 1, every), len(s) - 1)] if len(s) else s
+        hats = np.zeros((len(self), len(kept) + len(columns)))
+        for k, one in enumerate(np.eye(len(kept))):
+            hats[walls, k] = np.interp(s, kept, one)
+        hats[columns, len(kept) + np.arange(len(columns))] = 1.0
         w = hats.T @ self.weight
         return np.asarray(self.weight[:, None] * hats / w), np.asarray(w)
 
@@ -228,7 +236,8 @@ class _End:
             return np.zeros(0)
         facade, first = self.met
         height = self.sides.elevation(self.end)
-        at = columns_along(self.sides.mesh, self.point.level, facade, height)
+        force = push(self.end, facade)
+        at = columns_along(self.sides.mesh, self.point.level, facade, height, force)
         return np.sort((at - first) / self.sense)
 
     def hats(self, begin: Array, s: Array, finish: Array) -> Array:
@@ -246,7 +255,7 @@ class _End:
     def forces(self, hats: Array, columns: NDArray[np.bool_]) -> list[EdgeForce | str]:
         """The force of each point on the 3D model, or why nothing takes it; none for a stick.
 
-        Points of columns are where these stand alone: no other point acts on these.
+        Points of columns act on these alone, and no other point does.
         """
         if self.sides is None or self.met is None:
             return []
@@ -254,9 +263,10 @@ class _End:
         walls = mesh.triangles[mesh.triangles_of("storey", self.point.level)]
         for hat, of_column in zip(hats.tolist(), columns, strict=True):
             one = self.sides.point_force(replace(self.end, hat=tuple(hat)), self.met[0])
-            if isinstance(one, EdgeForce) and one.height is not None and not of_column:
-                on_wall = np.isin(one.load(mesh).nodes, walls).any()
-                one = one if on_wall else "columns alone, which are touched where they stand"
+            if isinstance(one, EdgeForce) and one.height is not None:
+                on_wall = bool(np.isin(one.load(mesh).nodes, walls).any())
+                if on_wall == of_column:
+                    one = "a column there is behind a wall, or touched where it stands"
             found.append(one)
         return found
 
@@ -298,7 +308,7 @@ def _line(
     # The mean of what is straight along a hat is its value at the middle of the hat.
     middle, weight = (begin + s + finish) / 3.0, 0.5 * (finish - begin)
     if alone.size:
-        weight[columns] = 0.5 * next(end.sides for end in ends if end.sides).spread.patch_width
+        weight[columns] = next(end.sides for end in ends if end.sides).spread.patch_width
     hats = [end.hats(begin, s, finish) for end in ends]
     acting = [end.forces(one, columns) for end, one in zip(ends, hats, strict=True)]
     lacking = [one for forces in acting for one in forces if isinstance(one, str)]
@@ -339,7 +349,7 @@ def _line(
     ]
     return ContactLine(
         *(one.name, n, made[0], made[1] if len(made) > 1 else None, s[taken], weight[taken]),
-        *(np.maximum(gap, 0.0)[taken], tuple(pair.name for pair in pairs)),
+        *(np.maximum(gap, 0.0)[taken], tuple(pair.name for pair in pairs), columns[taken]),
     )
 
 

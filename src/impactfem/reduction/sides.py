@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case, ContactPoint
 from impactfem.case.contact_checks import calibrated_only, moved_beside, strike_fault
 from impactfem.case.contacts import Vector
-from impactfem.case.facade import ALIGNED, Facade, Point, moved_into_plan, struck, words_of
+from impactfem.case.facade import ALIGNED, Facade, Point, axis_in_plan, struck, words_of
 from impactfem.case.transient import Transient
 from impactfem.reduction.edge_force import (
     EdgeForce,
@@ -83,6 +83,7 @@ class Sides:
     mesh: BuildingMesh
     #: Of the impact on the wall, for spread `calibrated`; None before there was one.
     impulses: Impulses | None = None
+    _axes: dict[str, Point] = field(default_factory=dict, init=False)
 
     @cached_property
     def plan(self) -> tuple[Point, Point]:
@@ -106,15 +107,24 @@ class Sides:
 
     def point(self, end: PairEnd) -> Point:
         """An end of a pair in the plan of the mesh [m]; the axis of the stick where unknown."""
-        building, (x, y) = self.case.building(end.building), end.outward[:2].tolist()
-        return moved_into_plan(
-            building.axis,
-            end.offset or (0.0, 0.0, 0.0),
-            *self.plan,
-            size=(building.length, building.width),
-            sides=[one for one, _ in facades(self.mesh, end.floor).values()],
-            normal=(x, y, 0.0),
-        )
+        (x, y), (dx, dy, _) = self._axis(end.building), end.offset or (0.0, 0.0, 0.0)
+        return x + dx, y + dy
+
+    def _axis(self, name: str) -> Point:
+        """The axis of the stick of the building in the plan of the mesh [m]."""
+        if name not in self._axes:
+            points = [
+                (
+                    [one for one, _ in facades(self.mesh, point.floor).values()],
+                    point.offset,
+                    (sign * contact.normal[0], sign * contact.normal[1], 0.0),
+                )
+                for contact in self.case.whole.contacts
+                for point, sign in contact.ends
+                if point.building == name and point.floor is not None
+            ]
+            self._axes[name] = axis_in_plan(self.case.building(name).axis, *self.plan, points)
+        return self._axes[name]
 
     def met(self, path: Path, pair: str, end: PairEnd) -> tuple[Facade, float] | Fault:
         """The side that a pair strikes, and where [m]; none that it does is a fault."""

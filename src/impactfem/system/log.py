@@ -51,13 +51,14 @@ def set_up(verbose: bool, rank: int = 0) -> None:
 @contextmanager
 def silent() -> Iterator[None]:
     """Report to files only while the block runs, as one of several workers does."""
-    before, level = LOGGER.handlers[:], LOGGER.level
+    before, level, propagate = LOGGER.handlers[:], LOGGER.level, LOGGER.propagate
     set_up(verbose=False, rank=1)
     try:
         yield
     finally:
         LOGGER.handlers[:] = before
         LOGGER.setLevel(level)
+        LOGGER.propagate = propagate
 
 
 class _File(logging.FileHandler):
