@@ -154,7 +154,7 @@ def test_floors_of_mesh_and_table_must_agree(frame):
     table = frame.with_name("frame_floors.csv")
     row = table.read_text().splitlines()[-1]
     table.write_text(table.read_text() + row.replace("2,28", "3,28") + "\n")
-    with pytest.raises(InputError, match="expected the floors 1 to 3 of building F"):
+    with pytest.raises(InputError, match="expected the floors 1, 2, 3 of building F"):
         read_parts(load_case(frame), frame.with_name("frame.msh"))
 
 
