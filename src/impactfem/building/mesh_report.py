@@ -20,7 +20,7 @@ from impactfem.building.mesh import (
     sides,
 )
 from impactfem.building.mesh_checks import NEAR
-from impactfem.building.mesh_doubts import doubts
+from impactfem.building.mesh_warnings import mesh_warnings
 from impactfem.building.section import Sections
 from impactfem.system.arrays import Array
 
@@ -110,7 +110,7 @@ class MeshReport:
             free_edges=free_edges(mesh),
             duplicates=len(cKDTree(mesh.nodes).query_pairs(NEAR, output_type="ndarray")),
             dropped=len(mesh.dropped),
-            warnings=(*doubts(mesh), *_warnings(mesh, q, slender, lengths.max(axis=1))),
+            warnings=(*mesh_warnings(mesh), *_warnings(mesh, q, slender, lengths.max(axis=1))),
         )
 
     @property

@@ -55,7 +55,6 @@ class Evaluator:
         self.file, self.lock = folder / EVALUATIONS, Lock()
         self.known: dict[str, Evaluation] = {}
         self.used: set[str] = set()  #: those of this fit
-        self.count = 0  #: how many were computed, not read
         damaged = 0
         for line in self.file.read_text("utf-8").splitlines() if self.file.is_file() else ():
             try:
@@ -87,7 +86,6 @@ class Evaluator:
             found = self.executor.submit(evaluate, *given).result()
         with self.lock:
             self.known[key] = found
-            self.count += 1
             with self.file.open("a", encoding="utf-8") as stream:
                 stream.write(f"{json.dumps([key, asdict(found)])}\n")
         return found
@@ -365,13 +363,14 @@ def _close_modes(result: Fit) -> Iterator[str]:
             unlike = [name for name in names if result.shown[f"{name}.mac"] < ALIKE]
             unlike.sort(key=lambda name: of[name])
             for one, other in pairwise(unlike):
-                if of[other] < of[one] * (1.0 + CLOSE):
+                apart, alike = of[other] / of[one] - 1.0, result.shown
+                if apart < CLOSE:
                     yield (
-                        f"{one} and {other} are {of[other] / of[one] - 1.0:.2g} apart in frequency "
-                        "in the model, and any combination of their shapes is nearly a mode: their "
+                        f"{one} and {other} are {100.0 * apart:.2g} % apart in frequency in the "
+                        "model, and any combination of their shapes is nearly a mode: their "
                         "measured shapes may be other combinations (MAC "
-                        f"{result.shown[f'{one}.mac']:.2f}, {result.shown[f'{other}.mac']:.2f}), "
-                        "which the fit does not look for"
+                        f"{alike[f'{one}.mac']:.2f}, {alike[f'{other}.mac']:.2f}), which the fit "
+                        "does not look for"
                     )
 
 

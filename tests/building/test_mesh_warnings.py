@@ -1,4 +1,4 @@
-"""What is doubted of a mesh, on the shipped frame with a mistake in it."""
+"""Warnings and faults of a mesh: the shipped frame with a mistake in it."""
 
 import re
 from dataclasses import replace
@@ -8,8 +8,8 @@ import pytest
 
 from impactfem.building.mesh import Part
 from impactfem.building.mesh_checks import check_mesh
-from impactfem.building.mesh_doubts import doubts
 from impactfem.building.mesh_report import MeshReport
+from impactfem.building.mesh_warnings import mesh_warnings
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection, Sections, ShellSection
 from impactfem.system.errors import InputError
@@ -51,7 +51,7 @@ def without(mesh, where):
         (lambda mesh: mesh, []),
         (
             lambda mesh: named(mesh, "storey_2_west", Part("storey", 1, "b")),
-            ["storey_1_b: 48 cells are in another storey than that of their number, the first"],
+            ["storey_1_b: 48 cells are in another storey than the number of their group says"],
         ),
         (
             lambda mesh: named(mesh, "storey_1_west", Part("storey", 2, "b")),
@@ -59,15 +59,15 @@ def without(mesh, where):
         ),
         (
             lambda mesh: named(mesh, "beam_1_south", Part("beam", 2, "b")),
-            ["beam_2_b: 8 cells are nearer to another level than that of their number"],
+            ["beam_2_b: 8 cells are nearer to another floor than the number of their group"],
         ),
         (
             lambda mesh: named(mesh, "storey_2_west", Part("floor", 2, "b")),
-            ["floor_2_b: 31 cells are nearer to another level"],
+            ["floor_2_b: 31 cells are nearer to another floor"],
         ),
         (
             lambda mesh: named(mesh, "beam_2_south", Part("column", 2, "b")),
-            ["column_2_b: 8 cells lie level in a floor among those that stand"],
+            ["column_2_b: 8 cells are horizontal at a floor, in a group of walls or columns"],
         ),
         (
             lambda mesh: named(mesh, "column_1_south_east", Part("column", 2, "b")),
@@ -92,7 +92,7 @@ def without(mesh, where):
     ],
 )
 def test_a_mistake(frame, change, words):
-    found = list(doubts(change(frame)))
+    found = list(mesh_warnings(change(frame)))
     assert len(found) == len(words), found
     assert all(one.startswith(start) for one, start in zip(found, words, strict=True)), found
 
@@ -126,8 +126,8 @@ def test_an_edge_in_one_piece(frame, change, words):
     mesh = edge(frame, change(lines, frame.nodes[lines[:, 2], 0]))
     if not words:
         check_mesh(mesh, "own.msh")
-        (doubt,) = doubts(mesh)
-        assert re.match(r"edge_1: [\d.]+ m of a side of floor_1 that goes on at \(", doubt)
+        (text,) = mesh_warnings(mesh)
+        assert re.match(r"edge_1: [\d.]+ m of a side of floor_1 that goes on at \(", text)
         return
     with pytest.raises(InputError, match=rf"edge_1: {words}.*of one straight side of floor_1"):
         check_mesh(mesh, "own.msh")

@@ -1,4 +1,4 @@
-"""What of a building's mesh is probably a mistake, although it can be computed."""
+"""Warnings of what is probably a mistake in a building's mesh, although it can be computed."""
 
 from collections.abc import Iterator
 
@@ -23,8 +23,8 @@ LEVEL = 0.1
 """Slope below which a line or a side counts as level, and how near to a floor it is in it [m]."""
 
 
-def doubts(mesh: BuildingMesh) -> Iterator[str]:
-    """What is worth a look, in words that begin with the group."""
+def mesh_warnings(mesh: BuildingMesh) -> Iterator[str]:
+    """Warnings, each of which begins with the name of the group."""
     if not mesh.base.size or not mesh.floors:
         return
     levels = np.array([mesh.nodes[mesh.base, 2].min(), *mesh.elevations.values()])
@@ -61,9 +61,9 @@ def _misplaced(mesh: BuildingMesh, levels: Array) -> Iterator[str]:
         off = ~stands & plain & (distance.argmin(axis=1) != k)
         lying = stands & (slope < LEVEL) & (distance.min(axis=1) < LEVEL)
         for what, bad in (
-            ("are in another storey than that of their number", stands & outside),
-            ("are nearer to another level than that of their number", off),
-            ("lie level in a floor among those that stand", lying),
+            ("are in another storey than the number of their group says", stands & outside),
+            ("are nearer to another floor than the number of their group says", off),
+            ("are horizontal at a floor, in a group of walls or columns", lying),
         ):
             for group, some, where in by_group(mesh, np.flatnonzero(bad), cells, groups(mesh)):
                 yield (
