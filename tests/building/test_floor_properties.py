@@ -74,7 +74,7 @@ def test_the_paper_s_building_read_again(tmp_path):
 
     def beyond(**changes):
         own = structure.model_copy(update=changes)
-        parts, masses, _ = read_parts(case.model_copy(update={"structure": own}), file)
+        parts, masses = read_parts(case.model_copy(update={"structure": own}), file)
         found = floor_properties(parts, masses)
         off = {q: found[q] / np.array([getattr(row, q) for row in rows]) - 1.0 for q in UNITS}
         far = {q: (np.flatnonzero(abs(x) > 0.05) + 1).tolist() for q, x in off.items()}

@@ -212,7 +212,7 @@ def by_name(parts, values):
 def test_materials_and_dampings_by_patterns():
     case = case_of({"parts": ("column_1_*", "floor_2*"), **LIGHT}, {"parts": ("beam_*",), **HEAVY})
     soft = with_materials(case.structure, ("storey_*", "column_2_*"))
-    parts, _, _ = read_parts(case.model_copy(update={"structure": soft}), FRAME)
+    parts, _ = read_parts(case.model_copy(update={"structure": soft}), FRAME)
     materials, dampings = by_name(parts, parts.materials), by_name(parts, parts.dampings)
     for group, material in materials.items():
         other = group.startswith(("storey", "column_2"))
@@ -223,7 +223,7 @@ def test_materials_and_dampings_by_patterns():
         own = [d for start, d in expected.items() if group.startswith(start)]
         assert damping == (own[0] if own else None), group
     assert parts.dampings is not None and parts.dampings.distinct == [light, heavy]
-    plain, _, _ = read_parts(case_of(), FRAME)
+    plain, _ = read_parts(case_of(), FRAME)
     assert plain.dampings is None and len(set(plain.materials.shells)) == 1
 
 

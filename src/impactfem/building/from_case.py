@@ -10,7 +10,6 @@ import numpy as np
 from impactfem.building import geometry
 from impactfem.building.geometry import Geometry
 from impactfem.building.mesh import BuildingMesh, Part, place
-from impactfem.building.mesh_report import MeshReport
 from impactfem.building.parts import (
     BuildingParts,
     FloorMassError,
@@ -127,7 +126,7 @@ def part_faults(structure: Structure, parts: Sequence[Part], path: Path) -> Iter
 
 def read_parts(
     case: Case, path: Path, mesh: BuildingMesh | None = None
-) -> tuple[BuildingParts, FloorMasses, MeshReport]:
+) -> tuple[BuildingParts, FloorMasses]:
     """Mesh, sections and masses of the structure of a case, from its mesh file. Not collective.
 
     The mesh is not read again where it is given.
@@ -203,7 +202,7 @@ def read_parts(
         drilling=structure.drilling,
         dampings=PartDamping(*dampings) if structure.damping else None,
     )
-    return parts, masses, MeshReport.of(mesh, sections)
+    return parts, masses
 
 
 def _height_faults(mesh: BuildingMesh, building: Building, path: Path) -> Iterator[Fault]:

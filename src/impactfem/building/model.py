@@ -1,7 +1,7 @@
 """The building as matrices: stiffness of what stays and of what is scaled, mass, ground motion."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -146,8 +146,16 @@ def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
     )
 
 
+Actions = dict[tuple[object, ...], tuple[Index, Array, Array]]
+"""Of cells and their properties but for Young's modulus: rows, K X at the modulus 1, and M X."""
+
+
 def action_of_cells(
-    parts: BuildingParts, cells: tuple[Flags, Flags], storey_factor: float, X: Array
+    parts: BuildingParts,
+    cells: tuple[Flags, Flags],
+    storey_factor: float,
+    X: Array,
+    known: Actions | None = None,
 ) -> tuple[Array, Array]:
     """K X and M X of some of the cells alone, clamped nodes included. Not collective.
 
@@ -156,17 +164,35 @@ def action_of_cells(
         cells: Whether each triangle, and each line, is among them.
         storey_factor: Factor on walls and columns.
         X: Columns at the six components of each node of the mesh, shape (6 n_nodes, k).
+        known: What is known for the same X and mesh; what is computed comes in.
     """
     KX, MX = np.zeros_like(X), np.zeros_like(X)
+    known = {} if known is None else known
     for kind in parts.kinds():
-        among = (cells[0] if kind.shells else cells[1])[kind.number]
-        K, M, nodes = _local_matrices(parts, kind, np.flatnonzero(among))
-        if K is not None:
+        among = np.flatnonzero((cells[0] if kind.shells else cells[1])[kind.number])
+        if not among.size:
+            continue
+        # K is linear in the modulus: cells that differ in nothing else are assembled once.
+        E, unit = kind.material.E, replace(kind, material=replace(kind.material, E=1.0))
+        number = kind.number[among]
+        properties: list[Any] = [
+            parts.drilling,
+            parts.thickness()[number],
+            parts.added_mass[number],
+        ]
+        if not kind.shells:
+            properties = [*_beam_properties(parts, kind, among).values()]
+        of_cells = kind.shells, unit.material, number.tobytes()
+        key = (*of_cells, *(np.asarray(one).tobytes() for one in properties))
+        if key not in known:
+            K, M, nodes = _local_matrices(parts, unit, among)
             rows = (DOFS * nodes[:, None] + np.arange(DOFS)).ravel()
-            KX[rows] += (storey_factor if kind.storey else 1.0) * product(K, X[rows])
-            MX[rows] += product(M, X[rows])
+            known[key] = rows, product(K, X[rows]), product(M, X[rows])
             K.destroy()
             M.destroy()
+        rows, of_K, of_M = known[key]
+        KX[rows] += E * (storey_factor if kind.storey else 1.0) * of_K
+        MX[rows] += of_M
     return KX, MX
 
 
@@ -181,17 +207,9 @@ def _local_matrices(parts: BuildingParts, kind: Kind, cells: Index) -> tuple[Any
     if kind.shells:
         fields = shell_fields(parts, local, kind.material, kind.number[chosen])
     else:
-        sections = [parts.sections.beams[i] for i in kind.part[chosen]]
-        values: dict[str, list[Any]] = {
-            "area": [s.A for s in sections],
-            "second_moments": [(s.I1, s.I2) for s in sections],
-            "torsion": [s.J for s in sections],
-            "shear": [(s.k1, s.k2) for s in sections],
-            "reference": [s.reference for s in sections],
-            "offset": [s.offset for s in sections],
-        }
+        values = _beam_properties(parts, kind, chosen)
         fields = BeamFields(
-            **{name: cellwise(local.mesh, np.array(value)) for name, value in values.items()},
+            **{name: cellwise(local.mesh, value) for name, value in values.items()},
             young_modulus=constant(local.mesh, kind.material.E),
             poisson_ratio=constant(local.mesh, kind.material.nu),
             density=constant(local.mesh, kind.material.rho),
@@ -206,6 +224,20 @@ def _local_matrices(parts: BuildingParts, kind: Kind, cells: Index) -> tuple[Any
     M = PETSc.Mat().createAIJ(mass.shape, bsize=DOFS, csr=arrays, comm=PETSc.COMM_SELF)
     M.assemble()
     return K, M, local.nodes
+
+
+def _beam_properties(parts: BuildingParts, kind: Kind, cells: Index) -> dict[str, Array]:
+    """Of some cells of a kind, by the names of `BeamFields`, a row each."""
+    sections = [parts.sections.beams[i] for i in kind.part[cells]]
+    values: dict[str, list[Any]] = {
+        "area": [s.A for s in sections],
+        "second_moments": [(s.I1, s.I2) for s in sections],
+        "torsion": [s.J for s in sections],
+        "shear": [(s.k1, s.k2) for s in sections],
+        "reference": [s.reference for s in sections],
+        "offset": [s.offset for s in sections],
+    }
+    return {name: np.array(value) for name, value in values.items()}
 
 
 def shell_fields(

@@ -14,7 +14,7 @@ from impactfem.building.floor_properties import floor_properties
 from impactfem.building.from_case import geometry_of, read_parts
 from impactfem.building.generate import generate
 from impactfem.building.mesh import DOFS, rigid_body
-from impactfem.building.model import action_of_cells
+from impactfem.building.model import Actions, action_of_cells
 from impactfem.building.parts import BuildingParts, FloorMasses
 from impactfem.case import Case
 from impactfem.case.buildings import FileMesh
@@ -53,7 +53,7 @@ def mesh_floors(view: Case, folder: Path, problem: Problem | None = None) -> dic
     known = None if problem is None else known_of(problem, view)
     if known is None and not path.is_file():
         generate(geometry_of(view), path, source=str(view.path))
-    parts, masses, _ = read_parts(view, path, None if known is None else known.mesh)
+    parts, masses = read_parts(view, path, None if known is None else known.mesh)
     if problem is not None:
         remember(problem, view, Known(parts.mesh))
     return floor_properties(parts, masses)
@@ -129,6 +129,7 @@ class View:
             at = self._at(self.result.shapes)
             numbers |= {k for k, _ in paired(self.target, self.study.frequency, at)}
         self.numbers = sorted(numbers)
+        self.actions: Actions = {}  #: on the shapes of these modes and the rigid motions
 
     def _at(self, shapes: Array) -> Array:
         return np.where(self.rows < 0, 0.0, shapes[self.rows].T)
@@ -153,7 +154,7 @@ class View:
         ):
             return None
         read = [read_parts(view, self.file, self.mesh) for view in views]
-        parts = tuple(one for one, _, _ in read)
+        parts = tuple(one for one, _ in read)
         factors = [view.modelled.storey_stiffness_factor for view in views]
         cells = parts[0].changed(parts[1], storeys=factors[0] != factors[1])
         free = (DOFS * self.model.nodes[:, None] + np.arange(DOFS)).ravel()
@@ -161,7 +162,7 @@ class View:
         φ = np.zeros((len(r), len(self.numbers)))
         φ[free] = self.result.shapes[:, self.numbers]
         low, high = (
-            action_of_cells(one, cells, factor, np.hstack([φ, r]))
+            action_of_cells(one, cells, factor, np.hstack([φ, r]), self.actions)
             for one, factor in zip(parts, factors, strict=True)
         )
         K, M = ((b - a) / (ends[1] - ends[0]) for a, b in zip(low, high, strict=True))
@@ -169,7 +170,7 @@ class View:
         return Change(
             ends,
             parts,
-            masses=tuple(masses for _, masses, _ in read),
+            masses=tuple(masses for _, masses in read),
             total=np.einsum("ij,ij->j", r, M[:, k:]),
             K=K[free, :k],
             M=M[free, :k],

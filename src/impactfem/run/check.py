@@ -10,6 +10,7 @@ import numpy as np
 
 from impactfem.building.from_case import geometry_of, part_faults, read_parts
 from impactfem.building.mesh import BuildingMesh
+from impactfem.building.mesh_report import MeshReport
 from impactfem.building.read_mesh import read_mesh
 from impactfem.case import Case
 from impactfem.case.buildings import FileMesh, GeneratedMesh
@@ -228,9 +229,11 @@ def check_mesh(case: Case, path: Path, faults: list[Fault]) -> BuildingMesh | No
     attempt = partial(_attempt, faults)
     generated = case.structure is not None and isinstance(case.structure.mesh, GeneratedMesh)
     read = _attempt(faults, lambda: read_parts(case, path))
-    mesh = None if read is None else read[0].mesh
-    for text in read[2].warnings if read else ():
-        LOGGER.warning("warning: %s: %s", case.path if generated else path, text)
+    mesh = None
+    if read is not None:
+        mesh = read[0].mesh
+        for text in MeshReport.of(mesh, read[0].sections).warnings:
+            LOGGER.warning("warning: %s: %s", case.path if generated else path, text)
     if read is None and not generated:  # sections or heights hide no other fault
         mesh = _attempt(faults, lambda: read_mesh(path))
     # A mesh of another building contradicts all that the case says of its own.

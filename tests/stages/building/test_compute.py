@@ -199,13 +199,13 @@ def test_masses_that_parts_do_not_allow(frame, edited, mass, more, expected):
 def test_mechanism_is_named_by_its_place(frame, edited, tmp_path):
     """Without its base the frame floats."""
     case = load_case(frame)
-    parts, masses, report = read_parts(case, frame.with_name("frame.msh"))
+    parts, masses = read_parts(case, frame.with_name("frame.msh"))
     floating = replace(parts, mesh=replace(parts.mesh, base=np.empty(0, dtype=np.int64)))
 
     from impactfem.stages.building import compute as stage
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stage, "read_parts", lambda *_: (floating, masses, report))
+        patch.setattr(stage, "read_parts", lambda *_: (floating, masses))
         with pytest.raises(SolutionError, match=r"mechanism: its node at \(.*\) m in \w+_[12]"):
             analysed(case, tmp_path, MPI.COMM_SELF, nullcontext)
 

@@ -34,7 +34,7 @@ FACTOR = 0.5
 @pytest.fixture(scope="module")
 def frame():
     case = load_case(GEOMETRY / "frame.toml")
-    parts, _, _ = read_parts(case, GEOMETRY / "frame.msh")
+    parts, _ = read_parts(case, GEOMETRY / "frame.msh")
     model = assemble_building(MPI.COMM_SELF, parts)
     damping = case.building("F").damping.rayleigh
     return model, model.stiffness(FACTOR), parts.mesh, damping, parts

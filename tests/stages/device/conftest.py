@@ -26,7 +26,7 @@ POINT = (2.0, 2.2, 6.0)
 @pytest.fixture(scope="session")
 def frame():
     case = load_case(GEOMETRY / "frame.toml")
-    parts, _, _ = read_parts(case, GEOMETRY / "frame.msh")
+    parts, _ = read_parts(case, GEOMETRY / "frame.msh")
     return case, parts
 
 

@@ -123,7 +123,7 @@ class Frame:
 @pytest.fixture(scope="session")
 def frame():
     case = load_case(GEOMETRY / "frame.toml")
-    parts, _, _ = read_parts(case, GEOMETRY / "frame.msh")
+    parts, _ = read_parts(case, GEOMETRY / "frame.msh")
     model = assemble_building(MPI.COMM_SELF, parts)
     damping = case.building("F").damping.rayleigh
     return Frame(

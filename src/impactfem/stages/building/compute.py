@@ -87,11 +87,10 @@ def analysed(
     structure, path = case.modelled, mesh_of_run(case, folder)
 
     def read() -> tuple[BuildingParts, FloorMasses, MeshReport]:
-        if known is not None:
-            return read_parts(case, path, known.mesh)
-        if path == folder / MESH:
+        if known is None and path == folder / MESH:
             generate(geometry_of(case), path, source=str(case.path))
-        return read_parts(case, path)
+        parts, masses = read_parts(case, path, None if known is None else known.mesh)
+        return parts, masses, MeshReport.of(parts.mesh, parts.sections)
 
     with step("mesh"):
         parts, masses, report = on_root(read)

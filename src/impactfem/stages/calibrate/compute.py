@@ -89,7 +89,7 @@ def prepare(case: Case, mesh_file: Path) -> Prepared:
     setup = case.wall_impact
     if setup is None:
         raise ValueError("the case has no wall impact")
-    parts, masses, _ = read_parts(case, mesh_file)
+    parts, masses = read_parts(case, mesh_file)
     side = wall_side(parts.mesh, setup.floors, mesh_file)
     edges = [contact_edge(parts.mesh, floor, setup.contact_spacing) for floor in setup.floors]
     return Prepared(

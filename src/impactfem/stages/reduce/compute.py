@@ -65,7 +65,7 @@ def prepare(
     pounds in 3D. InputError where the mesh is not usable; a probe, a contact, a device or the wall
     does not go with it.
     """
-    parts, _, _ = read_parts(case, mesh_file)
+    parts, _ = read_parts(case, mesh_file)
     mesh, transient = parts.mesh, case.transient
     plates, covered = find_base_plates(case, mesh), covered_points(case, mesh)
     wall = None

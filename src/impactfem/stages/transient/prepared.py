@@ -53,7 +53,7 @@ def prepare(
     InputError where the mesh or the forces are not usable, or a probe is outside the building.
     """
     transient = transient_of(case)
-    parts, _, _ = read_parts(case, mesh_file)
+    parts, _ = read_parts(case, mesh_file)
     path = transient.forces or forces_file
     history = read_forces(path)
     duration = transient.duration or float(history.time[-1])
