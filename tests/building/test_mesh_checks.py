@@ -53,6 +53,14 @@ def test_millimetres(small_mesh):
     check_mesh(replace(small_mesh, nodes=100.0 * small_mesh.nodes), "own.msh")
 
 
+@pytest.mark.parametrize("number", [np.nan, np.inf])
+def test_coordinates_that_are_no_numbers(small_mesh, number):
+    nodes = small_mesh.nodes.copy()
+    nodes[3, 1] = number
+    faults = refused(replace(small_mesh, nodes=nodes), r"a node at .*expected coordinates that are")
+    assert len(faults) == 1
+
+
 ALONG = (BEAM, (0, 0, 3), (2, 0, 3))
 TWICE = rf"2 cells share all vertices.*at {PLACE}"
 

@@ -54,7 +54,18 @@ Faults = Iterator[tuple[str, str]]  # group and words
 
 def _extent(mesh: BuildingMesh) -> Faults:
     extent = np.ptp(mesh.nodes, axis=0)
-    if extent.max() > LARGEST:
+    if not np.isfinite(mesh.nodes).all():
+        lost = int(np.argmin(np.isfinite(mesh.nodes).all(axis=1)))
+        group = next(
+            part.group
+            for parts, cells, of in (
+                (mesh.shell_parts, mesh.triangles, mesh.triangle_part),
+                (mesh.beam_parts, mesh.lines, mesh.line_part),
+            )
+            for part in [parts[k] for k in of[(cells == lost).any(axis=1)][:1]]
+        )
+        yield group, f"a node at {place(mesh.nodes[lost])}; expected coordinates that are numbers"
+    elif extent.max() > LARGEST:
         size = " x ".join(f"{x:g}" for x in extent)
         far = mesh.nodes[int(np.argmax(np.abs(mesh.nodes).max(axis=1)))]
         parts = [part.group for part in (*mesh.shell_parts, *mesh.beam_parts)]
