@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from impactfem.coupling.force_history import ForceHistory
 from impactfem.reduction.edge_force import EdgeForce, floor_shares
 from impactfem.reduction.forces import check_contacts, checked_forces
 from impactfem.reduction.loads import make_loads
-from impactfem.reduction.sides import Sides
+from impactfem.reduction.sides import PairEnd, Sides
 from impactfem.system.errors import InputError
 
 from ..building.conftest import assembled, csr, panels  # noqa: F401
@@ -301,3 +302,17 @@ def test_a_free_slab_turns_by_the_moment_integral(panels, assembled, csr, asked)
     # A plate's J by hand; the elements have some inertia about their normals, too.
     m = 2500.0 * a * b * t
     assert pytest.approx(m * (a**2 + b**2) / 12.0, rel=2e-3) == J
+
+
+@pytest.mark.parametrize("storey", [1, 2])
+@pytest.mark.parametrize("up", [0.0, 1.0])
+def test_heights_of_a_mesh_that_counts_from_elsewhere(frame, storey, up):
+    """The middle of a storey stays where it is, where the whole mesh is higher than the table."""
+    mesh = frame.parts.mesh
+    levels = {floor: z + up for floor, z in mesh.elevations.items()}
+    higher = SimpleNamespace(nodes=mesh.nodes + np.array([0.0, 0.0, up]), elevations=levels)
+    case = case_of(frame, [((0, 1, 0), (1, 2, 0))], storey)
+    end = PairEnd.of(case.contacts[0].a, np.array([0.0, 1.0, 0.0]))
+    middle = Sides(case, mesh).elevation(end)
+    assert Sides(case, higher).elevation(end) == pytest.approx(middle + up)
+    assert middle == pytest.approx({1: 1.4, 2: 4.45}[storey])  # between the rigid zones
