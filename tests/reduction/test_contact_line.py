@@ -56,7 +56,7 @@ def test_both_sides_of_a_line_take_the_same_force_and_moment(tmp_path):
         # A reaches from -2.6 m to 4.4 m of the pair, B from -3.6 m to 2.4 m.
         assert line.length == pytest.approx(5.0)
         assert line.weight.sum() == pytest.approx(line.length)
-        share, w = line.joined(2)
+        share, w, _ = line.joined(2)
         assert w.sum() == pytest.approx(line.length) and np.allclose(share.sum(axis=0), 1.0)
         arms = []
         for end in (line.a, line.b):
@@ -119,11 +119,25 @@ def test_the_gap_is_straight_between_the_pairs_of_an_edge(tmp_path, caplog):
     lines = contact_lines(case, meshes)
     assert len(lines) == 2 and all(len(line.pair_names) == 2 for line in lines)
     for line in lines:
-        assert line.gap == pytest.approx(1e-3 + 1e-4 * line.a.offset[:, 0], abs=1e-12)
-        assert line.gap.min() < 0.8e-3 and line.gap.max() > 1.2e-3
+        at = line.a.point.offset[0] - line.normal[1] * line.position
+        assert line.gap == pytest.approx(1e-3 + 1e-4 * at, abs=1e-12)
+        # At the corners, not a third of a hat inside; of fewer points, too.
+        assert np.sort(line.gap[[0, -1]]) == pytest.approx([0.7e-3, 1.3e-3])
+        assert line.joined(4)[2][[0, -1]] == pytest.approx(line.gap[[0, -1]])
     warn_of_narrow(lines, case)
     assert caplog.text.count("the gap is 0.7") == 2
     assert "that of its pairs is 1 mm or more" in caplog.text
+
+
+@pytest.mark.parametrize(("there", "overlap"), [(1.65, False), (1.7, True)])
+def test_a_corner_that_overlaps_is_refused(tmp_path, there, overlap):
+    """1 mm in the middle and 1.7 mm at 2 m are -0.05 mm at -3 m; a third of a hat inside, more."""
+    case, meshes = with_meshes(in_3d(tmp_path, before(PAIR.format(2, there, "floor"))))
+    if not overlap:
+        assert min(line.gap.min() for line in contact_lines(case, meshes)) == pytest.approx(25e-6)
+        return
+    with pytest.raises(InputError, match=r"do not overlap: -?3 m along .* gap is -5e-05 m"):
+        contact_lines(case, meshes)
 
 
 def test_no_word_where_no_gap_is_smaller_than_given(tmp_path, caplog):
@@ -209,7 +223,7 @@ def test_a_floor_meets_walls_and_columns(tmp_path, normal):
         assert np.array(met)[line.columns] == pytest.approx([6.0, 0.0])
         assert np.all(np.diff(met) < 0.0) and 2 <= (~line.columns).sum() < len(met)
         for every in (1, 2):
-            share, w = line.joined(every)
+            share, w, _ = line.joined(every)
             assert np.isfinite(share).all() and w.sum() == pytest.approx(line.weight.sum())
             assert share.sum(axis=0) == pytest.approx(np.ones(len(w)))
             alone = np.isin(share, [0.0, 1.0]).all(axis=0) & share[line.columns].any(axis=0)

@@ -2,10 +2,10 @@
 
 Where a building pounds by its 3D model, a pair of the case is no point but the whole length over
 which both sides face each other, or a side faces a rigid wall. With the hat functions N_i of points
-along it and w_i = ∫ N_i ds, the gap of point i is a weighted mean, and its force F_i a line load on
-both sides,
+along it and w_i = ∫ N_i ds, point i at s_i, where N_i is highest, has the gap there, which a
+weighted mean of the motion changes, and its force F_i is a line load on both sides,
 
-    δ_i = ∫ N_i (g + n · (u_b - u_a)) ds / w_i,    q_i = F_i N_i / w_i,
+    δ_i = g(s_i) + ∫ N_i n · (u_b - u_a) ds / w_i,    q_i = F_i N_i / w_i,
 
 integrated on each mesh by its own shape functions: the meshes need not match, and resultant and
 moment of what acts on a are those of what acts on b. A floor of a stick is rigid: for it the mean
@@ -14,7 +14,9 @@ patch; where there are none, nothing touches. A column that stands alone is touc
 the floor at this point of its edge.
 
 The gap g is that of the pair at its point, straight between the points of several pairs, and grows
-with the distance from it where the sides are not parallel.
+with the distance from it where the sides are not parallel. Its mean along the hat at an end would
+be that of a place inside: a corner that comes first would touch too late by a third of the hat
+times the angle, which is far more than what the sides turn in a third of the hat.
 """
 
 from __future__ import annotations
@@ -77,7 +79,7 @@ class ContactLine:
     b: LineEnd | None  #: that of the second one; None for a rigid wall
     position: Array  #: of the points along it, from its first pair, ascending, shape (m,) [m]
     weight: Array  #: w_i, shape (m,) [m]
-    gap: Array  #: δ_i at rest, shape (m,) [m]
+    gap: Array  #: g(s_i), δ_i at rest, shape (m,) [m]
     pair_names: tuple[str, ...]  #: of its pairs
     columns: NDArray[np.bool_]  #: which of them are where a column stands alone, shape (m,)
 
@@ -103,23 +105,25 @@ class ContactLine:
         x, y, z = (self.weight @ end.offset / self.weight.sum()).tolist()
         return x, y, z
 
-    def joined(self, every: int) -> tuple[Array, Array]:
-        """Shares of the points in those of a line with every n-th of them, shape (m, fewer), and w.
+    def joined(self, every: int) -> tuple[Array, Array, Array]:
+        """Shares of the points in those of a line with every n-th of them, shape (m, fewer); w; g.
 
         A hat of the latter is the sum of the hats that it covers: N_I = Σ_i N_I(s_i) N_i. Columns
         are kept.
         """
         if every == 1:
-            return np.eye(len(self)), self.weight
+            return np.eye(len(self)), self.weight, self.gap
         walls, columns = np.flatnonzero(~self.columns), np.flatnonzero(self.columns)
         s = self.position[walls]
-        kept = s[np.append(np.arange(0, len(s) - 1, every), len(s) - 1)] if len(s) else s
+        at = np.append(np.arange(0, len(s) - 1, every), len(s) - 1) if len(s) else walls
+        kept = s[at]
         hats = np.zeros((len(self), len(kept) + len(columns)))
         for k, one in enumerate(np.eye(len(kept))):
             hats[walls, k] = np.interp(s, kept, one)
         hats[columns, len(kept) + np.arange(len(columns))] = 1.0
         w = hats.T @ self.weight
-        return np.asarray(self.weight[:, None] * hats / w), np.asarray(w)
+        gap = self.gap[np.append(walls[at], columns)]
+        return np.asarray(self.weight[:, None] * hats / w), np.asarray(w), gap
 
 
 def contact_lines(case: Case, meshes: Mapping[str, BuildingMesh]) -> tuple[ContactLine, ...]:
@@ -322,14 +326,14 @@ def _line(
         )
         faults.append(Fault(case.path, key, one.name, expected))
         return None
-    gap = _gap(pairs, ends, n, t, middle)
+    gap = _gap(pairs, ends, n, t, s)
     if gap is None:
         expected = "expected one gap at one place along the edges"
         faults.append(Fault(case.path, key, one.name, expected))
         return None
     if gap.min() < -CLOSED:
         expected = (
-            f"expected sides that do not overlap: {middle[gap.argmin()]:.4g} m along them from the "
+            f"expected sides that do not overlap: {s[gap.argmin()]:.4g} m along them from the "
             f"pair their gap is {gap.min():.4g} m"
         )
         faults.append(Fault(case.path, key, one.name, expected))

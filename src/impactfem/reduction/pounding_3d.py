@@ -137,7 +137,7 @@ class Pounding3D:
         ports: dict[str, dict[str, Port]] = {one.name: {} for one in system.sticks}
         ends_of: list[tuple[int, int, Array]] = []
         for line in given.lines:
-            share, w = line.joined(every)
+            share, w, gaps = line.joined(every)
             one = first[line.name]
             ends = [(line.a, one.a)]
             if line.b is not None and one.b is not None:
@@ -161,7 +161,7 @@ class Pounding3D:
                 ]
                 name = f"{line.name} at {shares @ line.position:.4f} m"
                 part = law if law.code == UNILATERAL else law.part(float(w[k] / w.sum()))
-                gap, hats = float(shares @ line.gap), None
+                gap, hats = float(gaps[k]), None
                 if every == 1:
                     hats = np.full((2, 3), np.nan)
                     hats[: len(ends)] = [end.hats[k] for end, _ in ends]
@@ -182,8 +182,13 @@ class Pounding3D:
         #: What the gaps of points say of those at the ends of lines, and of which pair each is.
         self._ends = np.zeros((2 * len(ends_of), len(self.points)))
         self._pair_of_end = np.repeat([k for k, *_ in ends_of], 2)
+        outermost = list[int]()
         for k, (_, begin, rows) in enumerate(ends_of):
             self._ends[2 * k : 2 * k + 2, begin : begin + rows.shape[1]] = rows
+            outermost += [begin, begin + rows.shape[1] - 1]
+        # Straight on goes the motion; at rest the gap of an outermost point is that at the end.
+        rest = np.array([pair.gap for pair in self.points])
+        self._rest_at_end = rest[outermost] - self._ends @ rest
         self.unilateral = any(pair.law.code == UNILATERAL for pair in self.points)
         sticks = dict(zip((one.name for one in alone), self._sticks.modes, strict=True))
         bodies = []
@@ -434,12 +439,13 @@ class Pounding3D:
     def _least(self, gap: Array, *, ends: bool = False) -> Array:
         """Least gap of the points of each pair, and of the ends of lines.
 
-        That of a point is a mean along its hat: of the outermost ones it is that of a place inside
-        the end, where floors that turn come closest.
+        Points move by a mean along their hats: the outermost ones as a place inside the end, where
+        floors that turn come closest.
         """
         of = self.pair_of
         if ends:
-            gap, of = np.hstack([gap, gap @ self._ends.T]), np.append(of, self._pair_of_end)
+            gap = np.hstack([gap, gap @ self._ends.T + self._rest_at_end])
+            of = np.append(of, self._pair_of_end)
         return np.column_stack([gap[:, of == k].min(axis=1) for k in range(len(self.system.pairs))])
 
     def _rates(self, ground: Ground, velocity: Array, rate: Array, points: Index) -> Array:
@@ -487,7 +493,7 @@ class Pounding3D:
 
 
 def _at_ends(line: ContactLine, share: Array) -> Array:
-    """Gaps at both ends of a line by those of its points, straight on from the last two, (2, m).
+    """Motion of both ends of a line by that of its points, straight on from the last two, (2, m).
 
     With a share of the points of the line in each, shape (points of the line, m).
     """
