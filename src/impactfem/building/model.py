@@ -147,7 +147,7 @@ def assemble_building(comm: Any, parts: BuildingParts) -> BuildingModel:
 
 
 Actions = dict[tuple[object, ...], tuple[Index, Array, Array]]
-"""Of cells and their properties but for Young's modulus: rows, K X at the modulus 1, and M X."""
+"""By cells and all of their properties except Young's modulus: rows, K X for E = 1 Pa, and M X."""
 
 
 def action_of_cells(
@@ -164,7 +164,7 @@ def action_of_cells(
         cells: Whether each triangle, and each line, is among them.
         storey_factor: Factor on walls and columns.
         X: Columns at the six components of each node of the mesh, shape (6 n_nodes, k).
-        known: What is known for the same X and mesh; what is computed comes in.
+        known: Products computed before for the same X and mesh; new ones are added.
     """
     KX, MX = np.zeros_like(X), np.zeros_like(X)
     known = {} if known is None else known
@@ -175,15 +175,13 @@ def action_of_cells(
         # K is linear in the modulus: cells that differ in nothing else are assembled once.
         E, unit = kind.material.E, replace(kind, material=replace(kind.material, E=1.0))
         number = kind.number[among]
-        properties: list[Any] = [
-            parts.drilling,
-            parts.thickness()[number],
-            parts.added_mass[number],
-        ]
-        if not kind.shells:
-            properties = [*_beam_properties(parts, kind, among).values()]
+        properties = (
+            [np.array(parts.drilling), parts.thickness()[number], parts.added_mass[number]]
+            if kind.shells
+            else _beam_properties(parts, kind, among).values()
+        )
         of_cells = kind.shells, unit.material, number.tobytes()
-        key = (*of_cells, *(np.asarray(one).tobytes() for one in properties))
+        key = (*of_cells, *(one.tobytes() for one in properties))
         if key not in known:
             K, M, nodes = _local_matrices(parts, unit, among)
             rows = (DOFS * nodes[:, None] + np.arange(DOFS)).ravel()

@@ -129,7 +129,7 @@ class View:
             at = self._at(self.result.shapes)
             numbers |= {k for k, _ in paired(self.target, self.study.frequency, at)}
         self.numbers = sorted(numbers)
-        self.actions: Actions = {}  #: on the shapes of these modes and the rigid motions
+        self.actions: Actions = {}  #: products with these modes and the rigid motions
 
     def _at(self, shapes: Array) -> Array:
         return np.where(self.rows < 0, 0.0, shapes[self.rows].T)

@@ -231,8 +231,9 @@ def check_mesh(case: Case, path: Path, faults: list[Fault]) -> BuildingMesh | No
     read = _attempt(faults, lambda: read_parts(case, path))
     mesh = None
     if read is not None:
-        mesh = read[0].mesh
-        for text in MeshReport.of(mesh, read[0].sections).warnings:
+        parts, _ = read
+        mesh = parts.mesh
+        for text in MeshReport.of(mesh, parts.sections).warnings:
             LOGGER.warning("warning: %s: %s", case.path if generated else path, text)
     if read is None and not generated:  # sections or heights hide no other fault
         mesh = _attempt(faults, lambda: read_mesh(path))
