@@ -42,7 +42,7 @@ def check_mesh(mesh: BuildingMesh, file: Path | str) -> None:
     Raises InputError, with one fault for each kind of fault and pair of parts, with the group and
     the first place, that names the file.
     """
-    for check in (_extent, _cells, _duplicates, _conforming, _standing, _edges):
+    for check in (_numbers, _extent, _cells, _duplicates, _conforming, _standing, _edges):
         # The later checks need what the earlier ones have seen to.
         faults = [Fault(file, group, None, text) for group, text in check(mesh)]
         if faults:
@@ -52,20 +52,23 @@ def check_mesh(mesh: BuildingMesh, file: Path | str) -> None:
 Faults = Iterator[tuple[str, str]]  # group and words
 
 
+def _numbers(mesh: BuildingMesh) -> Faults:
+    for cells, owner in (
+        (mesh.triangles, shell_groups(mesh)),
+        (mesh.lines, beam_groups(mesh)),
+    ):
+        bad = np.flatnonzero(~np.isfinite(mesh.nodes[cells]).all(axis=(1, 2)))
+        for group, some, where in by_group(mesh, bad, cells, owner):
+            yield (
+                group,
+                f"{len(some)} cells with coordinates that are not finite, the first at {where}; "
+                "expected numbers",
+            )
+
+
 def _extent(mesh: BuildingMesh) -> Faults:
     extent = np.ptp(mesh.nodes, axis=0)
-    if not np.isfinite(mesh.nodes).all():
-        lost = int(np.argmin(np.isfinite(mesh.nodes).all(axis=1)))
-        group = next(
-            part.group
-            for parts, cells, of in (
-                (mesh.shell_parts, mesh.triangles, mesh.triangle_part),
-                (mesh.beam_parts, mesh.lines, mesh.line_part),
-            )
-            for part in [parts[k] for k in of[(cells == lost).any(axis=1)][:1]]
-        )
-        yield group, f"a node at {place(mesh.nodes[lost])}; expected coordinates that are numbers"
-    elif extent.max() > LARGEST:
+    if extent.max() > LARGEST:
         size = " x ".join(f"{x:g}" for x in extent)
         far = mesh.nodes[int(np.argmax(np.abs(mesh.nodes).max(axis=1)))]
         parts = [part.group for part in (*mesh.shell_parts, *mesh.beam_parts)]
