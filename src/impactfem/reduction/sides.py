@@ -223,10 +223,10 @@ class Sides:
         """Elevation of a point inside a storey, between its rigid zones, in the mesh [m]."""
         building, levels = self.case.building(end.building), self.mesh.elevations
         below = [level for floor, level in levels.items() if floor < end.floor]
-        # The mesh counts heights from where it likes: the lowest storey is that of the table.
-        low = levels[end.floor] - building.elevations[0] + building.base
         if below:
             low = max(below) + building.rigid_above
+        else:  # as high as in the floor table, whose zero may be another than that of the mesh
+            low = levels[end.floor] - building.elevations[0] + building.base
         high = levels[end.floor] - building.rigid_below
         z = end.offset[2] if end.offset is not None else 0.0
         return low + float(end.relative_height or 0.0) * (high - low) + z
