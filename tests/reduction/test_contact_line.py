@@ -1,5 +1,7 @@
 """Lines along which 3D models touch: what both sides take, gaps, storeys, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -137,6 +139,23 @@ def test_a_corner_that_overlaps_is_refused(tmp_path, there, overlap):
         assert min(line.gap.min() for line in contact_lines(case, meshes)) == pytest.approx(25e-6)
         return
     with pytest.raises(InputError, match=r"do not overlap: -?3 m along .* gap is -5e-05 m"):
+        contact_lines(case, meshes)
+
+
+@pytest.mark.parametrize("slope", [0.03, -0.03])
+def test_a_side_that_is_not_parallel(tmp_path, slope):
+    """A's side turns about the pair in its middle: both corners have the gap that they have."""
+    case, meshes = with_meshes(in_3d(tmp_path, ('gap = "1 mm"', 'gap = "10 cm"')))
+    nodes = meshes["A"].nodes.copy()
+    nodes[:, 1] += slope * (nodes[:, 0] - 3.0) * nodes[:, 1] / 4.0
+    meshes["A"] = replace(meshes["A"], nodes=nodes)
+    for line in contact_lines(case, meshes):
+        x = line.a.point.offset[0] - line.normal[1] * line.position  # from the middle
+        assert x[[0, -1]] == pytest.approx([3.0, -3.0])
+        assert line.gap == pytest.approx(0.1 - slope * x, abs=1e-9)
+    nodes[:, 1] += slope / 3.0 * (nodes[:, 0] - 3.0) * nodes[:, 1] / 4.0
+    meshes["A"] = replace(meshes["A"], nodes=1.0 * nodes)
+    with pytest.raises(InputError, match=r"do not overlap: -?3 m along them"):
         contact_lines(case, meshes)
 
 

@@ -207,6 +207,17 @@ def test_the_least_gap_of_floors_that_turn_is_at_the_ends(pair, every):
         least = 0.01 + np.min(turns[:, None] * ends, axis=1)
         assert model._least(gap, ends=True)[:, k] == pytest.approx(least, rel=1e-12)
         assert np.all(model._least(gap)[:, k] > least + 1e-5)
+    # At rest the gap is known there, also where it is not the same along the line.
+    sloping = [replace(one, gap=0.01 + 1e-3 * one.position) for one in given.lines]
+    model = Pounding3D(case, system, replace(given, lines=tuple(sloping)), every=every)
+    rest = np.array([point.gap for point in model.points])
+    found = model._least(rest + turns[:, None] * along, ends=True)
+    for k, line in enumerate(sloping):
+        ends = line.a.point.offset[0] - line.position[[0, -1]] * line.normal[1]
+        least = np.min(line.gap[[0, -1]] + turns[:, None] * ends, axis=1)
+        assert found[:, k] == pytest.approx(least, rel=1e-12)
+        # Both extrapolated would be less than what is there.
+        assert (rest @ model._ends.T).reshape(-1, 2)[k].min() < line.gap.min() - 1e-5
 
 
 def test_what_is_reported_of_a_run(pair, shaken):

@@ -2,8 +2,8 @@
 
 Where a building pounds by its 3D model, a pair of the case is no point but the whole length over
 which both sides face each other, or a side faces a rigid wall. With the hat functions N_i of points
-along it and w_i = ∫ N_i ds, point i at s_i, where N_i is highest, has the gap there, which a
-weighted mean of the motion changes, and its force F_i is a line load on both sides,
+along it, N_i highest at s_i, and w_i = ∫ N_i ds, the gap of point i is that at s_i plus a weighted
+mean of the motion, and its force F_i is a line load on both sides,
 
     δ_i = g(s_i) + ∫ N_i n · (u_b - u_a) ds / w_i,    q_i = F_i N_i / w_i,
 
@@ -14,9 +14,10 @@ patch; where there are none, nothing touches. A column that stands alone is touc
 the floor at this point of its edge.
 
 The gap g is that of the pair at its point, straight between the points of several pairs, and grows
-with the distance from it where the sides are not parallel. Its mean along the hat at an end would
-be that of a place inside: a corner that comes first would touch too late by a third of the hat
-times the angle, which is far more than what the sides turn in a third of the hat.
+with the distance from it where the sides are not parallel. It is not averaged: the mean of g along
+the last hat is the gap a third of the hat inside the end, and a corner would touch too late by
+that distance times the angle between the sides. The motion is averaged, and the force of the last
+hat acts at its middle, a third inside.
 """
 
 from __future__ import annotations
@@ -106,7 +107,7 @@ class ContactLine:
         return x, y, z
 
     def joined(self, every: int) -> tuple[Array, Array, Array]:
-        """Shares of the points in those of a line with every n-th of them, shape (m, fewer); w; g.
+        """A line with every n-th point: shares of the points in its own, (m, fewer), w, and g(s).
 
         A hat of the latter is the sum of the hats that it covers: N_I = Σ_i N_I(s_i) N_i. Columns
         are kept.

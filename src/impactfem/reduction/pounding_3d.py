@@ -76,7 +76,7 @@ class Response3D(Response):
 
     acceleration: Array  #: relative to the ground, shape (n_t, n)
     gap: Array  #: least one of each line, negative in contact, shape (n_t, n_pairs) [m]
-    least_gap: Array  #: the same, or that at an end of the line where it is less, same shape [m]
+    least_gap: Array  #: the same with the ends of lines for the outermost points, same shape [m]
     gap_rate: Array  #: at the middles, in storeys the mean of the points, same shape [m/s]
     points: tuple[Pair, ...]  #: the points of contact, line by line, then pairs of two sticks
     pair_of: Index  #: of each of them the index of its pair
@@ -135,7 +135,7 @@ class Pounding3D:
         self._sticks = System(alone, others)
         lines, points, number, links = list[Pair](), list[Pair](), list[int](), list[Link]()
         ports: dict[str, dict[str, Port]] = {one.name: {} for one in system.sticks}
-        ends_of: list[tuple[int, int, Array]] = []
+        ends_of: list[tuple[int, Array]] = []
         for line in given.lines:
             share, w, gaps = line.joined(every)
             one = first[line.name]
@@ -175,20 +175,17 @@ class Pounding3D:
                 )
             number += [len(lines) - 1] * len(w)
             if len(w) > 1 and not any(at.relative_height is not None for at in middles):
-                ends_of.append((len(lines) - 1, len(points) - len(w), _at_ends(line, share)))
+                ends_of.append((len(points) - len(w), _at_ends(line, share)))
         self.system = System(system.sticks, (*lines, *others))
         self.points = (*points, *others)
         self.pair_of = np.array([*number, *range(len(lines), len(lines) + len(others))])
-        #: What the gaps of points say of those at the ends of lines, and of which pair each is.
-        self._ends = np.zeros((2 * len(ends_of), len(self.points)))
-        self._pair_of_end = np.repeat([k for k, *_ in ends_of], 2)
-        outermost = list[int]()
-        for k, (_, begin, rows) in enumerate(ends_of):
+        #: The outermost points of lines, and what gives the motion of the ends by that of points.
+        self._outermost = np.array(
+            [(begin, begin + rows.shape[1] - 1) for begin, rows in ends_of], dtype=np.int64
+        ).ravel()
+        self._ends = np.zeros((len(self._outermost), len(self.points)))
+        for k, (begin, rows) in enumerate(ends_of):
             self._ends[2 * k : 2 * k + 2, begin : begin + rows.shape[1]] = rows
-            outermost += [begin, begin + rows.shape[1] - 1]
-        # Straight on goes the motion; at rest the gap of an outermost point is that at the end.
-        rest = np.array([pair.gap for pair in self.points])
-        self._rest_at_end = rest[outermost] - self._ends @ rest
         self.unilateral = any(pair.law.code == UNILATERAL for pair in self.points)
         sticks = dict(zip((one.name for one in alone), self._sticks.modes, strict=True))
         bodies = []
@@ -439,14 +436,15 @@ class Pounding3D:
     def _least(self, gap: Array, *, ends: bool = False) -> Array:
         """Least gap of the points of each pair, and of the ends of lines.
 
-        Points move by a mean along their hats: the outermost ones as a place inside the end, where
-        floors that turn come closest.
+        A point moves by the mean along its hat, an outermost one as a place inside the line; floors
+        that turn come closest at the ends, which take the place of these where asked for.
         """
-        of = self.pair_of
         if ends:
-            gap = np.hstack([gap, gap @ self._ends.T + self._rest_at_end])
-            of = np.append(of, self._pair_of_end)
-        return np.column_stack([gap[:, of == k].min(axis=1) for k in range(len(self.system.pairs))])
+            rest, inside = np.array([pair.gap for pair in self.points]), gap
+            gap = inside.copy()
+            gap[:, self._outermost] = rest[self._outermost] + (inside - rest) @ self._ends.T
+        pairs = range(len(self.system.pairs))
+        return np.column_stack([gap[:, self.pair_of == k].min(axis=1) for k in pairs])
 
     def _rates(self, ground: Ground, velocity: Array, rate: Array, points: Index) -> Array:
         """Rates of the gaps of all pairs: at the middles, in storeys the mean of the points."""
@@ -493,7 +491,7 @@ class Pounding3D:
 
 
 def _at_ends(line: ContactLine, share: Array) -> Array:
-    """Motion of both ends of a line by that of its points, straight on from the last two, (2, m).
+    """Motion of both ends of a line, extrapolated from that of the last two points, (2, m).
 
     With a share of the points of the line in each, shape (points of the line, m).
     """
