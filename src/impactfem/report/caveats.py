@@ -77,9 +77,8 @@ def _of_many(run: RunFiles, one: Spectrum) -> tuple[int, float, str] | None:
     model = run.models.get(one.building)
     if one.model == STICK and run.ran("ensemble"):
         with run.store("ensemble.nc") as store:
-            if store.attrs["studied_building"] != one.building:
-                return None
-            peaks = _of_members(store, store["psa"].isel(damping=0).max("frequency"), one)
+            of_it = store.isel(station=(store["station_building"] == one.building).values)
+            peaks = _of_members(of_it, of_it["psa"].isel(damping=0).max("frequency"), one)
         if len(peaks):
             return len(peaks), float(np.percentile(peaks, 84.0)) / one.peak, one.model
     elif one.model == MODEL and model is not None and model.ran("design"):

@@ -81,6 +81,11 @@ def test_percentiles_are_those_of_the_members(run):
     assert scalars["ensemble.members"].value == 4
     psa = result.spectra["psa"]
     assert psa.shape[0] == 4 and np.ptp(psa, axis=0).max() > 0.0
+    # Of all buildings, of which any may govern.
+    of_all = psa[:, 0].max(axis=(1, 2, 3))
+    np.testing.assert_allclose(result.scalars["frs.largest"], of_all, rtol=1e-12)
+    of_floor = [name for name in result.scalars if name.endswith("floor_3.peak")]
+    assert of_floor == ["frs.floor_3.peak", "frs.east.floor_3.peak"] and psa.shape[2] == 6
     # What all members share is no band.
     assert not [name for name in result.scalars if name.startswith("sticks.")]
 
@@ -111,6 +116,31 @@ def test_a_member_is_the_run_of_its_seed(case, run):
     single = ensemble.run_member((None, system_of(case, None)), members_of(case)["seed_9"])
     np.testing.assert_array_equal(single["psa"], result.spectra["psa"][2])
     assert np.abs(single["psa"] - result.spectra["psa"][1]).max() > 0.0
+
+
+def test_members_that_move_along_other_directions(run, monkeypatch, tmp_path):
+    """One with an impact across moves along x, too; the others have zeros there."""
+    one_direction, right = run(), ensemble.run_member
+
+    def turned(ready, member, models=None):
+        found = right(ready, member)
+        if member.motions[0].seed == 8:
+            for part in ensemble.PARTS:
+                axis = -1 if part.startswith("pfa") else -2
+                found[part] = np.concatenate([2.0 * found[part], found[part]], axis)
+            found["directions"] = np.array(["x", "y"])
+        return found
+
+    monkeypatch.setattr(ensemble, "run_member", turned)
+    shutil.rmtree(tmp_path / "members")
+    found = run().spectra
+    assert list(found["directions"]) == ["x", "y"]
+    for part in ensemble.PARTS:
+        x, y = np.moveaxis(found[part], -1 if part.startswith("pfa") else -2, 0)
+        right_y = one_direction.spectra[part].reshape(y.shape)
+        np.testing.assert_array_equal(y, right_y)
+        np.testing.assert_array_equal(x[1], 2.0 * y[1])
+        assert not x[[0, 2, 3]].any()
 
 
 def test_what_is_done_is_not_done_again(run, monkeypatch, tmp_path):
@@ -216,7 +246,8 @@ def folder(tmp_path):
         "unit": ["m", "s", "-"],
         "value": np.column_stack([np.arange(40.0), rng.random(40), np.full(40, np.nan)]),
         "percentile": percentile,
-        "station_floor": [1, 2, 3],
+        "station_building": ["B1", "B1", "B2"],
+        "station_floor": [1, 2, 1],
         "direction": ["y"],
         "frequency": f,
         "damping": [0.05],

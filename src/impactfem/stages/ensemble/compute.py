@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
+import xarray as xr
 
 from impactfem.case import Case, SyntheticMotion, motion_files
 from impactfem.coupling.pounding import System
@@ -27,8 +28,9 @@ if TYPE_CHECKING:
     from impactfem.reduction.pounding_3d import Models3D
 
 PERCENTILES = (5.0, 16.0, 50.0, 84.0, 95.0)
-PARTS = ("psa", "psa_free", "pfa", "pfa_free")
-AXES = ("directions", "frequency", "damping")
+_SPECTRUM = ("damping", "station", "direction", "frequency")
+PARTS = {"psa": _SPECTRUM, "psa_free": _SPECTRUM, "pfa": _SPECTRUM[1:3], "pfa_free": _SPECTRUM[1:3]}
+"""Arrays of a member by name, with their dimensions."""
 ZERO_WITHOUT_IMPACT = ("pounding.main_impact_force", "pounding.main_impact_impulse")
 """Results that are 0 in a motion without an impact; time and duration of one it does not have."""
 
@@ -40,10 +42,10 @@ class EnsembleResult:
     scalars: pd.DataFrame  #: scalars by member and name; nan where a member has none
     units: dict[str, str]  #: units of the scalars by name
     failed: dict[str, str]  #: name and reason of those that failed
-    #: Floor spectra of the first building with contact, "psa", and without, "psa_free", shape (n_m,
+    #: Floor spectra of all buildings with contact, "psa", and without, "psa_free", shape (n_m,
     #: n_dampings, n_stations, n_directions, n_frequencies) [m/s2]; peak floor accelerations, "pfa"
-    #: and "pfa_free", shape (n_m, n_stations, n_directions) [m/s2]; their "directions", "frequency"
-    #: [Hz] and "damping".
+    #: and "pfa_free", shape (n_m, n_stations, n_directions) [m/s2]; their "directions", of any
+    #: member, "frequency" [Hz] and "damping".
     spectra: dict[str, Any]
 
 
@@ -130,8 +132,15 @@ def run_ensemble(
         )
         units |= dict(zip(labels, of_each, strict=True))
         rows.append(dict(zip(labels, values, strict=True)))
-    spectra = {part: np.stack([given[name][part] for name in names]) for part in PARTS}
-    spectra |= {axis: given[names[0]][axis] for axis in AXES}
+    spectra: dict[str, Any] = {axis: given[names[0]][axis] for axis in ("frequency", "damping")}
+    for part, dims in PARTS.items():
+        # A member that moves along fewer directions than another has zeros along the others.
+        of_each = [
+            xr.DataArray(given[name][part], {"direction": given[name]["directions"]}, dims)
+            for name in names
+        ]
+        together = xr.concat(of_each, "motion", join="outer", fill_value=0.0)
+        spectra[part], spectra["directions"] = together.values, together["direction"].values
     table = pd.DataFrame(rows, index=names, columns=list(units), dtype=float)
     # A motion without an impact has no time or duration of one, but these.
     if case.contacts:
@@ -174,7 +183,7 @@ def run_member(
     ready: tuple[Calibration | None, System], member: Case, models: Models3D | None = None
 ) -> dict[str, Array]:
     """The results of one member: what `EnsembleResult` gathers, and names as arrays of text."""
-    study = run_sticks(member, ready=ready, buildings=1, models=models)
+    study = run_sticks(member, ready=ready, models=models)
     scalars = [s for s in stick_scalars(study) if not s.name.startswith("sticks.")]
     return {
         "names": np.array([s.name for s in scalars]),

@@ -117,15 +117,16 @@ def bands(store: xr.Dataset, published: Mapping[str, float]) -> Table:
 
 
 def _spectra_figure(store: xr.Dataset) -> CurveFigure:
-    """Median and bands of some floors."""
-    direction = str(store.attrs["shown_direction"])
-    spectra = store.sel(direction=direction).isel(damping=0)
-    floors = store["station_floor"].values
+    """Median and bands of some floors of the studied building."""
+    direction, studied = str(store.attrs["shown_direction"]), store.attrs["studied_building"]
+    of_building = store["station_building"] == studied
+    spectra = store.sel(direction=direction).isel(damping=0, station=of_building)
+    floors = spectra["station_floor"].values
     shown = np.unique(np.linspace(0, len(floors) - 1, 4).round().astype(int))[::-1]
     damping = float(spectra["damping"])
     caption = (
         f"Floor response spectra ({100 * damping:g} % damping) of building "
-        f"{store.attrs['studied_building']} along $e_{direction}$ over {store.sizes['motion']} "
+        f"{studied} along $e_{direction}$ over {store.sizes['motion']} "
         "motions, with pounding and without contact: median, 16 % to 84 % (shaded) and 5 % to 95 % "
         "(dotted), linear between the sorted values, the smallest one 0 %."
     )

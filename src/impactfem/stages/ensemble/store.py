@@ -60,18 +60,21 @@ OUTPUTS = {
 
 def write_ensemble(path: Path, case: Case, result: EnsembleResult, key: str) -> None:
     """Write `ensemble.nc`: every scalar and floor spectrum of every motion, and percentiles."""
-    building = case.buildings[0]
-    floors = [floor.floor for floor in building.floors]
+    stations = [
+        (building.name, floor.floor, elevation)
+        for building in case.buildings
+        for floor, elevation in zip(building.floors, building.elevations, strict=True)
+    ]
     values: dict[str, Any] = {
         "motion": list(result.scalars.index),
         "scalar": list(result.scalars.columns),
         "unit": [result.units[name] for name in result.scalars.columns],
         "value": result.scalars.to_numpy(),
         "percentile": PERCENTILES,
-        "station": [f"{building.name}.floor_{floor}" for floor in floors],
-        "station_building": [building.name] * len(floors),
-        "station_floor": floors,
-        "elevation": building.elevations,
+        "station": [f"{building}.floor_{floor}" for building, floor, _ in stations],
+        "station_building": [building for building, *_ in stations],
+        "station_floor": [floor for _, floor, _ in stations],
+        "elevation": [elevation for *_, elevation in stations],
         "direction": [str(direction) for direction in result.spectra["directions"]],
         "frequency": result.spectra["frequency"],
         "damping": result.spectra["damping"],
@@ -85,7 +88,7 @@ def write_ensemble(path: Path, case: Case, result: EnsembleResult, key: str) -> 
         "title": case.title,
         "inputs": key,
         "case_hash": case.content_hash(),
-        "studied_building": building.name,
+        "studied_building": case.buildings[0].name,
         "shown_direction": case.shown_direction,
     }
     scalars = ensemble_scalars(result)

@@ -77,8 +77,6 @@ class StickStudy:
     facing: tuple[Approach, ...]
     floors: FloorSpectra  #: floor spectra with contact
     floors_free: FloorSpectra  #: floor spectra without contact
-    #: Of the floors' rotations, with contact; None where none turns, or only some are wanted.
-    turning: FloorSpectra | None
     foundations: tuple[Foundation, ...] = ()  #: of the buildings on soil
     #: Largest force of a line with about half of its points [N]; None where it was not computed.
     halved: float | None = None
@@ -113,13 +111,17 @@ class StickStudy:
             (stick.name, floor.number) for stick in self.system.sticks for floor in stick.floors
         ]
 
+    def turning(self) -> FloorSpectra | None:
+        """Floor spectra of the rotations, with contact; None where no floor turns."""
+        axes = moving(self.response.absolute_acceleration, station_dofs(self.system))[1]
+        return floor_spectra(self.case, self.response, axes) if axes else None
+
 
 def run_sticks(
     case: Case,
     step: Callable[[str], AbstractContextManager[None]] = lambda name: nullcontext(),
     *,
     ready: tuple[Calibration | None, System] | None = None,
-    buildings: int | None = None,
     models: Models3D | None = None,
 ) -> StickStudy:
     """Run the stage.
@@ -129,8 +131,6 @@ def run_sticks(
         step: Called with the name of each step of `STEPS`; the step runs inside its context.
         ready: Calibration and system where they are known, as with user-defined contact laws; made
             from the case when None.
-        buildings: Number of buildings, from the first on, whose floor spectra are made; all when
-            None.
         models: The 3D models that pound, and their lines; None where all buildings are sticks.
 
     Raises:
@@ -171,12 +171,8 @@ def run_sticks(
         apart = tuple(separations(free, response))
         facing = tuple(approaches(response, facing_floors(case).pairs))
     with step("spectra"):
-        floors = floor_spectra(case, response, buildings=buildings)
-        floors_free = floor_spectra(case, free, floors.directions, buildings=buildings)
-        axes = moving(response.absolute_acceleration, station_dofs(system))[1]
-        turning = None
-        if axes and buildings is None:  # not for the members of an ensemble
-            turning = floor_spectra(case, response, axes)
+        floors = floor_spectra(case, response)
+        floors_free = floor_spectra(case, free, floors.directions)
     return StickStudy(
         case,
         motions,
@@ -191,15 +187,14 @@ def run_sticks(
         facing,
         floors,
         floors_free,
-        turning,
         foundations(case, response),
         halved,
     )
 
 
-def station_dofs(system: System, buildings: int | None = None) -> Index:
-    """Degrees of freedom of the floors of the first buildings or all, shape (n_stations, 6)."""
-    return np.vstack([system.floor_dofs(stick.name) for stick in system.sticks[:buildings]])
+def station_dofs(system: System) -> Index:
+    """Degrees of freedom of the floors of all buildings, shape (n_stations, 6)."""
+    return np.vstack([system.floor_dofs(stick.name) for stick in system.sticks])
 
 
 def moving(history: Array, dofs: Index) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -217,17 +212,13 @@ def moving(history: Array, dofs: Index) -> tuple[tuple[str, ...], tuple[str, ...
 
 
 def floor_spectra(
-    case: Case,
-    response: Response,
-    directions: tuple[str, ...] | None = None,
-    *,
-    buildings: int | None = None,
+    case: Case, response: Response, directions: tuple[str, ...] | None = None
 ) -> FloorSpectra:
-    """Floor response spectra at the mass centres of the first buildings, of all when None.
+    """Floor response spectra at the mass centres of all buildings.
 
     Along the directions in which a floor moves, or along these, of `COMPONENTS`.
     """
-    dofs = station_dofs(response.system, buildings)
+    dofs = station_dofs(response.system)
     if directions is None:
         directions = moving(response.absolute_acceleration, dofs)[0]
     columns = dofs[:, [COMPONENTS.index(name) for name in directions]]

@@ -326,7 +326,7 @@ def _spectra(study: StickStudy) -> list[Row]:
     along = floors.directions.index(direction)
     note = f"direction {direction}, {study.case.spectra.damping[0]:.3g} damping, mass centre"
     rows: list[Row] = []
-    for k, (building, number) in enumerate(study.stations[: floors.pfa.shape[0]]):
+    for k, (building, number) in enumerate(study.stations):
         name = f"frs.floor_{number}" if building == studied else f"frs.{building}.floor_{number}"
         psa, pfa = floors.psa[0, k, along], float(floors.pfa[k, along])
         peak, frequency = float(psa.max()), float(s.frequency[psa.argmax()])

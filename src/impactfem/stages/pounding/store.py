@@ -189,9 +189,9 @@ def write_sticks(path: Path, study: StickStudy, key: str) -> None:
         **_pairs(study),
         **_foundations(study),
     }
-    if study.turning is not None:
-        values["rotation"] = study.turning.directions
-        values |= {f"rotational_{name}": getattr(study.turning, name) for name in ("psa", "pfa")}
+    if (turning := study.turning()) is not None:
+        values["rotation"] = turning.directions
+        values |= {f"rotational_{name}": getattr(turning, name) for name in ("psa", "pfa")}
     if study.facing:
         values |= {
             "facing": [one.facing.name for one in study.facing],
