@@ -20,7 +20,7 @@ from impactfem.building import from_case
 from impactfem.case import load_case
 from impactfem.fit import modal
 from impactfem.fit.evaluate import Evaluation, evaluate
-from impactfem.fit.fit import Evaluator, _close_modes, identified, search
+from impactfem.fit.fit import Evaluator, _unlike_modes, identified, search
 from impactfem.fit.fit_file import MeasuredMode, ModesTarget
 from impactfem.fit.pieces import Pieces, read_off
 from impactfem.fit.problem import read_problem
@@ -136,19 +136,28 @@ def test_slopes_next_to_a_bound(repeated, tmp_path):
         assert runs.slopes(np.array([x, 0.5])) == pytest.approx(np.array([[3.0, 5.0]]), rel=1e-6)
 
 
-@pytest.mark.parametrize(("higher", "alike", "told"), [(1.205, 0.5, True), (1.3, 0.5, False),
-                                                     (1.205, 0.95, False)])  # fmt: skip
-def test_shapes_of_close_modes(higher, alike, told):
-    """Of a symmetric building any two shapes at right angles are modes."""
+@pytest.mark.parametrize(
+    ("higher", "alike", "told"),
+    [
+        (1.205, (0.5, 0.5), ["1 and T.mode_2 are 0.42 % apart in frequency"]),
+        (1.3, (0.5, 0.6), ["1 is matched with mode 1 of", "2 is matched with mode 4 of"]),
+        (1.205, (0.5, 0.95), ["1 is matched with mode 1 of"]),
+        (1.3, (0.9, 1.0), []),
+    ],
+)
+def test_shapes_of_other_modes(higher, alike, told):
+    """Of a symmetric building any two shapes at right angles are modes; others are none of it."""
     rows = tuple(MeasuredMode.model_construct(mode=k, frequency=1.2) for k in (1, 2))
     target = ModesTarget.model_construct(building="T", modes=rows)
     data = tuple(SimpleNamespace(name=f"T.mode_{k}.frequency") for k in (1, 2))
     problem = SimpleNamespace(data=data, fit=SimpleNamespace(targets=(target,)))
-    shown = {"T.mode_1.mac": 0.5, "T.mode_2.mac": alike}
+    shown = {f"T.mode_{k}.mac": one for k, one in enumerate(alike, 1)}
+    shown |= {"T.mode_1.mode_of_the_model": 1.0, "T.mode_2.mode_of_the_model": 4.0}
     result = SimpleNamespace(problem=problem, after=np.array([1.2, higher]), shown=shown)
-    found = list(_close_modes(result))
-    assert len(found) == told
-    assert all("T.mode_1 and T.mode_2 are 0.42 % apart in frequency" in text for text in found)
+    found = list(_unlike_modes(result))
+    assert len(found) == len(told)
+    for text, words in zip(found, told, strict=True):
+        assert text.startswith(f"T.mode_{words}")
 
 
 def test_a_start_where_the_case_has_none(repeated, tmp_path, monkeypatch, caplog):

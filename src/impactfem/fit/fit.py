@@ -32,8 +32,8 @@ from impactfem.system.parallel import on_root, one_blas_thread, rank, start_solv
 LOG = "fit.log"  # distinguishes the folder of a fit from any other
 EVALUATIONS = "evaluations.jsonl"
 CLOSE, ALIKE = 0.02, 0.9
-"""Relative distance of frequencies up to which modes may mix, and the MAC from which they do
-not."""
+"""Relative distance of frequencies up to which modes may mix, and the MAC from which two shapes
+are those of one mode (as Ewins, Modal Testing, 2000)."""
 SAME = 0.05
 """Change of the keys, in their standard deviations, below which a correction is the last one."""
 MOST_ROUNDS = 8
@@ -347,30 +347,43 @@ def _warnings(result: Fit) -> list[str]:
             f"95 of 100 have at most {limit:.3g}; missed most is {names[worst]}, by "
             f"{both[worst]:.3g} deviations; the ± of the keys do not include the error of the model"
         )
-    texts += _close_modes(result)
+    texts += _unlike_modes(result)
     if not result.minima[0].met:
         texts.append("the best search ended by its number of steps, not by its tolerances")
     return texts
 
 
-def _close_modes(result: Fit) -> Iterator[str]:
-    """Measured modes that the model has close together, with other shapes than measured."""
+def _unlike_modes(result: Fit) -> Iterator[str]:
+    """Measured modes whose shapes are other than those of the model's that they are matched with.
+
+    Of two that the model has close together it is said why.
+    """
+    shown = result.shown
     after = dict(zip((one.name for one in result.problem.data), result.after, strict=True))
     for target in result.problem.fit.targets:
         if isinstance(target, ModesTarget):
             names = [f"{target.building}.mode_{one.mode}" for one in target.modes]
             of = {name: after[f"{name}.frequency"] for name in names}
-            unlike = [name for name in names if result.shown[f"{name}.mac"] < ALIKE]
+            unlike = [name for name in names if shown[f"{name}.mac"] < ALIKE]
             unlike.sort(key=lambda name: of[name])
+            mixed = set[str]()
             for one, other in pairwise(unlike):
-                apart, alike = of[other] / of[one] - 1.0, result.shown
+                apart = of[other] / of[one] - 1.0
                 if apart < CLOSE:
+                    mixed |= {one, other}
                     yield (
                         f"{one} and {other} are {100.0 * apart:.2g} % apart in frequency in the "
                         "model, and any combination of their shapes is nearly a mode: their "
                         "measured shapes may be other combinations (MAC "
-                        f"{alike[f'{one}.mac']:.2f}, {alike[f'{other}.mac']:.2f}), which the fit "
+                        f"{shown[f'{one}.mac']:.2f}, {shown[f'{other}.mac']:.2f}), which the fit "
                         "does not look for"
+                    )
+            for name in unlike:
+                if name not in mixed:
+                    yield (
+                        f"{name} is matched with mode {shown[f'{name}.mode_of_the_model']:.0f} of "
+                        f"the model, whose shape is another one (MAC {shown[f'{name}.mac']:.2f}, "
+                        f"of one mode at least {ALIKE:g}): it may be none of the model's modes"
                     )
 
 
