@@ -159,6 +159,20 @@ def test_a_side_that_is_not_parallel(tmp_path, slope):
         contact_lines(case, meshes)
 
 
+@pytest.mark.parametrize("pairs", [1, 2])
+def test_an_edge_that_is_not_straight(tmp_path, pairs):
+    """It stands out 20 mm in its middle, where the pair is: at the corners the gap is larger."""
+    more = [before(PAIR.format(2, 100 + 20 * (2 / 3) ** 2, "floor"))] * (pairs - 1)
+    case, meshes = with_meshes(in_3d(tmp_path, ('gap = "1 mm"', 'gap = "10 cm"'), *more))
+    nodes = meshes["A"].nodes.copy()
+    nodes[:, 1] += 0.02 * (1.0 - ((nodes[:, 0] - 3.0) / 3.0) ** 2) * nodes[:, 1] / 4.0
+    meshes["A"] = replace(meshes["A"], nodes=nodes)
+    for line in contact_lines(case, meshes):
+        x = line.a.point.offset[0] - line.normal[1] * line.position
+        assert line.gap.max() == pytest.approx(0.12, abs=1e-9)
+        assert line.gap == pytest.approx(0.1 + 0.02 * (x / 3.0) ** 2, abs=1e-6)
+
+
 def test_no_word_where_no_gap_is_smaller_than_given(tmp_path, caplog):
     case, meshes = with_meshes(in_3d(tmp_path, before(PAIR.format(2, 1, "floor"))))
     warn_of_narrow(contact_lines(case, meshes), case)

@@ -14,7 +14,8 @@ patch; where there are none, nothing touches. A column that stands alone is touc
 the floor at this point of its edge.
 
 The gap g is that of the pair at its point, straight between the points of several pairs, and grows
-with the distance from it where the sides are not parallel. It is not averaged: the mean of g along
+with the distance from it where the sides are not parallel, less what an edge that is not quite
+straight stands out of its side. It is not averaged: the mean of g along
 the last hat is the gap a third of the hat inside the end, and a corner would touch too late by
 that distance times the angle between the sides. The motion is averaged, and the force of the last
 hat acts at its middle, a third inside.
@@ -29,7 +30,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from impactfem.building.facade import columns_along
+from impactfem.building.facade import columns_along, facades
 from impactfem.building.floor import contact_edge
 from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Building, Case, Contact, ContactPoint
@@ -234,6 +235,21 @@ class _End:
         edge = contact_edge(self.sides.mesh, self.point.floor, spacing, facade.side)
         return np.sort((edge.position - first) / self.sense)
 
+    def bulge(self, s: Array) -> Array:
+        """How far along the normal an edge stands out of its straight side at places [m].
+
+        The group of an edge may be a little off one line; other sides, sticks and storeys are not.
+        """
+        if self.sides is None or self.met is None or self.point.floor is None:
+            return np.zeros(len(s))
+        facade, first = self.met
+        mesh, side, n = self.sides.mesh, facade.side, np.array(facade.outward)
+        nodes = np.unique(facades(mesh, self.point.floor, side)[side][1])
+        x = mesh.nodes[nodes] - np.array([*facade.start, 0.0])
+        out, at = x @ n / (n @ self.outward), (x @ facade.along - first) / self.sense
+        order = np.argsort(at)
+        return np.interp(s, at[order], np.where(np.abs(out) > CLOSED, out, 0.0)[order])
+
     @property
     def columns(self) -> Array:
         """Where columns stand alone along the line, at the height of a point inside a storey."""
@@ -407,23 +423,26 @@ def _gap(
 ) -> Array | None:
     """The gap along a line, straight between its pairs and along sides that are not parallel.
 
-    A wall is at right angles to the normal. None where two pairs at one place have different gaps.
+    Less what edges stand out there. A wall is at right angles to the normal. None where two pairs
+    at one place have different gaps.
     """
     at = np.array([t @ (np.array(pair.a.offset) - pairs[0].a.offset) for pair in pairs])
     order = np.argsort(at)
-    known = np.array([pair.gap for pair in pairs])[order]
+    of_pairs, out = (sum(end.bulge(place) for end in ends) for place in (at, s))
+    # Of the straight sides.
+    known = (np.array([pair.gap for pair in pairs]) + of_pairs)[order]
     if len(pairs) > 1:
         place, first = np.unique(np.round(at[order], 6), return_index=True)
         if any(np.ptp(known[np.abs(at[order] - one) < SHORT]) > CLOSED for one in place):
             return None
         known = known[first]
         if len(place) == 1:
-            return np.full(len(s), known[0])
+            return np.asarray(known[0] - out)
         found = np.interp(s, place, known)
         # Beyond the outermost pairs it goes on as between them.
         for end, inner, beyond in ((0, 1, s < place[0]), (-1, -2, s > place[-1])):
             slope = (known[end] - known[inner]) / (place[end] - place[inner])
             found = np.where(beyond, known[end] + slope * (s - place[end]), found)
-        return np.asarray(found)
+        return np.asarray(found - out)
     away = [0.0 if end.met is None else float(n @ end.met[0].along) * end.sense for end in ends]
-    return np.asarray(known[0] + (sum(away[1:]) - away[0]) * s)
+    return np.asarray(known[0] + (sum(away[1:]) - away[0]) * s - out)
