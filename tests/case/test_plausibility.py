@@ -309,6 +309,28 @@ def test_two_motions_that_are_one(written, broken):
 
 
 @pytest.mark.parametrize(
+    ("component", "direction", "told"),
+    [
+        ("HNZ", "y", "direction = 'y': HNZ is the name of a vertical component"),
+        ("UD", "x", "direction = 'x': UD is the name of a vertical component"),
+        ("N-S", "z", "direction = 'z': N-S is the name of a horizontal component"),
+        ("HNZ", "z", ""),
+        ("EW", "y", ""),
+        ("upper", "y", ""),
+    ],
+)
+def test_a_component_along_another_direction(broken, component, direction, told):
+    lines = "".join(f"{k / 100:g},{(-1) ** k}\n" for k in range(1680))
+    record = RECORD.replace('"x"', f'"{direction}"')
+    record = record.replace("\n\n", f'\ncomponent = "{component}"\n\n')
+    path = broken(
+        (None, MOTION, record), files={"motion.csv": f"time [s],{component} [m/s2]\n{lines}"}
+    )
+    found = [line for line in warnings(path) if "the name of a" in line]
+    assert len(found) == bool(told) and all(told in line for line in found)
+
+
+@pytest.mark.parametrize(
     ("old", "new", "told"),
     [
         ("20,0,0", "20,0,0", None),

@@ -405,6 +405,7 @@ def test_variants(tmp_path, old, new, factor):
             "line 3 = 'VELOCITY",
         ),
         (GOOD.replace("UNITS OF G", "UNITS OF CM/S"), "line 3 .* another unit of acceleration"),
+        (GOOD.replace(".0050 SEC", "5.0 MSEC"), "line 4 .* expected the number of samples"),
         (GOOD.replace("NPTS", "POINTS"), "line 4 .* expected the number of samples"),
         (GOOD.replace(".0050", "0.0"), "line 4 .* a positive time step"),
         (GOOD.replace("     7,", "     1,"), "line 4 .* at least 2 samples"),

@@ -1,5 +1,6 @@
 """From the case file's motions to accelerograms with their measures and spectra."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -30,6 +31,9 @@ PEAK = (0.99, 1.3)
 less, but values are rounded; US NRC SRP 3.7.1 has no ordinate above 1.3."""
 AT_REST = 0.5
 """Velocity at the end of a record over the largest that is told: that of noise is well below."""
+UPRIGHT = re.compile(r"u-?d[12]?|up|vert\w*|[bcehs][ghln]z", re.IGNORECASE)
+LEVEL = re.compile(r"[ns]-?[ns][12]?|[ew]-?[ew][12]?|[bcehs][ghln][ne]", re.IGNORECASE)
+"""Names of vertical and of horizontal components: of columns, or endings of files (K-NET, SEED)."""
 SPECTRUM_RANGE = (0.2, 100.0, 200)  # lowest and highest frequency [Hz], points a decade
 
 
@@ -131,6 +135,11 @@ def hardly_meant(case: Case) -> list[Fault]:
                     )
                     found.append(source.remark(place, text))
             elif isinstance(motion, RecordMotion):
+                name = motion.component or motion.file.suffix.lstrip(".")
+                if (LEVEL if motion.direction == "z" else UPRIGHT).fullmatch(name):
+                    kind = "horizontal" if motion.direction == "z" else "vertical"
+                    text = f"{name} is the name of a {kind} component"
+                    found.append(Fault(motion.file, "direction", motion.direction, text))
                 with quiet(warnings=False):  # those of the file were given when it was checked
                     record = treated_record(motion)
                 # What the case itself says of either is warned of as its own.

@@ -12,7 +12,9 @@ _UNITS = re.compile(
     r"(?:units?\s+of|acceleration\s+in(?!\s+unit))\s+(.*?)[\s.,;]*(?:filter\s+points?\b.*)?$",
     re.IGNORECASE,
 )
-_NAMED = re.compile(r"npts\s*=\s*(\d{1,9})\s*,?\s*dt\s*=\s*" + f"({NUMBER})", re.IGNORECASE)
+_NAMED = re.compile(
+    rf"npts\s*=\s*(\d{{1,9}})\s*,?\s*dt\s*=\s*({NUMBER})\s*(?![\s\d.e]|ms|mil)", re.IGNORECASE
+)
 _BARE = re.compile(r"\s*(\d{1,9})\s+" + rf"({NUMBER})\s*,?\s*npts\s*,\s*dt\b", re.IGNORECASE)
 _TOUCHING = re.compile(r"([\d.])([+-])")
 
