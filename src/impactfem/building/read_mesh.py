@@ -303,7 +303,7 @@ class _Sorted:
                 ", ".join(first_order[0].groups),
                 f"{sum(len(block.nodes) for block in first_order)} first-order cells, the first at "
                 f"{self._first_place(first_order[0])}; expected a mesh of second order "
-                "(gmsh -order 2, or Mesh.ElementOrder = 2)",
+                "(gmsh -order 2, or Mesh.ElementOrder = 2) of triangles and lines",
             )
         for dimension, blocks in sorted(nowhere.items()):
             self.fault(

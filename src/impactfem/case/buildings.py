@@ -184,7 +184,7 @@ class GeneratedMesh(Section):
     thickness where the edges are their outer faces. Walls that end on such an edge are shortened;
     openings stay where they are."""
     openings: tuple[Openings, ...] = Field(default=(), validate_default=True)
-    """Factors on the widths of openings, by walls and storeys."""
+    """Factors on the widths of openings, by walls and storeys; several for one bay multiply."""
     beams: Annotated[tuple[Beam, ...], _member_file(Beam)] = ()
     """Beam table: a CSV file, one row a beam."""
     columns: Annotated[tuple[Column, ...], _member_file(Column)] = ()
