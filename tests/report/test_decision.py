@@ -11,6 +11,7 @@ import xarray as xr
 from impactfem.report.caveats import flags
 from impactfem.report.decision import (
     MODEL,
+    STICK,
     Spectrum,
     answers,
     governing,
@@ -312,6 +313,20 @@ def test_whole_floors_govern_where_the_run_has_them(tmp_path, vertices):
     where = "over the floor" if vertices else "of its probes"
     assert first.words == f"B1, floor 1, largest {where}, 3D model"
     assert (first.peak, first.pfa, second.peak, second.place) == (45.0, 20.0, 1.5, "wall")
+
+
+@pytest.mark.parametrize("change", [0.04, 0.3])
+def test_what_goes_with_the_steps_of_the_pounding_is_told(change):
+    """Peak force and acceleration of unilateral contact; the spectrum of a stick is none of it."""
+    psa = xr.DataArray([2.0, 20.0], {"frequency": [1.0, 10.0]})
+    values = {f"pounding.doubled_step_{name}_change": change for name in ("force", "pfa")}
+    entry = {"name": "pounding.main_impact_force", "value": 1e6, "unit": "N", "note": "pair A-B"}
+    run = SimpleNamespace(checks=[], summary=[entry], ran=lambda _: False, models={}, values=values)
+    for model, told in ((MODEL, 2), (STICK, 1)):
+        one = Spectrum("B", model, 1, "", "y", 0.05, psa, 1.0, None)
+        texts = [answer.text for answer in answers(run, [one])]
+        words = "(30 % other with steps twice as long)"
+        assert sum(words in text for text in texts) == (told if change > 0.05 else 0)
 
 
 def test_ten_numbers_of_any_run(tmp_path):

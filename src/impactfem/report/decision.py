@@ -26,6 +26,7 @@ from impactfem.report.overview import (
 from impactfem.report.run_files import SPECTRA, RunFiles
 from impactfem.stages.check import QUIET
 from impactfem.stages.device import selection as of_device
+from impactfem.stages.pounding.checks import HALVED
 from impactfem.stages.stores import names_of
 from impactfem.stages.transient.selection import known
 
@@ -256,6 +257,7 @@ def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
         one = spectra[0]
         text = f"{one.words}, along {one.direction}, {100.0 * one.damping:.3g} % damping"
         text += f"; {one.peak / G:.3g} g, peak acceleration (ZPA) {one.pfa:.3g} m/s²"
+        text += _by_steps(run, "pfa") if one.model == MODEL else ""
         value = f"{one.peak:.3g} m/s² at {one.at:.3g} Hz"
         if one.at >= float(one.psa["frequency"][-1]):
             text += "; at the end of the range, beyond which it may be larger"
@@ -363,10 +365,17 @@ def _impacts(run: RunFiles) -> list[Answer]:
             force = quantity(entry["value"], entry["unit"], digits=4)
             count = run.values.get("pounding.impacts", 0.0)
             text = f"{where}; {count:.0f} impact{'s' if count > 1 else ''} in all"
+            text += _by_steps(run, "force")
             return [Answer("Largest impact", force, text, link="stage_pounding")]
     if "pounding.required_separation" in run.values and untouched(run):
         return [Answer("Largest impact", "none", "nothing touches", link="stage_pounding")]
     return []
+
+
+def _by_steps(run: RunFiles, what: str) -> str:
+    """How much steps of the pounding twice as long change a value, where it depends on them."""
+    change = run.values.get(f"pounding.doubled_step_{what}_change", 0.0)
+    return f" ({100.0 * change:.2g} % other with steps twice as long)" if change > HALVED else ""
 
 
 def at_wall(run: RunFiles) -> float | None:

@@ -152,20 +152,27 @@ def test_the_steps_asked_are_those_of_the_case(checked):
 
 
 @pytest.mark.parametrize(
-    ("change", "good", "words"),
+    ("force", "frs", "good", "words"),
     [
-        (0.03, True, "125 points in 3D; half of them change the largest force by 3 % (limit 5 %)"),
-        (0.12, False, "125 points in 3D; half of them change the largest force by 12 % (limit"),
-        (None, None, "125 points in 3D; too few, or no force, to see what half of them change"),
+        (0.03, 0.01, True, "change the largest force by 3 % (limit 5 %), the largest ordinate"),
+        (0.12, 0.01, False, "change the largest force by 12 % (limit 5 %), the largest ordinate"),
+        (0.03, 0.06, False, "ordinate of floor spectra by 6 % (limit 5 %), the largest accel"),
+        (None, None, None, "125 points in 3D; too few, or no force, to see what half of them"),
     ],
 )
-def test_edges_that_touch_in_3d(checked, change, good, words):
+def test_edges_that_touch_in_3d(checked, force, frs, good, words):
     """Without a law there is no defect of its energy, and no impact of two free floors."""
     scalars = {name: x for name, x in SCALARS.items() if "energy_defect" not in name}
-    in_3d = {"contact_points": 125.0, "complementarity": 1e-14, "halved_force_change": change}
-    of = {f"pounding.{name}": x for name, x in in_3d.items()}
-    found = checked(scalars=scalars, **of)
-    assert one(found, words)[0] is good
+    of = {"pounding.contact_points": 125.0, "pounding.complementarity": 1e-14}
+    changes = {"force": force, "frs": frs, "pfa": 0.4 if force else None}
+    for name, begin in (("halved", "125 points in 3D; half"), ("doubled_step", "steps twice")):
+        more = {f"pounding.{name}_{what}_change": x for what, x in changes.items()}
+        found = checked(scalars=scalars, **of, **more)
+        lines = [line for line in found if words in line[1]]
+        if force is not None:
+            lines = [line for line in lines if begin in line[1]]
+            assert lines[0][1].endswith("the largest acceleration of floors by 40 %")
+        assert [good for good, _ in lines] == [good]
     assert one(found, "complementarity")[0]
     del of["pounding.complementarity"]
     assert not any("compl" in text for _, text in checked(scalars=scalars, **of))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from impactfem.coupling.contact import UNILATERAL, kelvin_voigt
+from impactfem.stages.pounding.compute import Peaks
 from impactfem.stages.pounding.scalars import mode_rows, stick_scalars
 from impactfem.sticks.calibration import Calibration, Parameters, Target
 from impactfem.sticks.element import COMPONENTS
@@ -226,12 +227,17 @@ def test_lines_that_touch_in_3d(study):
     def of(pairs):
         one = replace(system, pairs=pairs)
         response = replace(study.response, system=one, force=force, in_3d=("west",))
-        made = replace(study, system=one, response=response, halved=1.03 * largest)
+        peaks = Peaks(largest, 30.0, 20.0)
+        halved, doubled = Peaks(1.03 * largest, 30.3, 10.0), Peaks(0.7 * largest, 30.0, 20.0)
+        made = replace(study, system=one, response=response)
+        made = replace(made, peaks=peaks, halved=halved, doubled=doubled)
         return {scalar.name: scalar.value for scalar in stick_scalars(made)}
 
     found = of(system.pairs)
     assert found["pounding.contact_points"] == 1.0
-    assert found["pounding.halved_force_change"] == pytest.approx(0.03)
+    changes = [found[f"pounding.halved_{what}_change"] for what in ("force", "frs", "pfa")]
+    assert changes == pytest.approx([0.03, 0.01, 0.5])
+    assert found["pounding.doubled_step_force_change"] == pytest.approx(0.3)
     # A contact law has nothing that could fail to be complementary.
     assert "pounding.complementarity" not in found
     rigid = tuple(replace(p, law=replace(p.law, code=UNILATERAL)) for p in system.pairs)

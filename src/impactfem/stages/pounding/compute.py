@@ -60,6 +60,21 @@ class FloorSpectra:
 
 
 @dataclass(frozen=True)
+class Peaks:
+    """Largest values of the response of 3D models."""
+
+    force: float  #: of a line along which they touch [N]
+    frs: float  #: of the floor spectra, at the first damping [m/s2]
+    pfa: float  #: of the floors' accelerations [m/s2]
+
+    @classmethod
+    def of(cls, response: Response, lines: int, floors: FloorSpectra) -> Peaks:
+        """Of a response whose first pairs are its lines."""
+        force = float(response.force[:, :lines].max(initial=0.0))
+        return cls(force, float(floors.psa[0].max()), float(floors.pfa.max()))
+
+
+@dataclass(frozen=True)
 class StickStudy:
     """Everything that the stage computed; stations are the floors of all buildings in order."""
 
@@ -78,8 +93,11 @@ class StickStudy:
     floors: FloorSpectra  #: floor spectra with contact
     floors_free: FloorSpectra  #: floor spectra without contact
     foundations: tuple[Foundation, ...] = ()  #: of the buildings on soil
-    #: Largest force of a line with about half of its points [N]; None where it was not computed.
-    halved: float | None = None
+    #: Of 3D models; then with about half of the points of their lines, and of unilateral contact
+    #: with steps twice as long, None where that was not computed.
+    peaks: Peaks | None = None
+    halved: Peaks | None = None
+    doubled: Peaks | None = None
 
     @property
     def main_impact(self) -> Impact | None:
@@ -140,8 +158,8 @@ def run_sticks(
     dt = case.pounding.time_step
     with step("motions"):
         motions = ground_motions(case.motions, accept=ready is None)
-        ground = ground_of(case, [motion.history for motion in motions], dt)
-        n_t = len(ground.acceleration)
+        histories = [motion.history for motion in motions]
+        ground = ground_of(case, histories, dt)
     with step("sticks"):
         if ready is None:
             calibration = calibration_of(case)
@@ -149,9 +167,9 @@ def run_sticks(
         else:
             calibration, system = ready
         all_modes = tuple(modes(stick) for stick in system.sticks)
-    halved = None
+    others = dict[str, Response]()
     with step("pounding"):
-        loads = loads_of(case, system, dt, n_t)
+        loads = loads_of(case, system, dt, len(ground.acceleration))
         if models is None:
             response = simulate(system, ground, dt, update=case.pounding.update, loads=loads)
             free = simulate(system.without_contact(), ground, dt, loads=loads)
@@ -162,8 +180,11 @@ def run_sticks(
             response, free = in_3d.respond(ground, dt, loads), in_3d.free(ground, dt, loads)
             if ready is None and all(len(line) > FEW for line in models.lines):
                 fewer = Pounding3D(case, system, models, every=2)
-                struck = fewer.respond(ground, dt, loads).force[:, : len(models.lines)]
-                halved = float(struck.max())
+                others["halved"] = fewer.respond(ground, dt, loads)
+            if ready is None and in_3d.unilateral:
+                coarse = ground_of(case, histories, 2.0 * dt)
+                loads = loads_of(case, system, 2.0 * dt, len(coarse.acceleration))
+                others["doubled"] = in_3d.respond(coarse, 2.0 * dt, loads)
             system = response.system
         found = tuple(impacts(response))
         strength = {b.name: b.material.compressive_strength for b in case.buildings}
@@ -173,6 +194,12 @@ def run_sticks(
     with step("spectra"):
         floors = floor_spectra(case, response)
         floors_free = floor_spectra(case, free, floors.directions)
+        peaks = dict[str, Peaks]()
+        if models is not None:
+            lines = len(models.lines)
+            peaks["peaks"] = Peaks.of(response, lines, floors)
+            for name, other in others.items():
+                peaks[name] = Peaks.of(other, lines, floor_spectra(case, other, floors.directions))
     return StickStudy(
         case,
         motions,
@@ -188,7 +215,7 @@ def run_sticks(
         floors,
         floors_free,
         foundations(case, response),
-        halved,
+        **peaks,
     )
 
 

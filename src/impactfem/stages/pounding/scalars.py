@@ -282,19 +282,24 @@ def _checks(study: StickStudy) -> list[Row]:
         ("energy_residual", energy.residual, "-", "of the discrete identity"),
         ("required_separation", separation, "m", apart),
     ]
-    if study.response.in_3d:
-        # Pairs of two sticks come after the lines.
+    if study.peaks is not None:
         points = [point.line for point in study.response.exerted[0] if point.line]
-        lines, change = len(set(points)), None
-        largest = float(study.response.force[:, :lines].max())
-        if study.halved is not None and largest > 0.0:
-            change = abs(study.halved / largest - 1.0)
-        of_lines = f"{lines} lines along which 3D models touch"
-        note = "largest force of a line with about half of its points, over that with all, less 1"
-        rows += [
-            ("contact_points", float(len(points)), "-", of_lines),
-            ("halved_force_change", change, "-", note),
-        ]
+        of_lines = f"{len(set(points))} lines along which 3D models touch"
+        rows.append(("contact_points", float(len(points)), "-", of_lines))
+        for name, other, how in (
+            ("halved", study.halved, "about half of the points of contact"),
+            ("doubled_step", study.doubled, "steps twice as long"),
+        ):
+            for what, of in (
+                ("force", "force of a line"),
+                ("frs", "floor spectral ordinate"),
+                ("pfa", "floor acceleration"),
+            ):
+                change, own = None, getattr(study.peaks, what)
+                if other is not None and study.peaks.force > 0.0:
+                    change = abs(getattr(other, what) / own - 1.0)
+                note = f"largest {of} with {how}, over that of the case, less 1"
+                rows.append((f"{name}_{what}_change", change, "-", note))
     if study.unilateral:
         note = "of forces and speeds, over the largest speed"
         rows.append(("complementarity", study.response.residual, "-", note))
