@@ -320,6 +320,7 @@ def test_what_goes_with_the_steps_of_the_pounding_is_told(change):
     """Peak force and acceleration of unilateral contact; the spectrum of a stick is none of it."""
     psa = xr.DataArray([2.0, 20.0], {"frequency": [1.0, 10.0]})
     values = {f"pounding.doubled_step_{name}_change": change for name in ("force", "pfa")}
+    values["pounding.mean_force_5ms"] = 7e5
     entry = {"name": "pounding.main_impact_force", "value": 1e6, "unit": "N", "note": "pair A-B"}
     run = SimpleNamespace(checks=[], summary=[entry], ran=lambda _: False, models={}, values=values)
     for model, told in ((MODEL, 2), (STICK, 1)):
@@ -327,6 +328,8 @@ def test_what_goes_with_the_steps_of_the_pounding_is_told(change):
         texts = [answer.text for answer in answers(run, [one])]
         words = "(30 % other with steps twice as long)"
         assert sum(words in text for text in texts) == (told if change > 0.05 else 0)
+        mean = [text for text in texts if text.endswith("largest mean over 5 ms 700 kN")]
+        assert len(mean) == (change > 0.05)
 
 
 def test_ten_numbers_of_any_run(tmp_path):

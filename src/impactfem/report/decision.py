@@ -365,7 +365,9 @@ def _impacts(run: RunFiles) -> list[Answer]:
             force = quantity(entry["value"], entry["unit"], digits=4)
             count = run.values.get("pounding.impacts", 0.0)
             text = f"{where}; {count:.0f} impact{'s' if count > 1 else ''} in all"
-            text += _by_steps(run, "force")
+            if by_steps := _by_steps(run, "force"):
+                mean = quantity(run.values["pounding.mean_force_5ms"], "N", digits=3)
+                text += f"{by_steps}; largest mean over 5 ms {mean}"
             return [Answer("Largest impact", force, text, link="stage_pounding")]
     if "pounding.required_separation" in run.values and untouched(run):
         return [Answer("Largest impact", "none", "nothing touches", link="stage_pounding")]

@@ -154,8 +154,8 @@ def test_the_steps_asked_are_those_of_the_case(checked):
 @pytest.mark.parametrize(
     ("force", "frs", "good", "words"),
     [
-        (0.03, 0.01, True, "change the largest force by 3 % (limit 5 %), the largest ordinate"),
-        (0.12, 0.01, False, "change the largest force by 12 % (limit 5 %), the largest ordinate"),
+        (0.03, 0.01, True, "change the largest force by 3 % (limit 5 %), the largest mean"),
+        (0.12, 0.01, False, "change the largest force by 12 % (limit 5 %), the largest mean"),
         (0.03, 0.06, False, "ordinate of floor spectra by 6 % (limit 5 %), the largest accel"),
         (None, None, None, "125 points in 3D; too few, or no force, to see what half of them"),
     ],
@@ -164,7 +164,7 @@ def test_edges_that_touch_in_3d(checked, force, frs, good, words):
     """Without a law there is no defect of its energy, and no impact of two free floors."""
     scalars = {name: x for name, x in SCALARS.items() if "energy_defect" not in name}
     of = {"pounding.contact_points": 125.0, "pounding.complementarity": 1e-14}
-    changes = {"force": force, "frs": frs, "pfa": 0.4 if force else None}
+    changes = {"force": force, "mean_force": frs, "frs": frs, "pfa": 0.4 if force else None}
     for name, begin in (("halved", "125 points in 3D; half"), ("doubled_step", "steps twice")):
         more = {f"pounding.{name}_{what}_change": x for what, x in changes.items()}
         found = checked(scalars=scalars, **of, **more)

@@ -1,5 +1,6 @@
 from contextlib import contextmanager
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from impactfem.coupling.ground import interpolate_ground
 from impactfem.coupling.pounding import simulate
 from impactfem.stages.pounding.compute import (
     STEPS,
+    Peaks,
     floor_spectra,
     pounded,
     run_sticks,
@@ -218,3 +220,16 @@ def test_waves_that_pass(small_case, run, study, tmp_path):
     for stick in (first, second):
         name = f"pounding.peak_displacement_no_contact.{stick.name}"
         assert named[name] == pytest.approx(alike[name], rel=1e-3)
+
+
+def test_the_mean_of_a_force_over_5_ms():
+    """Of the second line, whose 30 N last 10 ms behind a spike; a pair of sticks is none."""
+    time = 1e-3 * np.arange(30)
+    force = np.zeros((30, 3))
+    force[3, 0], force[:, 2] = 60.0, 1e3
+    force[10:21, 1], force[10, 1] = 30.0, 80.0
+    floors = SimpleNamespace(psa=np.array([[[[4.0, 5.0]]], [[[9.0, 9.0]]]]), pfa=np.array([[3.0]]))
+    found = Peaks.of(SimpleNamespace(force=force, time=time), 2, floors)
+    assert (found.force, found.frs, found.pfa) == (80.0, 5.0, 3.0)
+    # From the step before: up to 80 N, down to 30 N, and 3 ms of these.
+    assert found.mean_force == pytest.approx((40.0 + 55.0 + 3 * 30.0) / 5.0)

@@ -227,16 +227,20 @@ def test_lines_that_touch_in_3d(study):
     def of(pairs):
         one = replace(system, pairs=pairs)
         response = replace(study.response, system=one, force=force, in_3d=("west",))
-        peaks = Peaks(largest, 30.0, 20.0)
-        halved, doubled = Peaks(1.03 * largest, 30.3, 10.0), Peaks(0.7 * largest, 30.0, 20.0)
+        peaks = Peaks(largest, 1e6, 30.0, 20.0)
+        halved = Peaks(1.03 * largest, 0.98e6, 30.3, 10.0)
+        doubled = Peaks(0.7 * largest, 1e6, 30.0, 20.0)
         made = replace(study, system=one, response=response)
         made = replace(made, peaks=peaks, halved=halved, doubled=doubled)
         return {scalar.name: scalar.value for scalar in stick_scalars(made)}
 
     found = of(system.pairs)
     assert found["pounding.contact_points"] == 1.0
-    changes = [found[f"pounding.halved_{what}_change"] for what in ("force", "frs", "pfa")]
-    assert changes == pytest.approx([0.03, 0.01, 0.5])
+    assert found["pounding.mean_force_5ms"] == 1e6
+    changes = [
+        found[f"pounding.halved_{what}_change"] for what in ("force", "mean_force", "frs", "pfa")
+    ]
+    assert changes == pytest.approx([0.03, 0.02, 0.01, 0.5])
     assert found["pounding.doubled_step_force_change"] == pytest.approx(0.3)
     # A contact law has nothing that could fail to be complementary.
     assert "pounding.complementarity" not in found

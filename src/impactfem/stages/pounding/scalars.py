@@ -285,13 +285,18 @@ def _checks(study: StickStudy) -> list[Row]:
     if study.peaks is not None:
         points = [point.line for point in study.response.exerted[0] if point.line]
         of_lines = f"{len(set(points))} lines along which 3D models touch"
-        rows.append(("contact_points", float(len(points)), "-", of_lines))
+        of_force = "largest mean over 5 ms of the force of a line"
+        rows += [
+            ("contact_points", float(len(points)), "-", of_lines),
+            ("mean_force_5ms", study.peaks.mean_force, "N", of_force),
+        ]
         for name, other, how in (
             ("halved", study.halved, "about half of the points of contact"),
             ("doubled_step", study.doubled, "steps twice as long"),
         ):
             for what, of in (
                 ("force", "force of a line"),
+                ("mean_force", "mean of it over 5 ms"),
                 ("frs", "floor spectral ordinate"),
                 ("pfa", "floor acceleration"),
             ):
