@@ -80,6 +80,8 @@ def test_numbers_and_ratios():
     assert found["impacts"] == (2, 1, None)
     assert found["main impact"] == (PAIRS[0], PAIRS[0], None)
     assert found["main impact: largest force [MN]"] == pytest.approx((4.0, 8.0, 0.5))
+    mean = found["largest mean over 5 ms of the force of a pair [MN]"]
+    assert mean == pytest.approx((4.0, 8.0, 0.5))
     assert found["all impacts: impulses [kN s]"] == pytest.approx((1000.0, 1000.0, 1.0))
     assert found[f"largest force [MN], {PAIRS[1]}"] == (1.0, 0.0, None)
     assert found["gap that would prevent contact [mm]"] == pytest.approx((30.0, 30.0, 1.0))

@@ -7,11 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from impactfem.case.facing import Facing
 from impactfem.coupling.pounding import Pair, Response
 from impactfem.sticks.element import rigid_link
 from impactfem.system.arrays import Array
+
+LASTING = 5e-3
+"""Half of a period of 100 Hz [s], up to which 3D models are compared with full order."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,16 @@ def impacts(response: Response) -> list[Impact]:
         for start, end in zip(starts, ends, strict=True):
             found.append(_impact(response, pair, index, start, end - 1))
     return sorted(found, key=lambda impact: impact.start)
+
+
+def largest_means(time: Array, force: Array) -> Array:
+    """The largest mean over `LASTING` of each force, shape (n_t, n) at times (n_t,), shape (n,).
+
+    The peak of a unilateral contact depends on the step, and grows as it becomes shorter.
+    """
+    impulse = cumulative_trapezoid(force, time, axis=0, initial=0.0)
+    ends = [np.interp(time + LASTING, time, one) for one in impulse.T]
+    return np.asarray(np.max(np.reshape(ends, force.T.shape).T - impulse, axis=0)) / LASTING
 
 
 def _impact(response: Response, pair: Pair, index: int, first: int, last: int) -> Impact:

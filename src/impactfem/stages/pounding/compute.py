@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
 from impactfem.case import Case
 from impactfem.case.facing import facing_floors
@@ -22,6 +21,7 @@ from impactfem.coupling.impacts import (
     approaches,
     impact_checks,
     impacts,
+    largest_means,
     separations,
 )
 from impactfem.coupling.pounding import Response, System, simulate
@@ -39,8 +39,6 @@ if TYPE_CHECKING:
 
 FEW = 4
 """Points of a line with which half of them is no line any more."""
-LASTING = 5e-3
-"""Half of a period of 100 Hz [s], up to which 3D models are compared with full order."""
 SMALL = 0.1
 """Part of the largest force below which an impact is too short to count its steps."""
 STILL = 1e-9
@@ -67,18 +65,17 @@ class Peaks:
     """Largest values of the response of 3D models."""
 
     force: float  #: of a line along which they touch [N]
-    mean_force: float  #: mean over `LASTING` of such a force [N]
+    mean_force: float  #: of `largest_means` of such forces [N]
     frs: float  #: of the floor spectra, at the first damping [m/s2]
     pfa: float  #: of the floors' accelerations [m/s2]
 
     @classmethod
     def of(cls, response: Response, lines: int, floors: FloorSpectra) -> Peaks:
         """Of a response whose first pairs are its lines."""
-        force, time = response.force[:, :lines], response.time
-        impulse = cumulative_trapezoid(force, time, axis=0, initial=0.0)
-        mean = [np.interp(time + LASTING, time, one) - one for one in impulse.T]
-        largest, lasting = (float(np.max(one, initial=0.0)) for one in (force, mean))
-        return cls(largest, lasting / LASTING, float(floors.psa[0].max()), float(floors.pfa.max()))
+        force = response.force[:, :lines]
+        mean = float(largest_means(response.time, force).max(initial=0.0))
+        largest = float(force.max(initial=0.0))
+        return cls(largest, mean, float(floors.psa[0].max()), float(floors.pfa.max()))
 
 
 @dataclass(frozen=True)
