@@ -8,11 +8,9 @@ from scipy.sparse.csgraph import connected_components
 
 from impactfem.building.mesh import BuildingMesh, area_shares, outward_normal, sides
 from impactfem.case.contacts import Vector
-from impactfem.case.facade import Facade, side_of
+from impactfem.case.facade import ALIGNED, Facade, side_of
 from impactfem.system.arrays import Array, Index
 
-STRAIGHT = 1e-6
-"""Difference of normals up to which pieces make one side."""
 COLUMN = 1e-6
 """How far beside a column a force may be that acts on it [m]."""
 SURFACE = 0.05
@@ -44,18 +42,20 @@ def facades(
     lines = lines[outer]
     x = mesh.nodes[lines[:, :2], :2]
     t = x[:, 1] - x[:, 0]
-    normal = np.column_stack([t[:, 1], -t[:, 0]]) / np.linalg.norm(t, axis=1)[:, None]
+    length = np.linalg.norm(t, axis=1)[:, None]
+    normal = np.column_stack([t[:, 1], -t[:, 0]]) / length
     normal *= np.sign(((x[:, 0] - inner[outer]) * normal).sum(axis=1))[:, None]
     # Neighbours with the same normal are one piece.
     ends = lines[:, :2].ravel()
     order = np.argsort(ends, kind="stable")
     a, b = order[:-1] // 2, order[1:] // 2
-    joined = (np.diff(ends[order]) == 0) & (np.abs(normal[a] - normal[b]).max(axis=1) < STRAIGHT)
+    joined = (np.diff(ends[order]) == 0) & (np.abs(normal[a] - normal[b]).max(axis=1) < ALIGNED)
     graph = scipy.sparse.coo_matrix((joined[joined], (a[joined], b[joined])), (len(lines),) * 2)
     pieces, piece_of = connected_components(graph, directed=False)
     for k in range(pieces):
-        mine = lines[piece_of == k]
-        facade = _facade(mesh, mine, np.append(np.round(normal[piece_of == k][0], 12), 0.0))
+        mine, outward = lines[piece_of == k], (length * normal)[piece_of == k].sum(axis=0)
+        outward = np.round(outward / np.linalg.norm(outward), 12)
+        facade = _facade(mesh, mine, np.append(outward, 0.0))
         name = side_of(facade.outward)
         number = 1 + sum(other.split("#")[0] == name for other in found)
         name += f"#{number}" if number > 1 else ""
