@@ -173,6 +173,31 @@ def test_an_edge_that_is_not_straight(tmp_path, pairs):
         assert line.gap == pytest.approx(0.1 + 0.02 * (x / 3.0) ** 2, abs=1e-6)
 
 
+def test_a_bulge_between_the_points_is_warned_of(tmp_path, caplog):
+    """30 mm in the middle, where the pair of 10 cm is and no vertex: 12.7 cm and more at all."""
+    case, meshes = with_meshes(in_3d(tmp_path, ('gap = "1 mm"', 'gap = "10 cm"')))
+    nodes = meshes["A"].nodes.copy()
+    middle = (np.abs(nodes[:, 0] - 3.0) < 0.5) & (nodes[:, 1] > 3.9)
+    nodes[middle, 1] += 0.03
+    meshes["A"] = replace(meshes["A"], nodes=nodes)
+    lines = contact_lines(case, meshes)
+    assert min(line.gap.min() for line in lines) == pytest.approx(0.13, abs=1e-6)
+    warn_of_narrow(lines, case)
+    assert caplog.text.count("the least gap of its points of contact is 130 mm") == len(lines)
+
+
+@pytest.mark.parametrize("off", [1e-5, 1e-3])
+def test_a_side_that_is_a_little_off_a_line_is_one(tmp_path, off):
+    """That of no group, too: in pieces, only one of which would be touched."""
+    _case, meshes = with_meshes(in_3d(tmp_path, ('gap = "1 mm"', 'gap = "10 cm"')))
+    nodes = meshes["A"].nodes.copy()
+    sides = list(facades(meshes["A"], 1))
+    nodes[(np.abs(nodes[:, 0] - 2.0) < 1.5) & (nodes[:, 1] < 0.1), 1] -= off
+    found = facades(replace(meshes["A"], nodes=nodes), 1)
+    assert [*found] == sides
+    assert found["y-"][0].length == pytest.approx(6.0, abs=1e-5)
+
+
 def test_no_word_where_no_gap_is_smaller_than_given(tmp_path, caplog):
     case, meshes = with_meshes(in_3d(tmp_path, before(PAIR.format(2, 1, "floor"))))
     warn_of_narrow(contact_lines(case, meshes), case)

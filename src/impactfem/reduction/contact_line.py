@@ -49,6 +49,8 @@ SHORTEST = 0.5
 """Part of the distance of points up to which one is too near to the end of a line."""
 SHORT = 1e-6
 """Length up to which sides do not face each other [m]."""
+MISSED = 1.05
+"""Least gap of the points of a line over that of its pairs from which on it is warned of."""
 CLOSED = 1e-9
 """Up to which a negative gap is rounding [m]."""
 
@@ -175,7 +177,7 @@ def contact_lines(case: Case, meshes: Mapping[str, BuildingMesh]) -> tuple[Conta
 
 
 def warn_of_narrow(lines: Sequence[ContactLine], case: Case) -> None:
-    """Log where a gap along a line is smaller than those of all its pairs."""
+    """Log where a gap along a line is smaller than those of its pairs, or where all are larger."""
     given = {contact.name: contact.gap for contact in case.whole.contacts}
     for line in lines:
         k, least = int(line.gap.argmin()), min(given[name] for name in line.pair_names)
@@ -185,6 +187,13 @@ def warn_of_narrow(lines: Sequence[ContactLine], case: Case) -> None:
                 "straight lines; that of its pairs is %.4g mm or more (pairs at both ends of the "
                 "edges say it where it is)",
                 *(line.name, line.position[k], 1e3 * line.gap[k], 1e3 * least),
+            )
+        elif line.gap[k] > MISSED * least + CLOSED:
+            LOGGER.warning(
+                "warning: contacts: %s: the least gap of its points of contact is %.4g mm, that of "
+                "its pairs %.4g mm: the sides are nearest between the points (a smaller "
+                "contact_spacing or mesh has a point there)",
+                *(line.name, 1e3 * line.gap[k], 1e3 * least),
             )
 
 
@@ -238,7 +247,7 @@ class _End:
     def bulge(self, s: Array) -> Array:
         """How far along the normal an edge stands out of its straight side at places [m].
 
-        The group of an edge may be a little off one line; other sides, sticks and storeys are not.
+        Sides of meshes may be a little off one line; sticks are not, and storeys are taken as straight.
         """
         if self.sides is None or self.met is None or self.point.floor is None:
             return np.zeros(len(s))
