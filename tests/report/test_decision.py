@@ -326,7 +326,7 @@ def test_what_goes_with_the_steps_of_the_pounding_is_told(change):
     for model, told in ((MODEL, 2), (STICK, 1)):
         one = Spectrum("B", model, 1, "", "y", 0.05, psa, 1.0, None)
         texts = [answer.text for answer in answers(run, [one])]
-        words = "(30 % other with steps twice as long)"
+        words = "(steps twice as long change it by up to 30 %)"
         assert sum(words in text for text in texts) == (told if change > 0.05 else 0)
         mean = [text for text in texts if text.endswith("largest mean over 5 ms 700 kN")]
         assert len(mean) == (change > 0.05)

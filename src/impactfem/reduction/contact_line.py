@@ -247,7 +247,7 @@ class _End:
     def bulge(self, s: Array) -> Array:
         """How far along the normal an edge stands out of its straight side at places [m].
 
-        Sides of meshes may be a little off one line; sticks are not, and storeys are taken as straight.
+        Sides of meshes may be a little off one line; sticks and storeys are taken as straight.
         """
         if self.sides is None or self.met is None or self.point.floor is None:
             return np.zeros(len(s))

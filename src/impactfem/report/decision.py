@@ -375,9 +375,10 @@ def _impacts(run: RunFiles) -> list[Answer]:
 
 
 def _by_steps(run: RunFiles, what: str) -> str:
-    """How much steps of the pounding twice as long change a value, where it depends on them."""
+    """How much steps twice as long change a value, at most, where it depends on them."""
     change = run.values.get(f"pounding.doubled_step_{what}_change", 0.0)
-    return f" ({100.0 * change:.2g} % other with steps twice as long)" if change > HALVED else ""
+    text = f" (steps twice as long change it by up to {100.0 * change:.2g} %)"
+    return text if change > HALVED else ""
 
 
 def at_wall(run: RunFiles) -> float | None:

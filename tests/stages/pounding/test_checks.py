@@ -156,7 +156,7 @@ def test_the_steps_asked_are_those_of_the_case(checked):
     [
         (0.03, 0.01, True, "change the largest force by 3 % (limit 5 %), the largest mean"),
         (0.12, 0.01, False, "change the largest force by 12 % (limit 5 %), the largest mean"),
-        (0.03, 0.06, False, "ordinate of floor spectra by 6 % (limit 5 %), the largest accel"),
+        (0.03, 0.06, False, "ordinates of floor spectra by up to 6 % (limit 5 %), the accel"),
         (None, None, None, "125 points in 3D; too few, or no force, to see what half of them"),
     ],
 )
@@ -171,7 +171,7 @@ def test_edges_that_touch_in_3d(checked, force, frs, good, words):
         lines = [line for line in found if words in line[1]]
         if force is not None:
             lines = [line for line in lines if begin in line[1]]
-            assert lines[0][1].endswith("the largest acceleration of floors by 40 %")
+            assert lines[0][1].endswith("the accelerations of floors by up to 40 %")
         assert [good for good, _ in lines] == [good]
     assert one(found, "complementarity")[0]
     del of["pounding.complementarity"]

@@ -227,9 +227,11 @@ def test_lines_that_touch_in_3d(study):
     def of(pairs):
         one = replace(system, pairs=pairs)
         response = replace(study.response, system=one, force=force, in_3d=("west",))
-        peaks = Peaks(largest, 1e6, 30.0, 20.0)
-        halved = Peaks(1.03 * largest, 0.98e6, 30.3, 10.0)
-        doubled = Peaks(0.7 * largest, 1e6, 30.0, 20.0)
+        # Of three floors the smallest one does not count, the second one changes most.
+        frs, pfa = np.array([[30.0], [20.0], [2.0]]), np.array([[20.0], [10.0], [1.0]])
+        peaks = Peaks(largest, 1e6, frs, pfa)
+        halved = Peaks(1.03 * largest, 0.98e6, np.array([[30.0], [20.2], [4.0]]), 0.5 * pfa)
+        doubled = Peaks(0.7 * largest, 1e6, frs, pfa)
         made = replace(study, system=one, response=response)
         made = replace(made, peaks=peaks, halved=halved, doubled=doubled)
         return {scalar.name: scalar.value for scalar in stick_scalars(made)}

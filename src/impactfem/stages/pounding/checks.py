@@ -190,13 +190,13 @@ def _changed(values: Mapping[str, float], name: str, text: str) -> Check:
     for what, words in (
         ("force", " the largest force by"),
         ("mean_force", ", the largest mean over 5 ms by"),
-        ("frs", ", the largest ordinate of floor spectra by"),
+        ("frs", ", the largest ordinates of floor spectra by up to"),
     ):
         change = values[f"pounding.{name}_{what}_change"]
         good, text = limited(f"{text}{words}", change, HALVED, "%")
-        met = bool(met and good)
+        met = met and bool(good)
     change = values[f"pounding.{name}_pfa_change"]
-    return met, f"{text}, the largest acceleration of floors by {digits(100 * change)} %"
+    return met, f"{text}, the accelerations of floors by up to {digits(100 * change)} %"
 
 
 def _passage(values: Mapping[str, float], gaps: Sequence[float]) -> list[Check]:

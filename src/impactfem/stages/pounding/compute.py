@@ -32,6 +32,7 @@ from impactfem.sticks.calibration import Calibration
 from impactfem.sticks.element import COMPONENTS
 from impactfem.sticks.modes import Modes, modes
 from impactfem.system.arrays import Array, Index
+from impactfem.system.log import quiet
 from impactfem.system.parallel import threads
 
 if TYPE_CHECKING:
@@ -40,7 +41,8 @@ if TYPE_CHECKING:
 FEW = 4
 """Points of a line with which half of them is no line any more."""
 SMALL = 0.1
-"""Part of the largest force below which an impact is too short to count its steps."""
+"""Part of the largest force below which an impact is too short to count its steps, and of the
+largest floor response below which that of a floor is not compared."""
 STILL = 1e-9
 """A component moves if its largest value is above this part of the largest of its kind."""
 STEPS = {"motions": 1.0, "sticks": 3.0, "pounding": 2.0, "spectra": 4.0}
@@ -66,8 +68,8 @@ class Peaks:
 
     force: float  #: of a line along which they touch [N]
     mean_force: float  #: of `largest_means` of such forces [N]
-    frs: float  #: of the floor spectra, at the first damping [m/s2]
-    pfa: float  #: of the floors' accelerations [m/s2]
+    frs: Array  #: ordinates at the first damping, shape (n_stations, n_directions) [m/s2]
+    pfa: Array  #: accelerations of the floors, same shape [m/s2]
 
     @classmethod
     def of(cls, response: Response, lines: int, floors: FloorSpectra) -> Peaks:
@@ -75,7 +77,13 @@ class Peaks:
         force = response.force[:, :lines]
         mean = float(largest_means(response.time, force).max(initial=0.0))
         largest = float(force.max(initial=0.0))
-        return cls(largest, mean, float(floors.psa[0].max()), float(floors.pfa.max()))
+        return cls(largest, mean, floors.psa[0].max(axis=-1), floors.pfa)
+
+    def change(self, other: Peaks, what: str) -> float:
+        """How far a value of another response is off, at most where values are not small [-]."""
+        own, changed = (np.atleast_1d(getattr(one, what)) for one in (self, other))
+        counts = own >= SMALL * own.max()
+        return float(np.abs(changed[counts] / own[counts] - 1.0).max())
 
 
 @dataclass(frozen=True)
@@ -187,7 +195,8 @@ def run_sticks(
                 others["halved"] = fewer.respond(ground, dt, loads)
             if ready is None and in_3d.unilateral:
                 coarse = ground_of(case, histories, 2.0 * dt)
-                loads = loads_of(case, system, 2.0 * dt, len(coarse.acceleration))
+                with quiet(warnings=False):  # those of the case's own steps are given
+                    loads = loads_of(case, system, 2.0 * dt, len(coarse.acceleration))
                 others["doubled"] = in_3d.respond(coarse, 2.0 * dt, loads)
             system = response.system
         found = tuple(impacts(response))

@@ -296,13 +296,13 @@ def _checks(study: StickStudy) -> list[Row]:
         ):
             for what, of in (
                 ("force", "force of a line"),
-                ("mean_force", "mean of it over 5 ms"),
-                ("frs", "floor spectral ordinate"),
-                ("pfa", "floor acceleration"),
+                ("mean_force", "mean over 5 ms of such a force"),
+                ("frs", "floor spectral ordinate of each floor"),
+                ("pfa", "acceleration of each floor"),
             ):
-                change, own = None, getattr(study.peaks, what)
+                change = None
                 if other is not None and study.peaks.force > 0.0:
-                    change = abs(getattr(other, what) / own - 1.0)
+                    change = study.peaks.change(other, what)
                 note = f"largest {of} with {how}, over that of the case, less 1"
                 rows.append((f"{name}_{what}_change", change, "-", note))
     if study.unilateral:
