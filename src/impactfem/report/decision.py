@@ -24,9 +24,8 @@ from impactfem.report.overview import (
     wall_is_used,
 )
 from impactfem.report.run_files import SPECTRA, RunFiles
-from impactfem.stages.check import QUIET
+from impactfem.stages.check import HALVED, QUIET
 from impactfem.stages.device import selection as of_device
-from impactfem.stages.pounding.checks import HALVED
 from impactfem.stages.stores import names_of
 from impactfem.stages.transient.selection import known
 

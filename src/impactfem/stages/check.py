@@ -10,6 +10,9 @@ from impactfem.system.log import LOGGER
 
 QUIET = 0.01
 """Peak acceleration over the largest one along the same axis up to which a point is at rest."""
+HALVED = 0.05
+"""Change of the largest force, and ordinate of floor spectra, with half of the points of contact or
+steps twice as long."""
 
 Check = tuple[bool | None, str]
 """Whether it is met, None for a number without a limit, and the line with number and limit."""

@@ -238,7 +238,7 @@ def test_lines_that_touch_in_3d(study):
 
     found = of(system.pairs)
     assert found["pounding.contact_points"] == 1.0
-    assert found["pounding.mean_force_5ms"] == 1e6
+    assert 0.0 < found["pounding.mean_force_5ms"] < force.max()
     changes = [
         found[f"pounding.halved_{what}_change"] for what in ("force", "mean_force", "frs", "pfa")
     ]

@@ -12,7 +12,7 @@ from impactfem.case import Case
 from impactfem.case.contact_checks import allowed
 from impactfem.case.facing import facing_floors
 from impactfem.motion.from_case import PEAK
-from impactfem.stages.check import QUIET, Check, digits, end_check, limited
+from impactfem.stages.check import HALVED, QUIET, Check, digits, end_check, limited
 from impactfem.stages.stores import names_of, open_store, open_stores
 from impactfem.system.scalar import Scalar, scalars_of
 
@@ -20,9 +20,6 @@ IDENTITY = 1e-9
 """Largest residual of the discrete energy identity."""
 DEFECT = 0.05
 """What the time stepping may take or add in contact, of what the contact laws take."""
-HALVED = 0.05
-"""Change of the largest force, and ordinate of floor spectra, with half of the points of contact or
-steps twice as long."""
 COMPLEMENTARITY = 1e-10
 """Largest residual of unilateral contact."""
 BETWEEN = 0.05
