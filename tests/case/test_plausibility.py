@@ -97,7 +97,7 @@ def test_a_generated_mesh_gives_none(structured):
          "100 times the longest motion, 16.79 s"),
         (None, 'duration = "16.79 s"\ntime_step = "0.3358 ms"',
          'duration = "2 s"\ntime_step = "0.3358 ms"', "pounding.duration = '2 s'",
-         "0.119 times the longest motion, 16.79 s"),
+         "the strong phase of motions[0] lasts until 5 s"),
         (FLOORS, "1,2502,6.3e7", "1,2502,6.3e3", "pair_floors.csv: floor 1, Jx = '6300 kg m2'",
          "√(Jx/mass) is 0.0502 m; usual is 2 to 30 m"),
         (FLOORS, "Jy [kg m2]", "Jy [g m2]", "pair_floors.csv: floor 1, Jy = '5.1e+05 kg m2'",
@@ -317,6 +317,8 @@ def test_two_motions_that_are_one(written, broken):
         ("HNZ", "z", ""),
         ("EW", "y", ""),
         ("upper", "y", ""),
+        *((name, "x", f"{name} is the name of a vertical") for name in ("Z", "Up-Down", "acc_z")),
+        *((name, "z", f"{name} is the name of a horizontal") for name in ("north", "a H1")),
     ],
 )
 def test_a_component_along_another_direction(broken, component, direction, told):
@@ -328,6 +330,40 @@ def test_a_component_along_another_direction(broken, component, direction, told)
     )
     found = [line for line in warnings(path) if "the name of a" in line]
     assert len(found) == bool(told) and all(told in line for line in found)
+
+
+@pytest.mark.parametrize(
+    ("name", "direction", "told"),
+    [
+        ("RSN6_IMPVALL.I_I-ELC-UP", "x", "RSN6_IMPVALL.I_I-ELC-UP is the name of a vertical"),
+        ("RSN79_SFERN_PAS-DWN", "x", "a vertical component"),
+        ("RSN6_IMPVALL.I_I-ELC180", "x", ""),
+        ("RSN6_IMPVALL.I_I-ELC-180", "z", "a horizontal component"),
+        ("A-ELC-VER", "z", ""),
+    ],
+)
+def test_a_component_by_the_name_of_its_file(broken, name, direction, told):
+    """Records of PEER have one component, which ends the name of the file."""
+    lines = "\n".join(" ".join(["1.0E-01", "-1.0E-01"] * 4) for _ in range(210))
+    head = "PEER\nEARTHQUAKE\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 1680, DT= .01 SEC"
+    record = RECORD.replace('"x"', f'"{direction}"').replace("motion.csv", f"{name}.AT2")
+    path = broken((None, MOTION, record), files={f"{name}.AT2": f"{head}\n{lines}\n"})
+    found = [line for line in warnings(path) if "the name of a" in line]
+    assert len(found) == bool(told) and all(told in line for line in found)
+
+
+@pytest.mark.parametrize(("late", "told"), [(1.0, "16.7 % of its"), (0.4, "")])
+def test_a_duration_that_cuts_a_record(broken, late, told):
+    """At a sixth of it, by the part of the Arias intensity that comes later."""
+    lines = (f"{k / 100:g},{(-1) ** k * (late if k > 1000 else 1.0):g}" for k in range(1201))
+    path = broken(
+        (None, MOTION, RECORD),
+        (None, "16.79 s", "10 s"),
+        files={"motion.csv": "\n".join(("time [s],a [m/s2]", *lines))},
+    )
+    found = [line for line in warnings(path) if "Arias intensity" in line]
+    assert len(found) == bool(told)
+    assert all(f"pounding.duration = '10 s': {told}" in line for line in found)
 
 
 @pytest.mark.parametrize(

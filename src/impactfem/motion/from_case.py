@@ -1,5 +1,6 @@
 """From the case file's motions to accelerograms with their measures and spectra."""
 
+import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -31,9 +32,13 @@ PEAK = (0.99, 1.3)
 less, but values are rounded; US NRC SRP 3.7.1 has no ordinate above 1.3."""
 AT_REST = 0.5
 """Velocity at the end of a record over the largest that is told: that of noise is well below."""
-UPRIGHT = re.compile(r"u-?d[12]?|up|vert\w*|[bcehs][ghln]z", re.IGNORECASE)
-LEVEL = re.compile(r"[ns]-?[ns][12]?|[ew]-?[ew][12]?|[bcehs][ghln][ne]", re.IGNORECASE)
-"""Names of vertical and of horizontal components: of columns, or endings of files (K-NET, SEED)."""
+UPRIGHT = re.compile(r"ud[12]?|updown|up|dwn|down|v|z|ver\w*|vrt|[bcehs][ghln]z")
+LEVEL = re.compile(r"ns[12]?|ew[12]?|northsouth|eastwest|north|east|h[12]|\d{3}|[bcehs][ghln][ne]")
+"""Names of vertical and of horizontal components: of columns, or as the names of files end (K-NET,
+SEED, PEER with an azimuth)."""
+LEFT_OUT = 0.1
+"""Part of the Arias intensity after the time that is computed; the significant duration leaves out
+5 % after its end."""
 SPECTRUM_RANGE = (0.2, 100.0, 200)  # lowest and highest frequency [Hz], points a decade
 
 
@@ -122,10 +127,15 @@ def hardly_meant(case: Case) -> list[Fault]:
             text = f"{what} of motions[{i}] along {a.direction}, too: both go up and down together"
             found.append(source.remark(("motions", j, key), text))
     low, high = PEAK
+    computed = case.pounding.duration or math.inf
     records = () if case.ensemble is None else case.ensemble.of_records(case.motions)
     for index, motion in (*enumerate(case.motions), *enumerate(records)):
         try:
             if isinstance(motion, SyntheticMotion):
+                end = motion.strong_phase[1]
+                if computed < end:
+                    text = f"the strong phase of motions[{index}] lasts until {end:g} s"
+                    found.append(source.remark(("pounding", "duration"), text))
                 level = _at_zero_period(design_spectrum(motion.spectrum, motion.damping))
                 if level is not None and not low <= motion.pga / level <= high:
                     place = ("motions", index, "pga")
@@ -135,15 +145,24 @@ def hardly_meant(case: Case) -> list[Fault]:
                     )
                     found.append(source.remark(place, text))
             elif isinstance(motion, RecordMotion):
-                name = motion.component or motion.file.suffix.lstrip(".")
-                if (LEVEL if motion.direction == "z" else UPRIGHT).fullmatch(name):
+                # A file of PEER is named by the component, and K-NET's ends with it.
+                at2 = motion.file.suffix.lower() == ".at2"
+                name = motion.component or (motion.file.stem if at2 else motion.file.suffix[1:])
+                words = re.findall(r"[a-z0-9]+", name.lower())
+                names = LEVEL if motion.direction == "z" else UPRIGHT
+                if any(names.fullmatch(one) for one in ("".join(words), *words[-1:])):
                     kind = "horizontal" if motion.direction == "z" else "vertical"
                     text = f"{name} is the name of a {kind} component"
                     found.append(Fault(motion.file, "direction", motion.direction, text))
                 with quiet(warnings=False):  # those of the file were given when it was checked
                     record = treated_record(motion)
                 # What the case itself says of either is warned of as its own.
-                peak = float(np.abs(record.acceleration).max())
+                size = np.abs(record.acceleration)
+                peak = float(size.max())
+                late, whole = (np.sum(one**2) for one in (size[record.time > computed], size))
+                if late > LEFT_OUT * whole:
+                    text = f"{100 * late / whole:.3g} % of its Arias intensity come later"
+                    found.append(Fault(motion.file, "pounding.duration", f"{computed:g} s", text))
                 for what, value, unit, usual, given in (
                     ("peak ground acceleration", peak, "m/s2", PGA, motion.pga),
                     ("time step", record.time_step, "s", STEP, motion.resample),

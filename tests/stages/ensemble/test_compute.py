@@ -297,6 +297,17 @@ def test_checks(folder):
     assert len(ensemble_checks(folder, {})) == 1
 
 
+@pytest.mark.parametrize(("scale", "count"), [(0.0, 0), (1.0, 40)])
+def test_members_that_end_while_a_building_swings(folder, scale, count):
+    members = xr.load_dataset(folder / "ensemble.nc", engine="netcdf4")
+    members["scalar"] = np.array(["pounding.swing_at_end", "c.d", "e"], dtype=object)
+    members["value"][:, 0] = scale * 0.51
+    scalars = [Scalar("ensemble.members", 40.0, "-"), Scalar("ensemble.failed", 0.0, "-")]
+    write_netcdf(folder / "ensemble.nc", with_scalars(members, scalars))
+    (found,) = (one for one in ensemble_checks(folder, {}) if "swings" in one[1])
+    assert found[0] == (count == 0) and f"in {count} of 40 motions a building" in found[1]
+
+
 @pytest.mark.parametrize(("shift", "count"), [(0.0, 0), (-2.5, 3)])
 def test_floors_in_no_pair(folder, shift, count):
     """The scalar of their closest approach: below zero they overlap."""

@@ -144,6 +144,15 @@ def test_what_waves_that_pass_leave(checked, left, good):
     assert not any("waves" in text for _, text in checked())
 
 
+def test_a_run_that_ends_while_a_building_swings(checked):
+    notes = {"pounding.swing_at_end": "of two; displacement over the largest"}
+    assert not any("swings" in text for _, text in checked())
+    met, text = one(checked(notes=notes), "swings")
+    assert not met and "end of the run two swings by 100 % of its largest" in text
+    assert text.endswith("(limit 50 %): later impacts may be harder; see duration of [pounding]")
+    assert one(checked(**{"pounding.swing_at_end": 0.0}), "swings")[0]
+
+
 def test_the_steps_asked_are_those_of_the_case(checked):
     assert [one(checked(points=n), "steps:")[0] for n in (16, 100)] == [True, False]
     # With fewer steps an impact, or none measured, nothing is said of the speeds.

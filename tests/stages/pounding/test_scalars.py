@@ -215,6 +215,23 @@ def test_calibration(study, scalars):
     assert found["sticks.mass_error_max"] == pytest.approx(0.2)
 
 
+@pytest.mark.parametrize("rest", [0.0, 0.2])
+def test_the_last_half_period_of_a_run(study, rest):
+    """Of its motion each building keeps a part, in the run with contact or without."""
+    n = round(0.5 / study.modes[0].frequency[0] / study.response.time_step)
+    late = np.where(np.arange(len(study.response.u)) > len(study.response.u) - 2 * n, rest, 1.0)
+    runs = {
+        name: replace(run, u=run.u * late[:, None])
+        for name, run in (("response", study.response), ("free", study.free))
+    }
+    ended, cut = (
+        next(one for one in stick_scalars(of) if one.name == "pounding.swing_at_end")
+        for of in (replace(study, **runs), study)
+    )
+    assert (ended.value > 0.0) == (rest > 0.0) and ended.value < 0.5 < cut.value
+    assert ended.note.endswith("displacement over the largest")
+
+
 def test_lines_that_touch_in_3d(study):
     """Points and forces are those of lines, not of the pair of sticks that hits harder."""
     first, *others = study.system.pairs

@@ -32,6 +32,10 @@ SOIL = 0.2
 """Largest error of the model of a soil against the formulas or the table that it stands for."""
 LEFT = 0.01
 """What the ground may leave of its motion between two buildings, in parts of the least gap."""
+SWING = "pounding.swing_at_end"
+SWINGS = 0.5
+"""Displacement at the end of a run in parts of the largest one: two neighbours that each swing by
+half of it, the one forth and the other back, are as far out as one of them was."""
 PENETRATION = 0.5
 """Largest penetration in parts of the gap."""
 STRENGTH = 1.0
@@ -153,6 +157,7 @@ def stick_checks(
             *distance_check(*pairs),
             *_calibration(store, values, tolerances),
             *_impacts(values, restitution),
+            *_swing(scalars),
             *_accuracy(store, values, points_per_impact),
             _ended(store),
             *_linearity(values),
@@ -371,6 +376,20 @@ def _foundations(store: xr.Dataset, values: Mapping[str, float]) -> list[Check]:
         if least < 0.0:
             lift += ": it would lift, and linear analysis overrates the soil there"
         lines += [(None, text), soil_check(name, off), (least >= 0.0, lift)]
+    return lines
+
+
+def _swing(scalars: Sequence[Scalar]) -> list[Check]:
+    """Whether the buildings have nearly come to rest when the run ends."""
+    lines: list[Check] = []
+    for one in scalars:
+        if one.name == SWING and one.value is not None:
+            name = one.note.removeprefix("of ").partition(";")[0]
+            text = f"pounding: at the end of the run {name} swings by"
+            met, text = limited(text, one.value, SWINGS, "% of its largest displacement")
+            if not met:
+                text += ": later impacts may be harder; see duration of [pounding]"
+            lines.append((met, text))
     return lines
 
 

@@ -224,14 +224,21 @@ def _pounding(study: StickStudy) -> list[Row]:
                 (f"pounding.penetration_over_force.{name}", depth / force, "m/N", LARGEST),
             ]
     note = "top floor, relative to the ground under it"
-    for stick in system.sticks:
+    swings = list[tuple[float, str]]()
+    for stick, modes in zip(system.sticks, study.modes, strict=True):
         top = system.floor_dofs(stick.name)[-1, :3]
+        # In half a period of the first mode it passes its largest displacement.
+        last = response.time >= response.time[-1] - 0.5 / modes.frequency[0]
         for label, run in (("", response), ("_no_contact", study.free)):
             moved = run.u[:, top]
             if stick.name in run.relative:
                 moved = moved - run.relative[stick.name][0]
-            peak = float(np.linalg.norm(moved, axis=1).max())
+            size = np.linalg.norm(moved, axis=1)
+            peak = float(size.max())
+            swings.append((float(size[last].max()) / peak if peak > 0.0 else 0.0, stick.name))
             rows.append((f"pounding.peak_displacement{label}.{stick.name}", peak, "m", note))
+    swing, name = max(swings)
+    rows.append(("pounding.swing_at_end", swing, "-", f"of {name}; displacement over the largest"))
     main = study.main_impact
     note = f"pair {main.pair.name}" if main else "no impact"
     rows += [
