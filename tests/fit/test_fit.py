@@ -185,7 +185,8 @@ def test_a_key_that_the_data_do_not_see(case, written, tmp_path):
     result = study.fit(case, written(free + TARGETS), out=tmp_path / "f")
     assert result.identification.unseen == [2]
     (text,) = [text for text in result.warnings if "do not see damping.ratio" in text]
-    assert text.endswith("its value says nothing")  # of this case, which fits nothing itself
+    assert result.u[2] == result.problem.start[2]
+    assert text.endswith("it keeps its start")  # of this case, which fits nothing itself
     assert np.isinf(result.bound[2]) and np.isfinite(result.bound[:2]).all()
     assert result.values[2] == pytest.approx(0.05, abs=1e-6)  # as it was
     rows = (tmp_path / "f" / "fit_keys.csv").read_text().splitlines()
@@ -199,6 +200,21 @@ def test_a_key_that_the_data_do_not_see(case, written, tmp_path):
     assert "data and priors" not in (tmp_path / "g" / "fit.log").read_text("utf-8")
     assert known.values[2] == pytest.approx(0.03, rel=1e-4)
     assert known.identification.deviation[2] * 0.08 == pytest.approx(0.03 * 0.005, rel=1e-6)
+
+
+def test_a_key_that_the_data_do_not_see_keeps_its_start(case, written, tmp_path, monkeypatch):
+    """Where the best search began elsewhere, too; not where that changes what the model gives."""
+    free = FREE + '[free."damping.ratio"]\nbounds = ["1 %", "9 %"]\n'
+    path = written("starts = 1\n" + free + TARGETS)
+    fitting, away = sys.modules["impactfem.fit.fit"], np.array([0.0, 0.0, 0.3])
+    monkeypatch.setattr(fitting, "starts_within", lambda first, *_: [first + away])
+    result = study.fit(case, path, out=tmp_path / "f")
+    assert result.values[2] == pytest.approx(0.05, abs=1e-12)
+    monkeypatch.setattr(fitting, "BLIND", 0.0)
+    other = study.fit(case, path, out=tmp_path / "g")
+    assert other.values[2] == pytest.approx(0.074, abs=1e-6)
+    assert any(text.endswith("its value says nothing") for text in other.warnings)
+    assert other.after == pytest.approx(result.after, rel=1e-9)
 
 
 @pytest.mark.parametrize(

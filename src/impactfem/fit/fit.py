@@ -25,7 +25,7 @@ from impactfem.fit.results import Fit, write_results
 from impactfem.run.folder import open_folder
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError, InputError, SolutionError, file_errors
-from impactfem.system.least_squares import Identification, Minimum, minima, starts_within
+from impactfem.system.least_squares import BLIND, Identification, Minimum, minima, starts_within
 from impactfem.system.log import LOGGER, mirrored
 from impactfem.system.parallel import on_root, one_blas_thread, rank, start_solvers, workers, world
 
@@ -215,9 +215,17 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
     if rough is None:
         found = search(cheap, drawn, ratio, shift)
         u = found[0].x
-    last = fine.at(u)
     J = ratio[:, None] * cheap.slopes(u)
     identification = identified(problem, J)
+    # What the data do not see has the start of the best search, which was drawn: it keeps its own.
+    free, keys = problem.fit.free, problem.keys
+    idle = [k for k in identification.unseen if free[keys[k]].prior is None]
+    own = u.copy()
+    own[idle] = first[idle]
+    last, kept = fine.at(u), fine.at(own)
+    change = (np.array(kept.values) - np.array(last.values)) / problem.deviation
+    if float(np.linalg.norm(change)) < BLIND:
+        u, last = own, kept
     posterior = None
     if problem.fit.posterior is not None:
         posterior = sample(problem, u, identification, folder)
@@ -309,7 +317,9 @@ def _warnings(result: Fit) -> list[str]:
     anew = _fitted_anew(problem.case(result.u)) if found.unseen else ""
     for k in found.unseen:
         has_prior = problem.fit.free[keys[k]].prior is not None
-        rest = "its value is that of its prior" if has_prior else "its value says nothing"
+        own = result.u[k] == problem.start[k]
+        rest = "it keeps its start" if own else "its value says nothing"
+        rest = "its value is that of its prior" if has_prior else rest
         texts.append(
             f"the data do not see {keys[k]}: across all of its bounds they change by "
             f"{found.reach[k]:.2g} standard deviations; {rest}{anew}"
