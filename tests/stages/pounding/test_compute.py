@@ -18,10 +18,12 @@ from impactfem.stages.pounding.compute import (
     pounded,
     run_sticks,
     station_dofs,
+    told,
 )
 from impactfem.stages.pounding.figures import _response
 from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.stages.pounding.store import write_sticks
+from impactfem.system.errors import SolutionError
 
 SECOND_MOTION = """
 [[motions]]
@@ -233,3 +235,12 @@ def test_the_mean_of_a_force_over_5_ms():
     assert (found.force, found.frs.tolist(), found.pfa.tolist()) == (80.0, [[5.0]], [[3.0]])
     # From the step before: up to 80 N, down to 30 N, and 3 ms of these.
     assert found.mean_force == pytest.approx((40.0 + 55.0 + 3 * 30.0) / 5.0)
+
+
+def test_a_run_to_compare_with_that_fails(caplog):
+    """It ends no stage, and is told; what is wrong with the case ends it."""
+    with told("steps twice as long"):
+        raise SolutionError("no contact found")
+    assert "a run with steps twice as long, to compare with, failed: no contact" in caplog.text
+    with pytest.raises(MemoryError), told("steps twice as long"):
+        raise MemoryError

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -32,7 +32,8 @@ from impactfem.sticks.calibration import Calibration
 from impactfem.sticks.element import COMPONENTS
 from impactfem.sticks.modes import Modes, modes
 from impactfem.system.arrays import Array, Index
-from impactfem.system.log import quiet
+from impactfem.system.errors import SolutionError
+from impactfem.system.log import LOGGER, quiet
 from impactfem.system.parallel import threads
 
 if TYPE_CHECKING:
@@ -147,6 +148,15 @@ class StickStudy:
         return floor_spectra(self.case, self.response, axes) if axes else None
 
 
+@contextmanager
+def told(what: str) -> Iterator[None]:
+    """Warn where a run that only tells what a change makes of another one does not succeed."""
+    try:
+        yield
+    except SolutionError as error:
+        LOGGER.warning("warning: pounding: a run with %s, to compare with, failed: %s", what, error)
+
+
 def run_sticks(
     case: Case,
     step: Callable[[str], AbstractContextManager[None]] = lambda name: nullcontext(),
@@ -190,14 +200,17 @@ def run_sticks(
 
             in_3d = Pounding3D(case, system, models)
             response, free = in_3d.respond(ground, dt, loads), in_3d.free(ground, dt, loads)
-            if ready is None and all(len(line) > FEW for line in models.lines):
-                fewer = Pounding3D(case, system, models, every=2)
-                others["halved"] = fewer.respond(ground, dt, loads)
-            if ready is None and in_3d.unilateral:
-                coarse = ground_of(case, histories, 2.0 * dt)
-                with quiet(warnings=False):  # those of the case's own steps are given
-                    loads = loads_of(case, system, 2.0 * dt, len(coarse.acceleration))
-                others["doubled"] = in_3d.respond(coarse, 2.0 * dt, loads)
+            # What either changes is a check of the run, which does not need it.
+            with told("half of the points of contact"):
+                if ready is None and all(len(line) > FEW for line in models.lines):
+                    fewer = Pounding3D(case, system, models, every=2)
+                    others["halved"] = fewer.respond(ground, dt, loads)
+            with told("steps twice as long"):
+                if ready is None and in_3d.unilateral:
+                    coarse = ground_of(case, histories, 2.0 * dt)
+                    with quiet(warnings=False):  # those of the case's own steps are given
+                        loads = loads_of(case, system, 2.0 * dt, len(coarse.acceleration))
+                    others["doubled"] = in_3d.respond(coarse, 2.0 * dt, loads)
             system = response.system
         found = tuple(impacts(response))
         strength = {b.name: b.material.compressive_strength for b in case.buildings}
