@@ -380,7 +380,10 @@ def test_every_model_holds_the_response_to_a_point_of_contact(pair, monkeypatch)
 
     def errors():
         once = assemble_building(communicator(), prepared.parts)
-        basis = reduce_building(once, mesh, factor, plan).basis
+        made = reduce_building(once, mesh, factor, plan)
+        # The errors are those of the models with the vectors of contacts, as where it is read.
+        assert made.errors == pytest.approx(made.serving(plan)[0].errors, rel=1e-9)
+        basis = made.basis
         at, found = basis.loads.index(force.name), []
         for model in (*basis.models, *basis.larger):
             z = model.load[:, at] / (model.eigenvalue + model.shift)

@@ -387,7 +387,7 @@ def reduce_building(
             np.column_stack([b[name] for name in acting]),
             *kept,
         )
-    return ReducedBuilding(
+    made = ReducedBuilding(
         basis=known,
         complete=CompleteModel(
             eigenvalue=modes.eigenvalue,
@@ -409,6 +409,8 @@ def reduce_building(
         fine=grown.fine,
         errors=grown.differences,
     )
+    # The vectors of contacts make the models better: their errors, as where these are used again.
+    return (made.serving(plan)[0] if plan.contacts else None) or made
 
 
 def _carried_forces(
