@@ -26,6 +26,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,8 +50,6 @@ SHORTEST = 0.5
 """Part of the distance of points up to which one is too near to the end of a line."""
 SHORT = 1e-6
 """Length up to which sides do not face each other [m]."""
-MISSED = 1.05
-"""Least gap of the points of a line over that of its pairs from which on it is warned of."""
 CLOSED = 1e-9
 """Up to which a negative gap is rounding [m]."""
 
@@ -177,7 +176,7 @@ def contact_lines(case: Case, meshes: Mapping[str, BuildingMesh]) -> tuple[Conta
 
 
 def warn_of_narrow(lines: Sequence[ContactLine], case: Case) -> None:
-    """Log where a gap along a line is smaller than those of its pairs, or where all are larger."""
+    """Log where a gap along a line is smaller than those of its pairs."""
     given = {contact.name: contact.gap for contact in case.whole.contacts}
     for line in lines:
         k, least = int(line.gap.argmin()), min(given[name] for name in line.pair_names)
@@ -187,13 +186,6 @@ def warn_of_narrow(lines: Sequence[ContactLine], case: Case) -> None:
                 "straight lines; that of its pairs is %.4g mm or more (pairs at both ends of the "
                 "edges say it where it is)",
                 *(line.name, line.position[k], 1e3 * line.gap[k], 1e3 * least),
-            )
-        elif line.gap[k] > MISSED * least + CLOSED:
-            LOGGER.warning(
-                "warning: contacts: %s: the least gap of its points of contact is %.4g mm, that of "
-                "its pairs %.4g mm: the sides are nearest between the points (a smaller "
-                "contact_spacing or mesh has a point there)",
-                *(line.name, 1e3 * line.gap[k], 1e3 * least),
             )
 
 
@@ -244,20 +236,27 @@ class _End:
         edge = contact_edge(self.sides.mesh, self.point.floor, spacing, facade.side)
         return np.sort((edge.position - first) / self.sense)
 
-    def bulge(self, s: Array) -> Array:
-        """How far along the normal an edge stands out of its straight side at places [m].
+    @cached_property
+    def shape(self) -> tuple[Array, Array]:
+        """Where nodes of an edge are along the line, and how far they stand out along the normal.
 
-        Sides of meshes may be a little off one line; sticks and storeys are taken as straight.
+        Out of its straight side [m]: sides of meshes may be a little off one line; sticks and
+        storeys are taken as straight, without nodes.
         """
         if self.sides is None or self.met is None or self.point.floor is None:
-            return np.zeros(len(s))
+            return np.zeros(0), np.zeros(0)
         facade, first = self.met
         mesh, side, n = self.sides.mesh, facade.side, np.array(facade.outward)
         nodes = np.unique(facades(mesh, self.point.floor, side)[side][1])
         x = mesh.nodes[nodes] - np.array([*facade.start, 0.0])
         out, at = x @ n / (n @ self.outward), (x @ facade.along - first) / self.sense
         order = np.argsort(at)
-        return np.interp(s, at[order], np.where(np.abs(out) > CLOSED, out, 0.0)[order])
+        return at[order], np.where(np.abs(out) > CLOSED, out, 0.0)[order]
+
+    def bulge(self, s: Array) -> Array:
+        """How far along the normal an edge stands out of its straight side at places [m]."""
+        at, out = self.shape
+        return np.asarray(np.interp(s, at, out)) if len(at) else np.zeros(len(s))
 
     @property
     def columns(self) -> Array:
@@ -329,6 +328,14 @@ def _line(
         spread = next(end.sides.spread for end in ends if end.sides is not None)
         spacing = case.pounding.contact_spacing or spread.patch_width
         s = np.linspace(low, high, 1 + max(1, math.ceil((high - low) / spacing)))
+    # Where an edge that is not quite straight is nearest to the other side there is a point, too.
+    out = np.concatenate([end.shape[0][end.shape[1] != 0.0] for end in ends])
+    out = out[(out > low + SHORT) & (out < high - SHORT)]
+    both = _gap(pairs, ends, n, t, np.append(out, s))
+    if both is not None and out.size and both[: len(out)].min() < both[len(out) :].min() - CLOSED:
+        nearest = out[both[: len(out)].argmin()]
+        far = np.abs(s - nearest) > SHORTEST * np.diff(s).min()
+        s = np.sort(np.append(s[far | (s == low) | (s == high)], nearest))
     begin, finish = np.append(s[:1], s[:-1]), np.append(s[1:], s[-1:])
     alone = np.unique(np.concatenate([end.columns for end in ends]))
     alone = np.clip(alone[(alone > low - SHORT) & (alone < high + SHORT)], low, high)
