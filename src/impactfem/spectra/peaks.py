@@ -4,7 +4,8 @@ The loop over samples is outside and the loop over oscillators inside, over cont
 that the compiler puts four or eight oscillators into one vector register. Four samples are taken
 in one pass to spare loads and stores of the state, and the shifted state of equation (4) of
 :mod:`impactfem.spectra.oscillator` needs one input a sample. What that gains over a plain scalar
-loop is printed by ``impactfem bench``.
+loop is printed by ``impactfem bench``. Where displacements alone count, slow oscillators go in
+strides of many samples (:mod:`impactfem.spectra.strides`).
 
 Inside a step, a(t_n + t) = a_n + s t, and an output f = Re(G z) of the state z (equation (2) of
 :mod:`impactfem.spectra.oscillator`) is a damped sinusoid plus a straight line. With
@@ -30,6 +31,7 @@ import numpy as np
 from numba import njit
 
 from impactfem.spectra.oscillator import StepCoefficients, phi
+from impactfem.spectra.strides import strides_of
 from impactfem.system.arrays import Array, Complex
 from impactfem.system.errors import ImpactfemError
 
@@ -52,7 +54,7 @@ def peak_responses(
         acceleration: Base accelerations, C-contiguous, finite, shape (n_r, n) [m/s2].
         coefficients: Of n_o oscillators at the records' time step.
         threads: Records are shared out to so many threads; the result does not depend on it.
-        absolute: Whether the second peaks are found; nan without, in about two thirds of the time.
+        absolute: Whether the second peaks are found; nan without, in about a third of the time.
 
     Returns:
         max |x|, shape (n_r, n_o) [m], and max |x'' + a|, shape (n_r, n_o) [m/s2].
@@ -68,7 +70,6 @@ def peak_responses(
     state = np.empty((2, n_records, c.omega.size))
     state[0] = -c.feedthrough.real * acceleration[:, :1]
     state[1] = -c.feedthrough.imag * acceleration[:, :1]
-    kernel = both_kernel if absolute else displacement_kernel
     peaks = np.zeros((2 if absolute else 1, n_records, c.omega.size))
     gain = c.acceleration_gain
     # Re and Im of the propagator, of the input gain and of the feedthrough; Re and -Im of the
@@ -76,11 +77,20 @@ def peak_responses(
     parts = [of for z in (c.propagator, c.input_gain, c.feedthrough) for of in (z.real, z.imag)]
     rows = np.array([*parts, gain.real, -gain.imag, (gain * c.feedthrough).real])
 
+    strides, others = ([], np.arange(c.omega.size)) if absolute else strides_of(c, rows[:6])
+    kernel, own = both_kernel if absolute else displacement_kernel, np.take(rows, others, axis=1)
+
     def run(part: slice) -> None:
         # The kernels are fast on contiguous arrays only: a slice of the second axis is none.
-        z, largest = np.ascontiguousarray(state[:, part]), np.zeros_like(peaks[:, part], order="C")
-        kernel(acceleration[part], rows, z, largest)
-        state[:, part], peaks[:, part] = z, largest
+        z, largest = (np.take(of[:, part], others, axis=2) for of in (state, peaks))
+        kernel(acceleration[part], own, z, largest)
+        state[:, part, others], peaks[:, part, others] = z, largest
+        for record in range(part.start, part.stop):
+            size = np.abs(acceleration[record])
+            for one in strides:
+                z, largest = (np.take(of[:, record], one.index, axis=1) for of in (state, peaks))
+                one.follow(acceleration[record], size, z, largest[0])
+                state[:, record, one.index], peaks[:, record, one.index] = z, largest
 
     n_parts = min(threads, n_records)
     bounds = [n_records * k // n_parts for k in range(n_parts + 1)]

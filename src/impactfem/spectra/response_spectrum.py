@@ -150,7 +150,7 @@ def response_spectra(
             used by "in-step".
         method: See above.
         threads: Records are shared out to so many threads ("upsampled" only) [-].
-        absolute: Whether ``sa`` is computed; nan without, in about half the time ("upsampled").
+        absolute: Whether ``sa`` is computed; nan without, in a third of the time ("upsampled").
 
     Returns:
         The spectra, with the points per cycle reached and the bound of the loss by the samples.
