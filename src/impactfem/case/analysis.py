@@ -26,7 +26,8 @@ class Pounding(Section):
     vertex of the coarser mesh is one. Each costs a vector of the reduced building."""
 
     duration: Duration | None = None
-    """Time that is computed; default that of the longest motion, with the delay of waves."""
+    """Time that is computed; default that of the longest motion, with the delay of waves. A
+    longer one shows how the buildings swing on, on ground without acceleration."""
     time_step: TimeStep
     """Time step."""
     update: Literal["implicit", "lagged"] = "implicit"
