@@ -321,8 +321,8 @@ def _warnings(result: Fit) -> list[str]:
         rest = "it keeps its start" if own else "its value says nothing"
         rest = "its value is that of its prior" if has_prior else rest
         texts.append(
-            f"the data do not see {keys[k]}: across all of its bounds they change by "
-            f"{found.reach[k]:.2g} standard deviations; {rest}{anew}"
+            f"the data do not see {keys[k]}: by the slope here they change by {found.reach[k]:.2g} "
+            f"standard deviations across its bounds; {rest}{anew}"
         )
     for value, parts in found.mixed:
         named = ", ".join(keys[k] for k in parts)

@@ -145,11 +145,11 @@ def test_what_waves_that_pass_leave(checked, left, good):
 
 
 def test_a_run_that_ends_while_a_building_swings(checked):
-    notes = {"pounding.swing_at_end": "of two; displacement over the largest"}
+    notes = {"pounding.swing_at_end": "of two; in the last period"}
     assert not any("swings" in text for _, text in checked())
     met, text = one(checked(notes=notes), "swings")
     assert not met and "end of the run two swings by 100 % of its largest" in text
-    assert text.endswith("(limit 50 %): later impacts may be harder; see duration of [pounding]")
+    assert text.endswith("what comes later is not computed; see duration of [pounding]")
     assert one(checked(**{"pounding.swing_at_end": 0.0}), "swings")[0]
 
 

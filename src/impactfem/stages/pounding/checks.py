@@ -388,7 +388,7 @@ def _swing(scalars: Sequence[Scalar]) -> list[Check]:
             text = f"pounding: at the end of the run {name} swings by"
             met, text = limited(text, one.value, SWINGS, "% of its largest displacement")
             if not met:
-                text += ": later impacts may be harder; see duration of [pounding]"
+                text += ": what comes later is not computed; see duration of [pounding]"
             lines.append((met, text))
     return lines
 
