@@ -34,6 +34,8 @@ from numba import njit
 from impactfem.system.arrays import Array, Complex
 from impactfem.system.errors import ImpactfemError
 
+# Allow fused multiply-add and nothing else of "fast math": NaN and infinity keep their meaning.
+FUSED = {"contract"}
 _SERIES_RADIUS = 1.0
 _SERIES_TERMS = 20  # 1 / 21! is below the round-off of the sum for |y| <= 1
 
@@ -128,6 +130,21 @@ def phi(y: complex, order: int) -> complex:
         return value / order  # leading terms 1/1! and 1/2!
     phi1 = (cmath.exp(y) - 1.0) / y
     return phi1 if order == 1 else (phi1 - 1.0) / y
+
+
+@njit(nogil=True, cache=True, fastmath=FUSED, inline="always")
+def next_state(
+    r: float, s: float, er: float, ei: float, br: float, bi: float, a: float
+) -> tuple[float, float]:
+    """Re and Im of the shifted state by (4), from r and s, propagator, input gain and sample."""
+    return er * r - (ei * s - br * a), ei * r + (er * s + bi * a)
+
+
+@njit(nogil=True, cache=True, fastmath=FUSED, inline="always")
+def larger(value: float, peak: float) -> float:
+    """A peak raised to |value|."""
+    size = abs(value)
+    return size if size > peak else peak
 
 
 @dataclass(frozen=True)

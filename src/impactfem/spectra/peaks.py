@@ -30,16 +30,13 @@ from itertools import pairwise
 import numpy as np
 from numba import njit
 
-from impactfem.spectra.oscillator import StepCoefficients, phi
+from impactfem.spectra.oscillator import FUSED, StepCoefficients, larger, next_state, phi
 from impactfem.spectra.strides import strides_of
 from impactfem.system.arrays import Array, Complex
 from impactfem.system.errors import ImpactfemError
 
 # Oscillators in one block: 13 rows of so many doubles stay in a first-level cache of 32 KiB.
 _BLOCK = 256
-
-# Allow fused multiply-add and nothing else of "fast math": NaN and infinity keep their meaning.
-_FUSED = {"contract"}
 
 
 def peak_responses(
@@ -85,12 +82,13 @@ def peak_responses(
         z, largest = (np.take(of[:, part], others, axis=2) for of in (state, peaks))
         kernel(acceleration[part], own, z, largest)
         state[:, part, others], peaks[:, part, others] = z, largest
-        for record in range(part.start, part.stop):
-            size = np.abs(acceleration[record])
-            for one in strides:
-                z, largest = (np.take(of[:, record], one.index, axis=1) for of in (state, peaks))
-                one.follow(acceleration[record], size, z, largest[0])
-                state[:, record, one.index], peaks[:, record, one.index] = z, largest
+        for one in strides:
+            z, largest = (np.take(of[:, part], one.index, axis=2) for of in (state, peaks))
+            for k, a in enumerate(acceleration[part]):
+                z[:, k] = one.follow(a, z[:, k], largest[0, k])
+            rest = np.ascontiguousarray(acceleration[part, one.end(acceleration.shape[1]) :])
+            displacement_kernel(rest, one.rows, z, largest)
+            state[:, part, one.index], peaks[:, part, one.index] = z, largest
 
     n_parts = min(threads, n_records)
     bounds = [n_records * k // n_parts for k in range(n_parts + 1)]
@@ -120,13 +118,14 @@ def free_vibration_peak(z: Complex, rate: Complex, gain: Complex) -> Array:
     return np.asarray(np.abs((gain * z * np.exp(rate * t)).real))
 
 
-@njit(nogil=True, cache=True, fastmath=_FUSED)
+@njit(nogil=True, cache=True, fastmath=FUSED)
 def displacement_kernel(acceleration: Array, rows: Array, state: Array, peaks: Array) -> None:
     """Find max |Im z| at the samples of each record.
 
     Args:
         acceleration: Shape (n_r, n) [m/s2].
-        rows: The coefficients as `peak_responses` lays them out, shape (9, n_o).
+        rows: The coefficients as `peak_responses` lays them out, the first six of them, shape
+            (6 or more, n_o).
         state: Re and Im of the shifted state w at the first sample on entry, of the state z at
             the last sample on return, shape (2, n_r, n_o) [m/s].
         peaks: Raised to max |Im z|, shape (1, n_r, n_o) [m/s].
@@ -145,26 +144,26 @@ def displacement_kernel(acceleration: Array, rows: Array, state: Array, peaks: A
                 a0, a1, a2, a3 = a[i], a[i + 1], a[i + 2], a[i + 3]
                 for j in range(er.size):
                     r, s, p = wr[j], wi[j], peak[j]
-                    p = _larger(s + di[j] * a0, p)
-                    r, s = _step(r, s, er[j], ei[j], br[j], bi[j], a0)
-                    p = _larger(s + di[j] * a1, p)
-                    r, s = _step(r, s, er[j], ei[j], br[j], bi[j], a1)
-                    p = _larger(s + di[j] * a2, p)
-                    r, s = _step(r, s, er[j], ei[j], br[j], bi[j], a2)
-                    p = _larger(s + di[j] * a3, p)
-                    r, s = _step(r, s, er[j], ei[j], br[j], bi[j], a3)
+                    p = larger(s + di[j] * a0, p)
+                    r, s = next_state(r, s, er[j], ei[j], br[j], bi[j], a0)
+                    p = larger(s + di[j] * a1, p)
+                    r, s = next_state(r, s, er[j], ei[j], br[j], bi[j], a1)
+                    p = larger(s + di[j] * a2, p)
+                    r, s = next_state(r, s, er[j], ei[j], br[j], bi[j], a2)
+                    p = larger(s + di[j] * a3, p)
+                    r, s = next_state(r, s, er[j], ei[j], br[j], bi[j], a3)
                     wr[j], wi[j], peak[j] = r, s, p
             for i in range(fours, n - 1):
                 for j in range(er.size):
-                    peak[j] = _larger(wi[j] + di[j] * a[i], peak[j])
-                    wr[j], wi[j] = _step(wr[j], wi[j], er[j], ei[j], br[j], bi[j], a[i])
+                    peak[j] = larger(wi[j] + di[j] * a[i], peak[j])
+                    wr[j], wi[j] = next_state(wr[j], wi[j], er[j], ei[j], br[j], bi[j], a[i])
             for j in range(er.size):
                 wr[j] += dr[j] * a[n - 1]
                 wi[j] += di[j] * a[n - 1]
-                peak[j] = _larger(wi[j], peak[j])
+                peak[j] = larger(wi[j], peak[j])
 
 
-@njit(nogil=True, cache=True, fastmath=_FUSED)
+@njit(nogil=True, cache=True, fastmath=FUSED)
 def both_kernel(acceleration: Array, rows: Array, state: Array, peaks: Array) -> None:
     """Find max |Im z| and max |Re(G z)| at the samples of each record.
 
@@ -189,36 +188,23 @@ def both_kernel(acceleration: Array, rows: Array, state: Array, peaks: Array) ->
                 a0, a1 = a[i], a[i + 1]
                 for j in range(er.size):
                     r, s, p, q = wr[j], wi[j], peak_x[j], peak_a[j]
-                    p = _larger(s + di[j] * a0, p)
-                    q = _larger(gr[j] * r + (gi[j] * s + ga[j] * a0), q)
-                    r, s = _step(r, s, er[j], ei[j], br[j], bi[j], a0)
-                    p = _larger(s + di[j] * a1, p)
-                    q = _larger(gr[j] * r + (gi[j] * s + ga[j] * a1), q)
-                    r, s = _step(r, s, er[j], ei[j], br[j], bi[j], a1)
+                    p = larger(s + di[j] * a0, p)
+                    q = larger(gr[j] * r + (gi[j] * s + ga[j] * a0), q)
+                    r, s = next_state(r, s, er[j], ei[j], br[j], bi[j], a0)
+                    p = larger(s + di[j] * a1, p)
+                    q = larger(gr[j] * r + (gi[j] * s + ga[j] * a1), q)
+                    r, s = next_state(r, s, er[j], ei[j], br[j], bi[j], a1)
                     wr[j], wi[j], peak_x[j], peak_a[j] = r, s, p, q
             for i in range(twos, n - 1):
                 for j in range(er.size):
-                    peak_x[j] = _larger(wi[j] + di[j] * a[i], peak_x[j])
-                    peak_a[j] = _larger(gr[j] * wr[j] + (gi[j] * wi[j] + ga[j] * a[i]), peak_a[j])
-                    wr[j], wi[j] = _step(wr[j], wi[j], er[j], ei[j], br[j], bi[j], a[i])
+                    peak_x[j] = larger(wi[j] + di[j] * a[i], peak_x[j])
+                    peak_a[j] = larger(gr[j] * wr[j] + (gi[j] * wi[j] + ga[j] * a[i]), peak_a[j])
+                    wr[j], wi[j] = next_state(wr[j], wi[j], er[j], ei[j], br[j], bi[j], a[i])
             for j in range(er.size):
                 wr[j] += dr[j] * a[n - 1]
                 wi[j] += di[j] * a[n - 1]
-                peak_x[j] = _larger(wi[j], peak_x[j])
-                peak_a[j] = _larger(gr[j] * wr[j] + gi[j] * wi[j], peak_a[j])
-
-
-@njit(nogil=True, cache=True, fastmath=_FUSED, inline="always")
-def _step(
-    r: float, s: float, er: float, ei: float, br: float, bi: float, a: float
-) -> tuple[float, float]:
-    return er * r - (ei * s - br * a), ei * r + (er * s + bi * a)
-
-
-@njit(nogil=True, cache=True, fastmath=_FUSED, inline="always")
-def _larger(value: float, peak: float) -> float:
-    size = abs(value)
-    return size if size > peak else peak
+                peak_x[j] = larger(wi[j], peak_x[j])
+                peak_a[j] = larger(gr[j] * wr[j] + gi[j] * wi[j], peak_a[j])
 
 
 def in_step_peak_responses(

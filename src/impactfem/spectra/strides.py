@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from impactfem.spectra.oscillator import StepCoefficients
+from impactfem.spectra.oscillator import FUSED, StepCoefficients, larger, next_state
 from impactfem.system.arrays import Array, Index
 
 LENGTHS = 64, 32, 16
@@ -50,19 +50,24 @@ class Strides:
     far: Array  #: Re and Im of e^(mλh), shape (2, k)
     bend: Array  #: H² ω² / 8, and H² (ω² H + ω_d) / 8 [s], shape (2, k)
 
-    def follow(self, a: Array, size: Array, state: Array, peak: Array) -> None:
-        """Raise the peaks of |Im z| at the samples of a record.
+    def end(self, n: int) -> int:
+        """Index of the sample at the end of the last stride in n samples."""
+        return (n - 1) // self.length * self.length
+
+    def follow(self, a: Array, state: Array, peak: Array) -> Array:
+        """Raise the peaks of |Im z| at the samples of a record, up to the end of its last stride.
 
         Args:
             a: Accelerations, shape (n,) [m/s2].
-            size: |a|, shape (n,) [m/s2].
-            state: Re and Im of the shifted state w at the first sample on entry, of the state z at
-                the last sample on return, shape (2, k) [m/s].
+            state: Re and Im of the shifted state w at the first sample, shape (2, k) [m/s].
             peak: max |Im z|, shape (k,) [m/s].
+
+        Returns:
+            The state at the end of the last stride.
         """
-        m, count = self.length, (len(a) - 1) // self.length
-        last = count * m
-        largest = np.maximum(size[:last].reshape(count, m).max(axis=1), size[m : last + 1 : m])
+        m, last = self.length, self.end(len(a))
+        count, size, state = last // m, np.abs(a[: last + 1]), np.ascontiguousarray(state)
+        largest = np.maximum(size[:-1].reshape(count, m).max(axis=1), size[m::m])
         at_once = max(1, CACHE // state.nbytes)
         w = np.empty((min(at_once, count) + 1, *state.shape))
         for first in range(0, count, at_once):
@@ -72,7 +77,7 @@ class Strides:
             added = ends[1:].reshape(len(samples), -1)
             np.matmul(samples @ self.columns, self.gains, out=added)
             _follow(part, m, self.rows, self.far, self.bend, largest[first:], ends, state, peak)
-        _finish(a[last:], self.rows, state, peak)
+        return state
 
 
 def strides_of(coefficients: StepCoefficients, rows: Array) -> tuple[list[Strides], Index]:
@@ -97,7 +102,7 @@ def strides_of(coefficients: StepCoefficients, rows: Array) -> tuple[list[Stride
     return found, np.sort(rest)
 
 
-@njit(nogil=True, cache=True, fastmath={"contract"})
+@njit(nogil=True, cache=True, fastmath=FUSED)
 def _follow(
     a: Array,
     m: int,
@@ -121,8 +126,7 @@ def _follow(
             r0, s0 = r[j], s[j]
             r[j] = added_r[j] + (fr[j] * r0 - fi[j] * s0)
             s[j] = added_s[j] + (fi[j] * r0 + fr[j] * s0)
-            size = abs(s[j] + di[j] * end)
-            peak[j] = size if size > peak[j] else peak[j]
+            peak[j] = larger(s[j] + di[j] * end, peak[j])
         w[i] = state
     # (2) tells in which strides a peak may be inside.
     bound = np.empty(k)
@@ -140,29 +144,6 @@ def _follow(
                 if bound[j] > peak[j]:
                     p, q, most = r0[j], s0[j], peak[j]
                     for n in range(i * m, (i + 1) * m):
-                        x = a[n]
-                        size = abs(q + di[j] * x)
-                        most = size if size > most else most
-                        p, q = (
-                            er[j] * p - (ei[j] * q - br[j] * x),
-                            ei[j] * p + (er[j] * q + bi[j] * x),
-                        )
+                        most = larger(q + di[j] * a[n], most)
+                        p, q = next_state(p, q, er[j], ei[j], br[j], bi[j], a[n])
                     peak[j] = most
-
-
-@njit(nogil=True, cache=True, fastmath={"contract"})
-def _finish(a: Array, rows: Array, state: Array, peak: Array) -> None:
-    """The samples behind the last stride, and z at the last one."""
-    er, ei, br, bi, dr, di = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
-    r, s = state[0], state[1]
-    for i in range(len(a)):
-        for j in range(len(peak)):
-            if i > 0:
-                x, p, q = a[i - 1], r[j], s[j]
-                r[j] = er[j] * p - (ei[j] * q - br[j] * x)
-                s[j] = ei[j] * p + (er[j] * q + bi[j] * x)
-            size = abs(s[j] + di[j] * a[i])
-            peak[j] = size if size > peak[j] else peak[j]
-    for j in range(len(peak)):
-        r[j] += dr[j] * a[-1]
-        s[j] += di[j] * a[-1]
