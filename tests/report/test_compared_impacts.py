@@ -57,7 +57,7 @@ def run(forces, models=None, impulse=5e5, device=1e4, maps=True, size=1.0):
     stores = {"pounding.nc": pounding, "forces.nc": points, "transient_maps.nc": fields}
     return SimpleNamespace(
         case={"pounding": {"models": models or {}}},
-        values={f"pounding.{name}": 0.5 * max(forces) for name in ["mean_force_5ms"] if forces}
+        values=({"pounding.mean_force_5ms": 0.5 * max(forces)} if forces else {})
         | {
             "device.fy.detailed.impact": device,
             "device.fx.detailed.impact": 1.0,

@@ -14,11 +14,11 @@ from impactfem.coupling.pounding import simulate
 from impactfem.stages.pounding.compute import (
     STEPS,
     Peaks,
+    comparison,
     floor_spectra,
     pounded,
     run_sticks,
     station_dofs,
-    told,
 )
 from impactfem.stages.pounding.figures import _response
 from impactfem.stages.pounding.scalars import stick_scalars
@@ -238,9 +238,9 @@ def test_the_mean_of_a_force_over_5_ms():
 
 
 def test_a_run_to_compare_with_that_fails(caplog):
-    """It ends no stage, and is told; what is wrong with the case ends it."""
-    with told("steps twice as long"):
+    """It is warned of and ends no stage; another error does."""
+    with comparison("steps twice as long"):
         raise SolutionError("no contact found")
-    assert "a run with steps twice as long, to compare with, failed: no contact" in caplog.text
-    with pytest.raises(MemoryError), told("steps twice as long"):
+    assert "the run with steps twice as long, for comparison, failed: no contact" in caplog.text
+    with pytest.raises(MemoryError), comparison("steps twice as long"):
         raise MemoryError

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from impactfem.coupling.contact import UNILATERAL, kelvin_voigt
+from impactfem.coupling.impacts import largest_means
 from impactfem.stages.pounding.compute import Peaks
 from impactfem.stages.pounding.scalars import mode_rows, stick_scalars
 from impactfem.sticks.calibration import Calibration, Parameters, Target
@@ -231,7 +232,7 @@ def test_the_last_period_of_a_run(study, rest):
         )
     )
     assert (ended.value > 0.0) == (rest > 0.0) and ended.value < 0.5 < cut.value
-    assert still.value < 1e-12 and cut.note.endswith("; in the last period")
+    assert still.value < 1e-12 and cut.note in ("west", "east")
 
 
 def test_lines_that_touch_in_3d(study):
@@ -257,7 +258,8 @@ def test_lines_that_touch_in_3d(study):
 
     found = of(system.pairs)
     assert found["pounding.contact_points"] == 1.0
-    assert 0.0 < found["pounding.mean_force_5ms"] < force.max()
+    means = largest_means(study.response.time, force)
+    assert found["pounding.mean_force_5ms"] == pytest.approx(means.max()) and means.max() > 0.0
     changes = [
         found[f"pounding.halved_{what}_change"] for what in ("force", "mean_force", "frs", "pfa")
     ]

@@ -20,6 +20,7 @@ IDENTITY = 1e-9
 """Largest residual of the discrete energy identity."""
 DEFECT = 0.05
 """What the time stepping may take or add in contact, of what the contact laws take."""
+UNKNOWN = "too few points, no contact force, or the run to compare with failed"
 COMPLEMENTARITY = 1e-10
 """Largest residual of unilateral contact."""
 BETWEEN = 0.05
@@ -32,10 +33,10 @@ SOIL = 0.2
 """Largest error of the model of a soil against the formulas or the table that it stands for."""
 LEFT = 0.01
 """What the ground may leave of its motion between two buildings, in parts of the least gap."""
-SWING = "pounding.swing_at_end"
-SWINGS = 0.5
-"""Displacement at the end of a run in parts of the largest one: two neighbours that each swing by
-half of it, the one forth and the other back, are as far out as one of them was."""
+SWING_AT_END = "pounding.swing_at_end"
+SWING = 0.5
+"""Largest displacement in the last period of a run over the largest of all. Two neighbours that
+swing against each other by half of it come as near as one of them did with all of it."""
 PENETRATION = 0.5
 """Largest penetration in parts of the gap."""
 STRENGTH = 1.0
@@ -319,11 +320,14 @@ def _accuracy(store: xr.Dataset, values: Mapping[str, float], required: int) -> 
     if "pounding.contact_points" in values:
         text = f"contact: {values['pounding.contact_points']:.0f} points in 3D"
         if "pounding.halved_force_change" not in values:
-            lines.append((None, f"{text}; too few, or no force, to see what half of them change"))
+            lines.append((None, f"{text}; what half of them change is not known: {UNKNOWN}"))
         else:
             lines.append(_changed(values, "halved", f"{text}; half of them change"))
     if "pounding.doubled_step_force_change" in values:
         lines.append(_changed(values, "doubled_step", "contact: steps twice as long change"))
+    elif "pounding.complementarity" in values:
+        what = "contact: what steps twice as long change is not known"
+        lines.append((None, f"{what}: {UNKNOWN}"))
     if "pounding.complementarity" in values:
         error = values["pounding.complementarity"]
         lines.append(limited("contact: complementarity", error, COMPLEMENTARITY))
@@ -383,12 +387,11 @@ def _swing(scalars: Sequence[Scalar]) -> list[Check]:
     """Whether the buildings have nearly come to rest when the run ends."""
     lines: list[Check] = []
     for one in scalars:
-        if one.name == SWING and one.value is not None:
-            name = one.note.removeprefix("of ").partition(";")[0]
-            text = f"pounding: at the end of the run {name} swings by"
-            met, text = limited(text, one.value, SWINGS, "% of its largest displacement")
+        if one.name == SWING_AT_END and one.value is not None:
+            text = f"pounding: in the last period of the run {one.note} still moves by"
+            met, text = limited(text, one.value, SWING, "% of its largest displacement")
             if not met:
-                text += ": what comes later is not computed; see duration of [pounding]"
+                text += "; what comes after it is not computed: see duration of [pounding]"
             lines.append((met, text))
     return lines
 

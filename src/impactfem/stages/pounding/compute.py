@@ -149,12 +149,14 @@ class StickStudy:
 
 
 @contextmanager
-def told(what: str) -> Iterator[None]:
-    """Warn where a run that only tells what a change makes of another one does not succeed."""
+def comparison(what: str) -> Iterator[None]:
+    """Warn, and go on, where a run that others are only compared with does not succeed."""
     try:
         yield
     except SolutionError as error:
-        LOGGER.warning("warning: pounding: a run with %s, to compare with, failed: %s", what, error)
+        LOGGER.warning(
+            "warning: pounding: the run with %s, for comparison, failed: %s", what, error
+        )
 
 
 def run_sticks(
@@ -201,11 +203,11 @@ def run_sticks(
             in_3d = Pounding3D(case, system, models)
             response, free = in_3d.respond(ground, dt, loads), in_3d.free(ground, dt, loads)
             # What either changes is a check of the run, which does not need it.
-            with told("half of the points of contact"):
+            with comparison("half of the points of contact"):
                 if ready is None and all(len(line) > FEW for line in models.lines):
                     fewer = Pounding3D(case, system, models, every=2)
                     others["halved"] = fewer.respond(ground, dt, loads)
-            with told("steps twice as long"):
+            with comparison("steps twice as long"):
                 if ready is None and in_3d.unilateral:
                     coarse = ground_of(case, histories, 2.0 * dt)
                     with quiet(warnings=False):  # those of the case's own steps are given

@@ -242,7 +242,7 @@ def _pounding(study: StickStudy) -> list[Row]:
                 swings.append((float(swing) / peak if peak > 0.0 else 0.0, stick.name))
             rows.append((f"pounding.peak_displacement{label}.{stick.name}", peak, "m", note))
     swing, name = max(swings)
-    rows.append(("pounding.swing_at_end", swing, "-", f"of {name}; in the last period"))
+    rows.append(("pounding.swing_at_end", swing, "-", name))
     main = study.main_impact
     note = f"pair {main.pair.name}" if main else "no impact"
     rows += [
