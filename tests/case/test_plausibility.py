@@ -317,6 +317,8 @@ def test_two_motions_that_are_one(written, broken):
         ("HNZ", "z", ""),
         ("EW", "y", ""),
         ("upper", "y", ""),
+        *((name, "y", "") for name in ("version", "V1", "acc_x")),
+        *((name, "z", "") for name in ("ch 003", "a_v")),
         *((name, "x", f"{name} is the name of a vertical") for name in ("Z", "Up-Down", "acc_z")),
         *((name, "z", f"{name} is the name of a horizontal") for name in ("north", "a H1")),
     ],
@@ -337,8 +339,9 @@ def test_a_component_along_another_direction(broken, component, direction, told)
     [
         ("RSN6_IMPVALL.I_I-ELC-UP", "x", "RSN6_IMPVALL.I_I-ELC-UP is the name of a vertical"),
         ("RSN79_SFERN_PAS-DWN", "x", "a vertical component"),
+        ("RSN5618_IWATE_IWT010UD", "y", "a vertical component"),
         ("RSN6_IMPVALL.I_I-ELC180", "x", ""),
-        ("RSN6_IMPVALL.I_I-ELC-180", "z", "a horizontal component"),
+        ("RSN6_IMPVALL.I_I-ELC180", "z", "a horizontal component"),
         ("A-ELC-VER", "z", ""),
     ],
 )

@@ -32,10 +32,11 @@ PEAK = (0.99, 1.3)
 less, but values are rounded; US NRC SRP 3.7.1 has no ordinate above 1.3."""
 AT_REST = 0.5
 """Velocity at the end of a record over the largest that is told: that of noise is well below."""
-UPRIGHT = re.compile(r"ud[12]?|updown|up|dwn|down|v|z|ver\w*|vrt|[bcehs][ghln]z")
-LEVEL = re.compile(r"ns[12]?|ew[12]?|northsouth|eastwest|north|east|h[12]|\d{3}|[bcehs][ghln][ne]")
-"""Names of vertical and of horizontal components: of columns, or as the names of files end (K-NET,
-SEED, PEER with an azimuth)."""
+UPRIGHT = re.compile(r"ud[12]?|updown|up|down|v|z|vert|vertical|[bcehls][ghln]z")
+LEVEL = re.compile(r"ns[12]?|ew[12]?|northsouth|eastwest|north|east|h[12]|[bcehls][ghln][ne]")
+"""Names of vertical and of horizontal components, of columns or endings of files (K-NET, SEED)."""
+PEER_UPRIGHT, PEER_LEVEL = re.compile(r"(up|ud|dwn|ver|vrt|-v|-z)$"), re.compile(r"\d{3}$")
+"""How the names of files of PEER end, those of horizontal components with their azimuth."""
 LEFT_OUT = 0.1
 """Part of the Arias intensity after the time that is computed; the significant duration leaves out
 5 % after its end."""
@@ -145,12 +146,7 @@ def hardly_meant(case: Case) -> list[Fault]:
                     )
                     found.append(source.remark(place, text))
             elif isinstance(motion, RecordMotion):
-                # A file of PEER is named by the component, and K-NET's ends with it.
-                at2 = motion.file.suffix.lower() == ".at2"
-                name = motion.component or (motion.file.stem if at2 else motion.file.suffix[1:])
-                words = re.findall(r"[a-z0-9]+", name.lower())
-                names = LEVEL if motion.direction == "z" else UPRIGHT
-                if any(names.fullmatch(one) for one in ("".join(words), *words[-1:])):
+                if name := _name_of_another_direction(motion):
                     kind = "horizontal" if motion.direction == "z" else "vertical"
                     text = f"{name} is the name of a {kind} component"
                     found.append(Fault(motion.file, "direction", motion.direction, text))
@@ -182,6 +178,18 @@ def hardly_meant(case: Case) -> list[Fault]:
         except InputError:
             continue
     return found
+
+
+def _name_of_another_direction(motion: RecordMotion) -> str:
+    """The name of a record's component where it is vertical for a horizontal motion, or reverse."""
+    vertical = motion.direction == "z"
+    if motion.file.suffix.lower() == ".at2":
+        name = motion.file.stem
+        return name if (PEER_LEVEL if vertical else PEER_UPRIGHT).search(name.lower()) else ""
+    name = motion.component or motion.file.suffix[1:]
+    words = re.findall(r"[a-z0-9]+", name.lower())
+    names = LEVEL if vertical else UPRIGHT
+    return name if any(names.fullmatch(one) for one in ("".join(words), *words[-1:])) else ""
 
 
 def checked_durations(motions: Sequence[Motion], path: Path | None = None) -> list[float]:
