@@ -186,7 +186,9 @@ def test_a_key_that_the_data_do_not_see(case, written, tmp_path):
     assert result.identification.unseen == [2]
     (text,) = [text for text in result.warnings if "do not see damping.ratio" in text]
     assert result.u[2] == result.problem.start[2]
-    assert text.endswith("it keeps its start")  # of this case, which fits nothing itself
+    assert text.endswith(
+        "its value is that of its start"
+    )  # of this case, which fits nothing itself
     assert np.isinf(result.bound[2]) and np.isfinite(result.bound[:2]).all()
     assert result.values[2] == pytest.approx(0.05, abs=1e-6)  # as it was
     rows = (tmp_path / "f" / "fit_keys.csv").read_text().splitlines()

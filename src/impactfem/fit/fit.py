@@ -217,15 +217,16 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
         u = found[0].x
     J = ratio[:, None] * cheap.slopes(u)
     identification = identified(problem, J)
-    # What the data do not see has the start of the best search, which was drawn: it keeps its own.
+    # A key that the data do not see has a random value where the best search had a random start. It
+    # gets that of the first start, unless the data then change after all.
     free, keys = problem.fit.free, problem.keys
-    idle = [k for k in identification.unseen if free[keys[k]].prior is None]
-    own = u.copy()
-    own[idle] = first[idle]
-    last, kept = fine.at(u), fine.at(own)
-    change = (np.array(kept.values) - np.array(last.values)) / problem.deviation
+    unseen = [k for k in identification.unseen if free[keys[k]].prior is None]
+    reset = u.copy()
+    reset[unseen] = first[unseen]
+    last, again = fine.at(u), fine.at(reset)
+    change = (np.array(again.values) - np.array(last.values)) / problem.deviation
     if float(np.linalg.norm(change)) < BLIND:
-        u, last = own, kept
+        u, last = reset, again
     posterior = None
     if problem.fit.posterior is not None:
         posterior = sample(problem, u, identification, folder)
@@ -317,8 +318,8 @@ def _warnings(result: Fit) -> list[str]:
     anew = _fitted_anew(problem.case(result.u)) if found.unseen else ""
     for k in found.unseen:
         has_prior = problem.fit.free[keys[k]].prior is not None
-        own = result.u[k] == problem.start[k]
-        rest = "it keeps its start" if own else "its value says nothing"
+        reset = result.u[k] == problem.start[k]
+        rest = "its value is that of its start" if reset else "its value says nothing"
         rest = "its value is that of its prior" if has_prior else rest
         texts.append(
             f"the data do not see {keys[k]}: by the slope here they change by {found.reach[k]:.2g} "

@@ -329,11 +329,11 @@ def _line(
         spacing = case.pounding.contact_spacing or spread.patch_width
         s = np.linspace(low, high, 1 + max(1, math.ceil((high - low) / spacing)))
     # Where an edge that is not quite straight is nearest to the other side there is a point, too.
-    out = np.concatenate([end.shape[0][end.shape[1] != 0.0] for end in ends])
-    out = out[(out > low + SHORT) & (out < high - SHORT)]
-    both = _gap(pairs, ends, n, t, np.append(out, s))
-    if both is not None and out.size and both[: len(out)].min() < both[len(out) :].min() - CLOSED:
-        nearest = out[both[: len(out)].argmin()]
+    bent = np.concatenate([at[out != 0.0] for at, out in (end.shape for end in ends)])
+    places = np.append(s, bent[(bent > low + SHORT) & (bent < high - SHORT)])
+    gap = _gap(pairs, ends, n, t, places)
+    if gap is not None and gap.min() < gap[: len(s)].min() - CLOSED:
+        nearest = places[gap.argmin()]
         far = np.abs(s - nearest) > SHORTEST * np.diff(s).min()
         s = np.sort(np.append(s[far | (s == low) | (s == high)], nearest))
     begin, finish = np.append(s[:1], s[:-1]), np.append(s[1:], s[-1:])

@@ -409,8 +409,10 @@ def reduce_building(
         fine=grown.fine,
         errors=grown.differences,
     )
-    # The vectors of contacts make the models better: their errors, as where these are used again.
-    return (made.serving(plan)[0] if plan.contacts else None) or made
+    if not plan.contacts:
+        return made
+    # The vectors of contacts make the models better: the errors are theirs, as where they are read.
+    return made.serving(plan)[0] or made
 
 
 def _carried_forces(
