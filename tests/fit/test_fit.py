@@ -204,6 +204,29 @@ def test_a_key_that_the_data_do_not_see(case, written, tmp_path):
     assert known.identification.deviation[2] * 0.08 == pytest.approx(0.03 * 0.005, rel=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("most", "seen", "words"), [(20.0, "not here", "is not fitted: at 0.05 "), (0.5, "no", "")]
+)
+def test_a_key_that_the_data_see_elsewhere(case, written, tmp_path, monkeypatch, most, seen, words):
+    """As a gap where nothing touches: no slope, and so many deviations at the lower bound."""
+    free = "starts = 1\n" + FREE + '[free."damping.ratio"]\nbounds = ["1 %", "9 %"]\n'
+
+    def touching(problem, u, folder, slopes=False):
+        found = evaluate(problem, u, folder, slopes)
+        more = most * problem.deviation[0] * max(0.0, 1.0 - u[2] / 0.4)
+        return replace(found, values=[found.values[0] + more, *found.values[1:]])
+
+    monkeypatch.setattr(sys.modules["impactfem.fit.fit"], "evaluate", touching)
+    result = study.fit(case, written(free + TARGETS), out=tmp_path / "f")
+    assert result.across[2] == pytest.approx((most, 0.0), rel=1e-6, abs=1e-6)
+    assert result.unseen == ([2] if most < 1.0 else [])
+    assert (tmp_path / "f" / "fit_keys.csv").read_text().splitlines()[3].endswith(f",no,{seen}")
+    (text,) = [text for text in result.warnings if "damping.ratio" in text]
+    assert ("do not see damping.ratio: by the slope" in text) == (most < 1.0)
+    if words:
+        assert words in text and "by 20 standard deviations" in text and "lower bound" in text
+
+
 def test_a_key_that_the_data_do_not_see_keeps_its_start(case, written, tmp_path, monkeypatch):
     """Where the best search began elsewhere, too; not where that changes what the model gives."""
     free = FREE + '[free."damping.ratio"]\nbounds = ["1 %", "9 %"]\n'

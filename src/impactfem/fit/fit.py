@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack
@@ -217,6 +218,9 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
         u = found[0].x
     J = ratio[:, None] * cheap.slopes(u)
     identification = identified(problem, J)
+    # A slope says what data see from here. A gap where nothing touches has none, but a bound where
+    # something does.
+    across = {k: _across(cheap, u, k, ratio) for k in identification.unseen}
     # A key that the data do not see has a random value where the best search had a random start. It
     # gets that of the first start, unless the data then change after all.
     free, keys = problem.fit.free, problem.keys
@@ -240,6 +244,7 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
         last.shown,
         J,
         identification,
+        across,
         posterior,
         len(fine.used | cheap.used),
         rounds,
@@ -255,6 +260,25 @@ def _step(problem: Problem, u: Array, values: Array, J: Array) -> Array:
     rows = np.vstack([J / problem.deviation[:, None], _prior_rows(problem)])
     r = np.append((values - problem.value) / problem.deviation, problem.prior_errors(u))
     return np.asarray(scipy.optimize.lsq_linear(rows, -r, (-u, 1.0 - u)).x)
+
+
+def _across(evaluator: Evaluator, u: Array, k: int, ratio: Array) -> tuple[float, float]:
+    """Standard deviations by which the data change where key k alone goes to its bounds.
+
+    nan of a bound where the case is refused or cannot be computed.
+    """
+    here, deviation = evaluator.values(u), evaluator.problem.deviation
+
+    def to(bound: float) -> float:
+        place = u.copy()
+        place[k] = bound
+        try:
+            change = ratio * (np.array(evaluator.at(place).values) - here) / deviation
+        except (InputError, SolutionError):
+            return math.nan
+        return float(np.linalg.norm(change))
+
+    return to(0.0), to(1.0)
 
 
 def search(
@@ -319,6 +343,17 @@ def _warnings(result: Fit) -> list[str]:
     for k in found.unseen:
         has_prior = problem.fit.free[keys[k]].prior is not None
         reset = result.u[k] == problem.start[k]
+        if k not in result.unseen:
+            bounds = problem.fit.free[keys[k]].bounds
+            changes = np.nan_to_num(result.across[k])
+            at = int(changes.argmax())
+            texts.append(
+                f"{keys[k]} is not fitted: at {result.values[k]:.4g} {bounds[at].unit} the data do "
+                f"not see it by their slope, but they change by {changes[at]:.2g} standard "
+                f"deviations where it alone goes to its {('lower', 'upper')[at]} bound; start "
+                "where they do"
+            )
+            continue
         rest = "its value is that of its start" if reset else "its value says nothing"
         rest = "its value is that of its prior" if has_prior else rest
         texts.append(

@@ -15,7 +15,7 @@ from impactfem.plot.style import BLUE, ORANGE, figure
 from impactfem.plot.table import Cell, Table
 from impactfem.system.arrays import Array
 from impactfem.system.files import atomic, write_json
-from impactfem.system.least_squares import Identification, Minimum
+from impactfem.system.least_squares import BLIND, Identification, Minimum
 
 FITTED = "fitted.toml"
 QUANTILES = (0.025, 0.5, 0.975)
@@ -35,7 +35,10 @@ class Fit:
     after: Array  #: and at the end
     shown: dict[str, float]  #: MAC of measured modes, at the end
     J: Array  #: slopes of what it gives at the end, shape (m, n)
-    identification: Identification  #: what the data say about the keys
+    identification: Identification  #: what the data say about the keys, by the slopes
+    #: Of keys whose slopes say nothing: standard deviations by which the data change where one
+    #: alone goes to its lower and its upper bound; nan where the case has no result there.
+    across: dict[int, tuple[float, float]]
     posterior: Sample | None  #: where it was sampled
     evaluations: int  #: number of evaluations, of the case and of the cheaper one
     rounds: int  #: corrections by the case itself; 0 without a cheaper one
@@ -56,6 +59,11 @@ class Fit:
         # Beyond the bounds of a key its ± says nothing.
         b = self.identification.bound
         return np.where(b < 1.0, b * slopes, np.inf)
+
+    @property
+    def unseen(self) -> list[int]:
+        """The keys that the data see neither by their slopes nor at a bound."""
+        return [k for k, changes in self.across.items() if not max(changes) >= BLIND]
 
     @property
     def errors(self) -> tuple[Array, Array]:
@@ -92,7 +100,7 @@ def keys_table(result: Fit) -> Table:
         deviation = found.deviation[k] * entry.slope(float(result.u[k]))
         row: list[Cell] = [key, entry.bounds[0].unit, float(start[k]), float(result.values[k])]
         row += [_known(result.bound[k]), _known(deviation), result.at_bound[k]]
-        row.append("no" if k in found.unseen else "yes")
+        row.append("no" if k in result.unseen else "not here" if k in result.across else "yes")
         if quantiles is not None:
             row += [float(one) for one in quantiles[:, k]]
         rows.append(tuple(row))
@@ -167,6 +175,7 @@ def write_results(result: Fit) -> Fit:
         "singular_values": [float(one) for one in found.singular_values],
         "directions": found.directions.tolist(),
         "reach": [float(one) for one in found.reach],
+        "across": {problem.keys[k]: list(changes) for k, changes in result.across.items()},
         "correlation": [[_known(one) for one in row] for row in found.correlation],
         "minima": [
             {"keys": problem.values(one.x).tolist(), "cost": one.cost, "met": one.met}
