@@ -7,7 +7,7 @@ import scipy.sparse as sp
 
 from impactfem.reduction import galerkin
 from impactfem.reduction.galerkin import (
-    NEAR,
+    LOCAL,
     GalerkinModes,
     append_at_shift,
     append_chain,
@@ -90,11 +90,11 @@ def test_each_contact_force_at_further_shifts(completed):
             found.append((size[0] / size[1]).max())
         return found
 
-    assert min(outside()) > 10.0 * NEAR
+    assert min(outside()) > 10.0 * LOCAL
     append_at_shift(basis, sp.csr_matrix(G), shifts[0])
-    assert outside()[0] < NEAR < 10.0 * NEAR < outside()[1]
+    assert outside()[0] < LOCAL < 10.0 * LOCAL < outside()[1]
     append_at_shift(basis, G, shifts[1])
-    assert max(outside()) < NEAR
+    assert max(outside()) < LOCAL
 
 
 @pytest.mark.parametrize("at_once", [1, 5, 100])

@@ -24,7 +24,7 @@ from impactfem.reduction.error_band import (
     transfer_bound,
 )
 from impactfem.reduction.foundation import Foundation
-from impactfem.reduction.galerkin import NEAR, GalerkinModes
+from impactfem.reduction.galerkin import LOCAL, GalerkinModes
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced import ReducedModel, residual_gram, residual_norms
 from impactfem.system.arrays import Array, Index
@@ -37,8 +37,6 @@ AT_ONCE = 4
 LOWEST = 0.5
 PER_OCTAVE = 12
 """Frequencies at which the error is estimated: from LOWEST [Hz] up, so many an octave."""
-DEPENDENT = 1e-8
-"""Part of the responses to local loads, over the largest, that still is a vector of the space."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -379,13 +377,13 @@ def completed(
     λ_Φ = modes.eigenvalue[:, None]
     kept = partial(modes.vectors.rows, first=0, last=count)
 
-    def outside(columns: Array, x: Array, least: float) -> Array:
+    def outside(columns: Array, x: Array) -> Array:
         """Directions of Φ x outside orthonormal columns, but for those that hardly are."""
         W = Φ @ (x / np.linalg.norm(x, axis=0))
         for _ in range(2):
             W -= columns @ (columns.T @ W)
         U, size, _ = svd(W, full_matrices=False)
-        return np.asarray(U[:, size > least])
+        return np.asarray(U[:, size > LOCAL])
 
     def model(size: int) -> ReducedModel:
         # What was appended is orthogonal to the whole Krylov space, and a model has a part of this:
@@ -393,12 +391,11 @@ def completed(
         columns = np.eye(count, size)
         x, steps = varying
         for _ in range(steps):
-            W = outside(columns, x / (λ_Φ + known.model.shift), DEPENDENT)
+            W = outside(columns, x / (λ_Φ + known.model.shift))
             columns, x = np.hstack([columns, W]), Φ.T @ W
         f, shifts = single
-        for k, shift in enumerate(shifts):
-            W = outside(columns, f / (λ_Φ + shift), NEAR if k else DEPENDENT)
-            columns = np.hstack([columns, W])
+        for shift in shifts:
+            columns = np.hstack([columns, outside(columns, f / (λ_Φ + shift))])
         λ, Y = modes.within(columns)
         return ReducedModel(λ, Y.T @ V_F, Y, known.model.shift, np.zeros((0, len(λ))))
 

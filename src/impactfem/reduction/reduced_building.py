@@ -32,6 +32,7 @@ from impactfem.dynamics.soil import Soil
 from impactfem.reduction.edge_force import EdgeForce, even, inward, smooth
 from impactfem.reduction.foundation import GROUND, Foundation
 from impactfem.reduction.galerkin import (
+    LOCAL,
     GalerkinModes,
     append_at_shift,
     append_chain,
@@ -333,7 +334,7 @@ def reduce_building(
                 append_chain(basis, touching @ varying, steps=SMOOTH_RESPONSES)
                 walls = [] if wall is None else [wall.contact]
                 contacts = independent([*walls, touching], model.mass.getComm().tompi4py())
-                append_responses(basis, contacts, steps=1)
+                append_responses(basis, contacts, steps=1, dependent=LOCAL)
             elif wall is not None:
                 append_contacts(basis, wall.contact)
             append_responses(basis, anchors)
