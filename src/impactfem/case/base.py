@@ -130,6 +130,19 @@ def together(first: str, second: str, words: str = "") -> Any:
     return rule(second, first)(wrong)
 
 
+def either(first: str, second: str, words: str, *others: str) -> Any:
+    """The rule that one of two fields is given, and not both; the fault is the second one's.
+
+    It is applied where the other fields are free of faults as well.
+    """
+
+    def wrong(value: Any, other: Any, *_: Any) -> Iterator[str]:
+        if (value is None) == (other is None):
+            yield f"expected either {words}"
+
+    return rule(second, first, *others)(wrong)
+
+
 def ascending(field: str, expected: str) -> Any:
     """The rule that the values of a field, where it has any, increase."""
 

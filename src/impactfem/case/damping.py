@@ -6,9 +6,9 @@ import itertools
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationInfo
+from pydantic import Field, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, ascending, rule
+from impactfem.case.base import Section, ascending, refuse, rule, together
 from impactfem.case.leaf import Name, Text
 from impactfem.case.quantity import CalibratedRestitution, Frequency, Quantity, Rate, Ratio
 from impactfem.case.unit import TIME
@@ -17,7 +17,6 @@ from impactfem.system.errors import ImpactfemError
 
 ModalRatio = Annotated[float, Ratio(at_least=0, below=1)]
 CurveRatio = Annotated[float, Ratio(at_least=0)]
-
 
 RAYLEIGH = ("ratio", "frequencies", "mass_coefficient", "stiffness_coefficient")
 KEYS = {
@@ -28,6 +27,7 @@ KEYS = {
     "modes": ("ratios", *RAYLEIGH),
 }
 """Keys of each type of damping."""
+_BY_TYPE = dict.fromkeys(key for keys in KEYS.values() for key in keys)
 
 
 class Damping(Section):
@@ -67,36 +67,35 @@ class Damping(Section):
 
     _in_order = ascending("frequencies", "expected two different frequencies, the lower one first")
 
+    @field_validator(*_BY_TYPE)
+    @classmethod
+    def _of_the_type(cls, value: Any, info: ValidationInfo) -> Any:
+        type_ = info.data.get("type")
+        if value is not None and type_ is not None and info.field_name not in KEYS[type_]:
+            taken = ", ".join(KEYS[type_])
+            raise refuse(f"expected none: damping of type '{type_}' takes {taken}")
+        return value
+
     @rule("ratio", "type")
     @staticmethod
     def _constant(ratio: float | None, type_: str) -> Iterator[str]:
         if ratio is None and type_ == "constant":
             yield "missing; expected the damping ratio of all modes"
-        yield from _foreign("ratio", ratio, type_)
 
     @rule("frequencies", "type", "ratio")
     @staticmethod
-    def _with_ratio(
-        frequencies: tuple[float, float] | None, type_: str, ratio: float | None
-    ) -> Iterator[str]:
-        yield from _foreign("frequencies", frequencies, type_)
+    def _with_ratio(frequencies: Any, type_: str, ratio: float | None) -> Iterator[str]:
         if type_ != "constant" and (frequencies is None) != (ratio is None):
             yield "expected ratio and frequencies together"
 
     @rule("mass_coefficient", "type", sited=True)
     @staticmethod
-    def _one_way(coefficient: float | None, type_: str, info: ValidationInfo) -> Iterator[str]:
-        yield from _foreign("mass_coefficient", coefficient, type_)
+    def _one_way(coefficient: float | None, _: str, info: ValidationInfo) -> Iterator[str]:
         # A ratio that has a fault of its own is given as well.
         if coefficient is not None and info.data.get("ratio", "at fault") is not None:
             yield "expected either ratio and frequencies or the two coefficients, not both"
 
-    @rule("stiffness_coefficient", "type", "mass_coefficient")
-    @staticmethod
-    def _both(beta: float | None, type_: str, alpha: float | None) -> Iterator[str]:
-        yield from _foreign("stiffness_coefficient", beta, type_)
-        if (beta is None) != (alpha is None):
-            yield "expected mass_coefficient and stiffness_coefficient together"
+    _both = together("mass_coefficient", "stiffness_coefficient")
 
     @rule("stiffness_coefficient", "type", "ratio", "frequencies", "mass_coefficient")
     @staticmethod
@@ -108,7 +107,6 @@ class Damping(Section):
     @rule("points", "type")
     @staticmethod
     def _points(points: tuple[tuple[float, float], ...] | None, type_: str) -> Iterator[str]:
-        yield from _foreign("points", points, type_)
         if points is None and "points" in KEYS[type_]:
             yield "missing; expected frequencies with their ratios"
         if points is not None and any(b <= a for (a, _), (b, _) in itertools.pairwise(points)):
@@ -122,7 +120,6 @@ class Damping(Section):
     @rule("ratios", "type")
     @staticmethod
     def _ratios(ratios: tuple[float, ...] | None, type_: str) -> Iterator[str]:
-        yield from _foreign("ratios", ratios, type_)
         if ratios is None and type_ == "modes":
             yield "missing; expected a ratio of each of the first modes"
 
@@ -146,12 +143,6 @@ class Damping(Section):
         if self.ratio is None or self.frequencies is None:
             raise ValueError("this damping was made without validation: it has no coefficients")
         return Rayleigh.through(self.ratio, *self.frequencies)
-
-
-def _foreign(key: str, value: Any, type_: str) -> Iterator[str]:
-    """The fault of a key that is none of a type of damping."""
-    if value is not None and key not in KEYS[type_]:
-        yield f"expected none: damping of type '{type_}' takes {', '.join(KEYS[type_])}"
 
 
 class Parts(Section):

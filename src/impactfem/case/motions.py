@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import ConfigDict, Field, ValidationInfo, create_model, field_validator
 
-from impactfem.case.base import Section, ascending, nearest, refuse, rule, step_within
+from impactfem.case.base import Section, ascending, either, nearest, refuse, rule, step_within
 from impactfem.case.contacts import unit_vector
 from impactfem.case.design_spectrum import SpectrumEntry, TableSpectrum
 from impactfem.case.floors import floors_of
@@ -241,11 +241,7 @@ class Ensemble(Section):
         if count == 1:
             yield "expected 0, or at least 2: statistics of one motion there are none"
 
-    @rule("records", "motions")
-    @staticmethod
-    def _either(records: Path | None, motions: int | None) -> Iterator[str]:
-        if (records is None) == (motions is None):
-            yield "expected either motions or records"
+    _either = either("motions", "records", "motions or records")
 
     def files(self) -> tuple[Path, ...]:
         """The records of the folder in the order of their names; none for synthetic motions."""

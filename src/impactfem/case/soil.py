@@ -3,13 +3,14 @@
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 
-from impactfem.case.base import Section, rule
+from impactfem.case.base import Section, either, rule, together
 from impactfem.case.leaf import Words
 from impactfem.case.quantity import (
     Density,
@@ -49,25 +50,9 @@ class Raft(Section):
     density: Density | None = Field(default=None, validate_default=True)
     """Density of the raft, in place of its mass."""
 
-    @rule("width", "length")
-    @staticmethod
-    def _both(width: float | None, length: float | None) -> Iterator[str]:
-        if (width is None) != (length is None):
-            yield "expected length and width together"
-
-    @rule("radius", "length", "width")
-    @staticmethod
-    def _one_shape(
-        radius: float | None, length: float | None, width: float | None
-    ) -> Iterator[str]:
-        if (radius is None) == (length is None):
-            yield "expected either length and width, or the radius of a disk"
-
-    @rule("density", "mass")
-    @staticmethod
-    def _one_of_both(density: float | None, mass: float | None) -> Iterator[str]:
-        if (density is None) == (mass is None):
-            yield "expected either the mass of the raft or its density"
+    _both = together("length", "width")
+    _one_shape = either("length", "radius", "length and width, or the radius of a disk", "width")
+    _one_of_both = either("mass", "density", "the mass of the raft or its density")
 
     @property
     def area(self) -> float:
@@ -159,34 +144,6 @@ class HalfSpaceSoil(_OnRaft):
 Matrix = tuple[tuple[Number, Number, Number, Number, Number, Number], ...]
 
 
-class MatrixSoil(_OnRaft):
-    """Springs and dashpots by their matrices, such as those of a static analysis of the ground."""
-
-    type: Literal["matrices"]
-    """By matrices."""
-    stiffness: Matrix = Field(min_length=6, max_length=6)
-    """Stiffness about the middle of the raft's underside, six rows of x, y, z, rx, ry, rz in N/m,
-    N/rad, N m/m and N m/rad, without units."""
-    damping: Matrix = Field(min_length=6, max_length=6)
-    """Dashpots, likewise in N s/m, N s/rad, N m s/m and N m s/rad: radiation damping."""
-
-    @rule("stiffness")
-    @staticmethod
-    def _holds(stiffness: Matrix) -> Iterator[str]:
-        yield from _wrong(stiffness, above=True)
-
-    @rule("damping")
-    @staticmethod
-    def _takes(damping: Matrix) -> Iterator[str]:
-        yield from _wrong(damping, above=False)
-
-    @property
-    def law(self) -> Soil:
-        """The soil about the base of the building."""
-        C, none = np.array(self.damping), np.zeros((6, 6))
-        return self._about_the_top(Soil(NO_RAFT, none, C, np.array(self.stiffness), none))
-
-
 def _wrong(rows: Matrix, above: bool) -> Iterator[str]:
     A = np.array(rows)
     if np.abs(A - A.T).max() > SYMMETRIC * np.abs(A).max():
@@ -198,6 +155,27 @@ def _wrong(rows: Matrix, above: bool) -> Iterator[str]:
     least = np.linalg.eigvalsh(A / np.outer(size, size))[0]
     if least <= 0.0 if above else least < -SYMMETRIC:
         yield f"expected a matrix that is positive {'' if above else 'semi'}definite"
+
+
+class MatrixSoil(_OnRaft):
+    """Springs and dashpots by their matrices, such as those of a static analysis of the ground."""
+
+    type: Literal["matrices"]
+    """By matrices."""
+    stiffness: Matrix = Field(min_length=6, max_length=6)
+    """Stiffness about the middle of the raft's underside, six rows of x, y, z, rx, ry, rz in N/m,
+    N/rad, N m/m and N m/rad, without units."""
+    damping: Matrix = Field(min_length=6, max_length=6)
+    """Dashpots, likewise in N s/m, N s/rad, N m s/m and N m s/rad: radiation damping."""
+
+    _holds = rule("stiffness")(partial(_wrong, above=True))
+    _takes = rule("damping")(partial(_wrong, above=False))
+
+    @property
+    def law(self) -> Soil:
+        """The soil about the base of the building."""
+        C, none = np.array(self.damping), np.zeros((6, 6))
+        return self._about_the_top(Soil(NO_RAFT, none, C, np.array(self.stiffness), none))
 
 
 class ImpedanceRow(Section):
