@@ -80,9 +80,6 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
         channel, quantity, i = _block(file, i, *header)
         if _is_acceleration(quantity):
             channels.append(channel)
-    numbers = {channel.number for channel in channels}
-    if len(numbers) < len(channels) or "?" in numbers:  # the place in the file counts then
-        channels = [replace(c, number=str(n)) for n, c in enumerate(channels, start=1)]
     return read_channel(file, channels, component)
 
 

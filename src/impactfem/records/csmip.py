@@ -2,7 +2,6 @@
 
 import math
 import re
-from dataclasses import replace
 
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.records.file import (
@@ -65,9 +64,12 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
                 begin + 1, lines[begin].strip(), f"the header ends otherwise; {file.expected}"
             )
         step, factor = read_number(match[3]), ACCELERATION_UNITS.get(plain_unit(match[4]))
+        # The step of the real header has eight columns of 10 a line; 0 where it is not given.
+        row, column = divmod(_STEP - 1, 8)
+        exact = read_number(lines[begin - REAL_LINES + row][10 * column : 10 * (column + 1)])
         if step is None or step <= 0.0:
             file.note(begin + 1, match[3], "expected a time step in seconds")
-        elif (exact := _exact_step(lines[begin - REAL_LINES : begin])) is not None:
+        elif exact is not None and exact > 0.0:
             digits = len(match[3].rstrip(".").partition(".")[2])
             if abs(exact - step) <= 0.5001 * 10.0**-digits:
                 step = exact
@@ -109,16 +111,7 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
             )
         )
         start = end + 1
-    if len({channel.number for channel in channels}) < len(channels):
-        channels = [replace(one, number=str(k)) for k, one in enumerate(channels, start=1)]
     return read_channel(file, channels, component)
-
-
-def _exact_step(header: list[str]) -> float | None:
-    """The time step of the real header, eight columns of 10 a line [s]; None where it has none."""
-    row, column = divmod(_STEP - 1, 8)
-    value = read_number(header[row][10 * column : 10 * (column + 1)].strip())
-    return value if value is not None and value > 0.0 else None
 
 
 FORMAT = Format(

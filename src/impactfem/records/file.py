@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NoReturn
 
@@ -180,7 +180,7 @@ class Format:
 class Channel:
     """An acceleration of a file that holds several, in fixed columns."""
 
-    number: str  #: at the station, as text
+    number: str  #: at the station, as text; "?" where the file does not say it
     orientation: str  #: in the file's words ("90 Deg", "Up"); may be empty
     code: str  #: in the network ("HNE"); may be empty
     title: str  #: what it is a record of, for the origin of the accelerogram
@@ -215,6 +215,9 @@ def read_channel(
     """
     if not channels:
         file.fail(None, None, "the file holds no acceleration")
+    numbers = {channel.number for channel in channels}
+    if len(numbers) < len(channels) or "?" in numbers:  # the place in the file counts then
+        channels = [replace(one, number=str(k)) for k, one in enumerate(channels, start=1)]
     known = "; ".join(channel.label for channel in channels)
     channel = channels[file.choose(component, [channel.names for channel in channels], known)]
     samples = file.samples(
