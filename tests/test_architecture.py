@@ -61,9 +61,9 @@ PACKAGES = {
     },
     "report": {*("plot", "spectra", "stages", "stages.device", "stages.transient")},
     "verify": {
-        *("building", "case", "coupling", "device", "dynamics", "motion", "reduction"),
-        *("spectra", "stages.calibrate", "stages.pounding", "stages.reduce", "stages.transient"),
-        "sticks",
+        *("building", "case", "coupling", "device", "dynamics", "motion", "records"),
+        *("reduction", "spectra", "stages.calibrate", "stages.pounding", "stages.reduce"),
+        *("stages.transient", "sticks"),
     },
     "run": {
         *("building", "case", "coupling", "device", "motion", "plot", "reduction", "report"),

@@ -149,7 +149,7 @@ def test_values_go_to_their_cells():
     [
         *(
             (name, False)
-            for name in ("cli", "case", "stages.pounding.stage", "study", "spectra", "motion")
+            for name in ("cli", "case", "stages.pounding.stage", "study", "motion.from_case")
         ),
         ("building.model", True),
     ],

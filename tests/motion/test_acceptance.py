@@ -3,19 +3,18 @@ from itertools import groupby
 import numpy as np
 import pytest
 
-from impactfem.motion import (
+from impactfem.motion.acceptance import (
     CORRELATION_LIMIT,
-    Accelerogram,
     Criteria,
-    DesignSpectrum,
-    TableSpectrum,
+    Misfit,
     acceptance,
     pair_correlation,
-    rg160_power_spectrum,
     spectral_misfit,
-    synthesise,
 )
-from impactfem.motion.acceptance import Misfit
+from impactfem.motion.design_spectrum import DesignSpectrum, TableSpectrum
+from impactfem.motion.power_spectrum import rg160_power_spectrum
+from impactfem.motion.synthesis import synthesise
+from impactfem.records.accelerogram import Accelerogram
 from impactfem.spectra import logarithmic_frequencies, response_spectra
 from impactfem.system.errors import ImpactfemError
 

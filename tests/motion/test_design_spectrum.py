@@ -5,8 +5,13 @@ from functools import partial
 import numpy as np
 import pytest
 
-from impactfem.motion import DesignSpectrum, TableSpectrum, decree_spectrum, eurocode_spectrum
-from impactfem.motion.design_spectrum import HORIZONTAL
+from impactfem.motion.design_spectrum import (
+    HORIZONTAL,
+    DesignSpectrum,
+    TableSpectrum,
+    decree_spectrum,
+    eurocode_spectrum,
+)
 from impactfem.system.errors import ImpactfemError
 
 CORNERS = (0.05, 0.25, 2.5)

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from impactfem.case import RecordMotion, SyntheticMotion
-from impactfem.motion import Accelerogram, eurocode_spectrum, write_csv
-from impactfem.motion.design_spectrum import design_spectrum
+from impactfem.motion.design_spectrum import design_spectrum, eurocode_spectrum
 from impactfem.motion.from_case import checked_durations, ground_motions, treated_record
+from impactfem.records.accelerogram import Accelerogram
+from impactfem.records.csv import write_csv
 from impactfem.system.errors import InputError
 
 CASE = Path("case.toml")

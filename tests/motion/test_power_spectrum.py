@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from impactfem.motion import (
-    Accelerogram,
-    DesignSpectrum,
+from impactfem.motion.design_spectrum import DesignSpectrum
+from impactfem.motion.power_spectrum import (
     compatible_power_spectrum,
     power_spectrum,
     rg160_power_spectrum,
     strong_phase,
 )
+from impactfem.records.accelerogram import Accelerogram
 from impactfem.spectra import response_spectra
 from impactfem.system.errors import ImpactfemError
 

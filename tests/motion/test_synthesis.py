@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
 
-from impactfem.motion import Accelerogram, DesignSpectrum, measures, spectral_misfit, synthesise
-from impactfem.motion.synthesis import _to_peak, envelope
+from impactfem.motion.acceptance import spectral_misfit
+from impactfem.motion.design_spectrum import DesignSpectrum
+from impactfem.motion.synthesis import _to_peak, envelope, synthesise
+from impactfem.records.accelerogram import Accelerogram, measures
 from impactfem.system.errors import ImpactfemError
 
 TARGET = DesignSpectrum(2.3, (0.05, 0.25, 2.5))

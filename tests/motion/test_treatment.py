@@ -3,8 +3,8 @@ import logging
 import numpy as np
 import pytest
 
-from impactfem.motion import Accelerogram, Treatment, resampled
-from impactfem.motion.treatment import BaselineCorrection
+from impactfem.motion.treatment import BaselineCorrection, Treatment, resampled
+from impactfem.records.accelerogram import Accelerogram
 from impactfem.spectra import response_spectra
 from impactfem.system.errors import ImpactfemError
 

@@ -8,7 +8,8 @@ import pytest
 
 from frame_case import floors_meet, neighbour
 from impactfem.coupling.force_history import ForceHistory
-from impactfem.motion import Accelerogram, write_csv
+from impactfem.records.accelerogram import Accelerogram
+from impactfem.records.csv import write_csv
 from impactfem.verify.motion import at2_text, cosmos_text, csmip_text, esm_text, knet_text
 
 TESTS = Path(__file__).parents[1]

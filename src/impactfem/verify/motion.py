@@ -14,14 +14,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from impactfem.motion import (
-    STANDARD_GRAVITY,
-    Accelerogram,
-    decree_spectrum,
-    eurocode_spectrum,
-    read_record,
-    write_csv,
-)
+from impactfem.motion.design_spectrum import decree_spectrum, eurocode_spectrum
+from impactfem.records import read_record
+from impactfem.records.accelerogram import STANDARD_GRAVITY, Accelerogram
+from impactfem.records.csv import write_csv
 from impactfem.system.log import quiet
 from impactfem.verify.row import Rows, benchmark
 

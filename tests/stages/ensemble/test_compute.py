@@ -11,7 +11,8 @@ import xarray as xr
 
 from impactfem.case import load_case
 from impactfem.coupling.from_case import calibration_of, system_of
-from impactfem.motion import Accelerogram, write_csv
+from impactfem.records.accelerogram import Accelerogram
+from impactfem.records.csv import write_csv
 from impactfem.stages.ensemble import compute as ensemble
 from impactfem.stages.ensemble.compute import members_of, run_ensemble
 from impactfem.stages.ensemble.figures import bands, ensemble_checks, ensemble_results

@@ -11,7 +11,7 @@ import numpy as np
 from impactfem.case import Case
 from impactfem.coupling.force_history import PairEnds
 from impactfem.coupling.impacts import largest_means
-from impactfem.motion import CORRELATION_LIMIT, pair_correlation
+from impactfem.motion.acceptance import CORRELATION_LIMIT, pair_correlation
 from impactfem.motion.from_case import GroundMotion
 from impactfem.stages.pounding.compute import StickStudy
 from impactfem.stages.pounding.foundation import DIRECTIONS
