@@ -459,9 +459,13 @@ def test_a_peak_that_is_not_the_header_s_is_told_once(with_record, tmp_path, cap
 
 def test_seeds_by_their_keys(new_case, tmp_path):
     """Those of an ensemble and of a fit where the case has them."""
-    seeds = {"motions[0].seed": 127, "calibration.seed": 0, "ensemble.first_seed": 0}
-    assert loop._seeds(load_case(GEOMETRY / "npp_pair.toml")) == seeds
-    assert loop._seeds(load_case(new_case(tmp_path))) == {"motions[0].seed": 1}
+    further = {"calibration.seed": 0, "ensemble.first_seed": 0}
+    for path, seeds in (
+        (GEOMETRY / "npp_pair.toml", {"motions[0].seed": 127} | further),
+        (new_case(tmp_path), {"motions[0].seed": 1}),
+    ):
+        loop._write_results(load_case(path), loop.Run(tmp_path, [], {}), [], "now")
+        assert json.loads((tmp_path / "provenance.json").read_text())["seeds"] == seeds
 
 
 @pytest.mark.usefixtures("no_figures")

@@ -58,8 +58,7 @@ def implausible(case: Case, longest: float) -> list[Fault]:
         *values,
         *_unused(source, case),
         *of_buildings(source, case, {fault.key for fault in values}),
-        *_verticals(source, case),
-        *_loads(source, case, longest),
+        *_motions(source, case, longest),
         *_pairs(source, case),
         *_devices(source, case),
         *_analysis(source, case, longest),
@@ -88,8 +87,8 @@ def _unused(source: Source, case: Case) -> Iterator[Fault]:
                 yield source.fault((table, name), None, "not used: nothing in the case has it")
 
 
-def _verticals(source: Source, case: Case) -> Iterator[Fault]:
-    """Vertical spectra of horizontal motions, and horizontal ones of vertical motions."""
+def _motions(source: Source, case: Case, longest: float) -> Iterator[Fault]:
+    """Spectra of motions in another direction; forces of many weights, or that do not act."""
     for k, motion in enumerate(case.motions):
         spectrum = motion.spectrum if isinstance(motion, SyntheticMotion) else None
         if not isinstance(spectrum, EurocodeSpectrum | DecreeSpectrum):
@@ -98,10 +97,6 @@ def _verticals(source: Source, case: Case) -> Iterator[Fault]:
             kind = "vertical" if spectrum.vertical else "horizontal"
             text = f"its spectrum is the {kind} one (vertical of [motions.spectrum])"
             yield source.fault(("motions", k, "direction"), motion.direction, text)
-
-
-def _loads(source: Source, case: Case, longest: float) -> Iterator[Fault]:
-    """Forces on floors that are hundreds of their weights, or that do not act."""
     for k, loads in enumerate(case.loads):
         table = read_force_table(loads.file, [])
         if table is None:

@@ -43,23 +43,18 @@ SAME = 1e-9  # relative difference of numbers that are the same
 
 def of_buildings(source: Source, case: Case, told: set[str]) -> Iterator[Fault]:
     """All of it; of keys that were told already no more."""
-    yield from _concretes(source, case)
-    yield from _dampings(source, case, told)
-    for further in (_plans, _rafts, _soils, _floors, _targets, _edges):
-        yield from further(source, case)
-
-
-def _concretes(source: Source, case: Case) -> Iterator[Fault]:
-    """Materials as dense as concrete that are softer or stiffer, where both are possible."""
+    # Materials as dense as concrete that are softer or stiffer, where both are possible; what no
+    # material has was told already.
     (light, dense), (soft, stiff) = CONCRETE
     for name, material in case.materials.items():
         rho, E = material.density, material.young_modulus
-        # What no material has was told already.
-        told = not MODULUS.low <= E <= MODULUS.high
-        if rho is not None and light <= rho <= dense and not (told or soft <= E <= stiff):
-            place = ("materials", name, "young_modulus")
+        possible = MODULUS.low <= E <= MODULUS.high
+        if rho is not None and light <= rho <= dense and possible and not soft <= E <= stiff:
             text = f"with a density of {rho:g} kg/m3; usual is concrete 20 to 45 GPa"
-            yield source.remark(place, text)
+            yield source.remark(("materials", name, "young_modulus"), text)
+    yield from _dampings(source, case, told)
+    for further in (_plans, _rafts, _soils, _floors, _targets, _edges):
+        yield from further(source, case)
 
 
 def _dampings(source: Source, case: Case, told: set[str]) -> Iterator[Fault]:

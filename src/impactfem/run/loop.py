@@ -98,20 +98,6 @@ def _warn_of_published(case: Case, scalars: list[Scalar]) -> None:
             LOGGER.warning(text, name, entry.unit, unit)
 
 
-def _seeds(case: Case) -> dict[str, int]:
-    """The seeds of a case by their keys."""
-    seeds = {
-        f"motions[{k}].seed": motion.seed
-        for k, motion in enumerate(case.motions)
-        if isinstance(motion, SyntheticMotion)
-    }
-    if case.calibration is not None and case.calibration.mode == "fit":
-        seeds["calibration.seed"] = case.calibration.seed
-    if case.ensemble is not None and case.ensemble.records is None:
-        seeds["ensemble.first_seed"] = case.ensemble.first_seed
-    return seeds
-
-
 def run(
     path: Path,
     *,
@@ -379,6 +365,15 @@ def _write_results(case: Case, result: Run, done: list[tuple[Stage, Case]], star
     published = dict(case.published)
     published |= {f"ensemble.median.{name}": value for name, value in case.published.items()}
     write_summary(folder / SUMMARY, result.scalars, published)
+    seeds = {
+        f"motions[{k}].seed": motion.seed
+        for k, motion in enumerate(case.motions)
+        if isinstance(motion, SyntheticMotion)
+    }
+    if case.calibration is not None and case.calibration.mode == "fit":
+        seeds["calibration.seed"] = case.calibration.seed
+    if case.ensemble is not None and case.ensemble.records is None:
+        seeds["ensemble.first_seed"] = case.ensemble.first_seed
     made = provenance(
         case=case.path.name,
         case_hash=case.content_hash(),
@@ -388,7 +383,7 @@ def _write_results(case: Case, result: Run, done: list[tuple[Stage, Case]], star
             one.label(of): [label for needed in one.needs(of) for label in needed.labels(of)]
             for one, of in done
         },
-        seeds=_seeds(case),
+        seeds=seeds,
         started=started,
         reused=result.reused,
         seconds=result.times,

@@ -1,7 +1,5 @@
 """The stages in order."""
 
-from collections.abc import Iterable
-
 from impactfem.case import Case
 from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.calibrate.stage import CALIBRATE
@@ -33,11 +31,6 @@ def check_stage_name(name: str | None) -> None:
         if name in RENAMED:
             expected += f"; {name} is called {RENAMED[name]} now"
         raise InputError([Fault("command line", "--stage", name, expected)])
-
-
-def works(stages: Iterable[Stage], case: Case) -> list[tuple[Stage, Case]]:
-    """The stages in order, each with the case or the views that it is done for."""
-    return [(stage, view) for stage in stages for view in stage.cases(case)]
 
 
 def asked_stages(case: Case, last: str | None) -> list[Stage]:

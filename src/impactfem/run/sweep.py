@@ -25,7 +25,7 @@ from impactfem.plot.table import Table
 from impactfem.run.check import check
 from impactfem.run.folder import open_folder
 from impactfem.run.loop import run
-from impactfem.run.stages import asked_stages, check_stage_name, works
+from impactfem.run.stages import asked_stages, check_stage_name
 from impactfem.run.variants import (
     Axis,
     Settings,
@@ -386,7 +386,8 @@ def run_variant(
             with open_folder(target, resume=False), file_errors():
                 case = check(path)
                 others = sorted(other for other in target.parent.iterdir() if other != target)
-                for one, of in works(asked_stages(case, stage), case):
+                stages = asked_stages(case, stage)
+                for one, of in ((k, view) for k in stages for view in k.cases(case)):
                     label = one.label(of)
                     origin = take_over(target, others, label, one.key(of))
                     if origin is not None:
