@@ -9,7 +9,8 @@ that of EN 1998-1, type 1, ground B, with 1.2 m/s² on rock; one seed for each d
 import argparse
 from pathlib import Path
 
-from impactfem.motion import eurocode_spectrum, synthesise
+from impactfem.motion.design_spectrum import eurocode_spectrum
+from impactfem.motion.synthesis import synthesise
 from impactfem.records.accelerogram import Accelerogram
 
 SEEDS = {"x": 11, "y": 4}
