@@ -438,13 +438,3 @@ class TestInput:
             study.run(case, out=tmp_path / "deep" / "run")
         assert "record.csv" in str(error.value) and len(error.value.faults) == 1
         assert not (tmp_path / "deep").exists()
-
-    def test_the_faults_of_all_records_at_once(self, with_record, tmp_path):
-        case = with_record(tmp_path, "time [s],acceleration [m/s2]\n0,0\n0,1\n")
-        text = case.read_text(encoding="utf-8")
-        (tmp_path / "other.csv").write_text("time [s],acceleration [m/s2]\n0,0\n0.1,inf\n")
-        other = '[[motions]]\ndirection = "x"\ntype = "record"\nfile = "other.csv"\n\n# Laws of'
-        case.write_text(text.replace("# Laws of", other), encoding="utf-8")
-        with pytest.raises(InputError) as error:
-            study.check(case)
-        assert len(error.value.faults) == 2

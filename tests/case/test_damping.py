@@ -26,10 +26,6 @@ CALIBRATED = f'{LIGHT}restitution = "calibrated"\n'
 BESIDE = "beside [[buildings.structure.damping]]"
 
 
-def test_left_out(pair):
-    assert load_case(pair).damping_cases == ()
-
-
 def test_without_a_structure(broken):
     case = load_case(broken(more=LIGHT + HEAVY))
     assert case.damping_cases == (
@@ -54,12 +50,6 @@ def test_calibrated_with_the_impact(structured, broken):
             "damping_cases[1].restitution": "calibrated expected a section [wall_impact] beside "
             "it: the impact that gives it"
         }
-
-
-def test_each_name_once(broken):
-    assert faults_of(broken(more=LIGHT + HEAVY + LIGHT)) == {
-        "damping_cases[2].name": "light duplicate name, the first is damping_cases[0].name"
-    }
 
 
 def test_one_table_in_place_of_several(broken):

@@ -36,13 +36,6 @@ def test_a_building_of_any_name(tmp_path):
         assert len(found) == faults
 
 
-def test_a_change_of_the_table_is_another_case(broken):
-    path = broken(more=LOADS, files=BLAST)
-    before = load_case(path).content_hash()
-    path = broken(("blast.csv", "2.5", "2.6"), more=LOADS, files=BLAST)
-    assert load_case(path).content_hash() != before
-
-
 def test_loads_alone_leave_the_ground_at_rest(broken):
     case = load_case(broken(AT_REST, more=LOADS, files=BLAST))
     (motion,) = case.motions

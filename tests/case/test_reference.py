@@ -145,13 +145,6 @@ def test_who_made_and_checked_it(edited, with_reference):
         load_case(path)
 
 
-def test_it_is_part_of_the_case(with_reference):
-    path = with_reference(REFERENCE)
-    before = load_case(path).content_hash()
-    (path.parent / "paper.toml").write_text(REFERENCE.replace("5 %", "6 %"))
-    assert load_case(path).content_hash() != before
-
-
 def test_none(new_case, tmp_path):
     report = load_case(new_case(tmp_path)).report
     assert report.reference is None and report.assumptions == ()

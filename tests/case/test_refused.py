@@ -11,6 +11,7 @@ from .sections import (
     LOADS,
     RECORDED,
     TABLE,
+    TRANSIENT,
     WALL,
     Base,
     with_spectrum,
@@ -144,6 +145,12 @@ SECTIONS = [
     ('rigid_below = "0.06 m"', 'rigid_below = "4.5 m"', "buildings[1].rigid_below",
      "the storey below floor 1 is 3.26 m high by the floor table; expected rigid zones together "
      "of less, not rigid_below, 4.5 m", "buildings[0].rigid_below"),
+    ("", f"{LIGHT}{LIGHT}", "damping_cases[1].name",
+     "light duplicate name, the first is damping_cases[0].name"),
+    *(
+        ("", section, section.split()[0].strip("[]"), "expected a [buildings.structure] beside it")
+        for section in (WALL, TRANSIENT)
+    ),
     (GRID, '["2 Hz", "1 Hz"]', "spectra.frequencies", "expected increasing frequencies"),
     (GRID, '["2 Hz", 3]', "spectra.frequencies[1]", "the unit is missing; expected a frequency"),
     (GRID, "[]", "spectra.frequencies", "expected a list that is not empty"),

@@ -193,6 +193,8 @@ CONTACTS = [
      "y+ from (0, 15.6) to (46.2, 15.6) m"),
     (PLACE, 'offset = ["0 m", "7.8 m", "-0.5 m"]', "contacts[0].a.offset",
      "this pair is 0.5 m below the floor's mass centre; expected at most 0.1 m"),
+    ("", f"{PUMP}{PUMP}", "devices[1].name",
+     "pump duplicate name, the first is devices[0].name"),
 ]  # fmt: skip
 
 PUMPS = [
@@ -227,6 +229,7 @@ BEAMS = [
 ]  # fmt: skip
 
 BESIDE_MODES = [
+    ("pair_modes.csv", "none.csv", "modes", "no such file; expected a table of modes (CSV)"),
     ("",
      'stiffness = { x = "1 N/m", y = "1 N/m", z = "1 N/m", rx = "rigid", ry = "rigid", rz = '
      '"rigid" }', "stiffness", "expected nothing here beside modes"),

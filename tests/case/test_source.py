@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.case import Case, SyntheticMotion, load_case
+from impactfem.case import load_case
 from impactfem.case.model import CaseFile
 from impactfem.case.source import MOST_FILES, read_source
 
@@ -40,7 +40,9 @@ BASE = 'extends = "base/pair.toml"\n'
 
 
 def test_nothing_but_the_other(write, pair):
-    case, base = load_case(write(top=BASE)), load_case(pair)
+    path = write(top=BASE)
+    case, base = load_case(path), load_case(pair)
+    assert case.path == path
     assert case.input_files.items() > {f"base/{n}": h for n, h in base.input_files.items()}.items()
     own = {name: getattr(case, name) for name in ("path", "digest", "input_files")}
     assert case == base.model_copy(update=own)
@@ -308,11 +310,3 @@ def test_hash_covers_all_files(write, tmp_path):
     assert len(hashes) == len(files) + 1
     shutil.copytree(tmp_path, tmp_path / "elsewhere")
     assert load_case(tmp_path / "elsewhere" / "top.toml").digest in hashes
-
-
-def test_the_case_is_that_of_its_own_path(write):
-    path = write(top=BASE)
-    case = load_case(path)
-    assert isinstance(case, Case)
-    assert case.path == path
-    assert isinstance(case.motions[0], SyntheticMotion)

@@ -120,14 +120,6 @@ def test_unknown_parts(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_points_of_the_new_case_are_the_gap_apart(template):
-    case = load_case(template)
-    west, east = case.buildings
-    contact = case.contacts[0]
-    distance = east.axis[1] + contact.b.offset[1] - west.axis[1] - contact.a.offset[1]
-    assert distance == pytest.approx(contact.gap)
-
-
 @pytest.mark.parametrize("target", ["", "new.toml"])
 def test_folder_or_file_name(tmp_path, target):
     names = [path.name for path in write_new_case(tmp_path / target)]

@@ -26,11 +26,6 @@ def transient_of(path):
     return transient
 
 
-def test_left_out(pair, structured):
-    assert load_case(pair).transient is None
-    assert load_case(structured()).transient is None
-
-
 def test_defaults(structured):
     transient = transient_of(structured(more=TRANSIENT))
     assert transient == Transient(time_step=1e-3)
@@ -93,36 +88,10 @@ def test_no_maps(structured):
     assert (transient.fields, transient.field_frequencies) == ((), ())
 
 
-def test_the_forces_are_in_the_hash(structured):
-    path = structured(more=EVERY_KEY, files=OTHERS)
-    before = load_case(path).digest
-    (path.parent / "others.nc").write_bytes(b"other forces")
-    assert load_case(path).digest != before
-
-
-def test_without_structure(pair, tmp_path):
-    path = tmp_path / "top.toml"
-    path.write_text(f'extends = "{pair}"\n{TRANSIENT}')
-    with pytest.raises(InputError) as caught:
-        load_case(path)
-    (fault,) = caught.value.faults
-    assert (fault.file, fault.key) == (path, "transient")
-    assert fault.expected.startswith("expected a [buildings.structure] beside it")
-
-
 def test_with_a_structure_at_fault(structured):
     factor = "storey_stiffness_factor = 0"
     path = structured((None, f"{factor}.13", factor), more=TRANSIENT)
     assert list(own_faults(path)) == ["buildings[1].structure.storey_stiffness_factor"]
-
-
-def test_faults_of_several_keys_at_once(structured):
-    edits = (('"1 %"', '"1 m"'), ('"10 s"', "10"), ("count = 5\n", ""), ("edge_8", "edge_0"))
-    path = structured(more=replaced(EVERY_KEY + LINE + GROUP, *edits), files=OTHERS)
-    assert set(own_faults(path)) == {
-        *("transient.tolerance", "transient.duration"),
-        *("transient.probes[0].count", "transient.probes[1].group"),
-    }
 
 
 @pytest.mark.parametrize(

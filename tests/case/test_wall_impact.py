@@ -11,7 +11,6 @@ from impactfem.stages.calibrate.experiment import SEPARATION, WallExperiment
 
 from .faults import own_faults
 from .sections import WALL
-from .texts import replaced
 
 FULL = f"""{WALL}floors = [7, 4]
 displaced_floor = 5
@@ -43,11 +42,6 @@ def setup_of(path):
     setup = load_case(path).wall_impact
     assert setup is not None
     return setup
-
-
-def test_left_out(pair, structured):
-    assert load_case(pair).wall_impact is None
-    assert load_case(structured()).wall_impact is None
 
 
 def test_defaults(structured):
@@ -91,23 +85,6 @@ def test_fewer_floors_than_three(tmp_path):
 def test_accepted_is_an_experiment(structured, displacement):
     setup = setup_of(structured((None, "-2 cm", displacement), more=WALL))
     assert WallExperiment(**setup.model_dump(exclude={"building", "contact_spacing"})).n_t > 2
-
-
-def test_all_at_once(structured):
-    wrong = replaced(FULL, ("[7, 4]", "[7, 7]"), ('"-2 cm"', '"2 cm"'), ("0.55", "2"))
-    faults = own_faults(structured(more=wrong))
-    assert set(faults) == {f"wall_impact.{key}" for key in ("floors", "displacement", "theta")}
-    wrong = replaced(FULL, ("[7, 4]", "[7, 9]"), ("= 5", "= 10"))
-    faults = own_faults(structured(more=wrong))
-    assert set(faults) == {"wall_impact.floors", "wall_impact.displaced_floor"}
-
-
-def test_without_structure(broken):
-    path = broken(more=WALL)
-    faults = own_faults(path)
-    assert faults == {
-        "wall_impact": "None expected a [buildings.structure] beside it: the 3D model that moves"
-    }
 
 
 @pytest.mark.parametrize(

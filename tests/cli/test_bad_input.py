@@ -1,6 +1,5 @@
 """Input that the program refuses: a line for each fault, an exit code, no traceback."""
 
-import os
 import re
 from pathlib import Path
 
@@ -12,15 +11,10 @@ class TestBadInput:
         ("file", "change", "expected"),
         [
             ("toml", ('gap = "2 cm"', 'gap = "2 kg"'), "gap = '2 kg'.*length"),
-            ("toml", ('gap = "2 cm"', "gap = 2"), "gap = 2.*unit"),
             ("toml", ('gap = "2 cm"\n', ""), r"contacts\[0\].gap.*missing"),
-            ("toml", ("[pounding]\n", "[pounding]\nupdat = 1\n"), "pounding.updat.*update"),
-            ("toml", ("poisson_ratio = 0.2", "poisson_ratio = nan"), "poisson_ratio.*nan"),
             ("toml", ('"small_floors.csv" ', '"absent.csv"  '), "absent.csv.*no such file"),
             ("toml", ("[damping]", "[damping"), "not valid TOML"),
             ("csv", ("3,192,", "3,-192,"), "line 9.*mass.*-192"),
-            ("csv", ("\n3,192,", "\n2,192,"), "line 9.*floor.*2"),  # a floor twice
-            ("csv", ("mass [t]", "mass"), "mass"),
             ("csv", (",3.5\n2,", ",3.5,9\n2,"), "line 7"),  # a column too many
         ],
     )
@@ -45,16 +39,12 @@ class TestBadInput:
     @pytest.mark.parametrize(
         ("content", "expected"),
         [
-            (b"", "the file is empty"),
-            (b" \n\n", "the file is empty"),
             (bytes(range(256)), "not a text file"),
-            (b"\x89HDF\r\n\x1a\n" + bytes(100), "not a text file"),
             ("directory", "this is a directory"),
-            ("missing", "no such file"),
             ("device", "not an ordinary file"),
             (b"a = 1", "missing"),
         ],
-        ids=["empty", "blank", "junk", "HDF5", "directory", "missing", "device", "another TOML"],
+        ids=["junk", "directory", "device", "another TOML"],
     )
     def test_a_case_file(self, program, tmp_path, monkeypatch, content, expected, names):
         monkeypatch.chdir(tmp_path)
@@ -70,13 +60,6 @@ class TestBadInput:
         assert ended.code == 2 and expected in ended.err and ended.out == ""
         assert all(line.startswith("error: ") for line in ended.err.splitlines())
         assert names(tmp_path) == before
-
-    @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
-    def test_a_case_without_permission(self, program, new_case, tmp_path):
-        case = new_case(tmp_path)
-        case.chmod(0)
-        ended = program("check", case)
-        assert ended.code == 2 and "cannot be read (Permission denied)" in ended.err
 
     def test_all_faults_at_once_as_a_process(self, new_case, edited, tmp_path, process, names):
         case = new_case(

@@ -244,10 +244,3 @@ class TestCheckAndNew:
             ended = program("compare", one, other)
             assert ended.code == 2 and words in ended.err
         assert [path.name for path in tmp_path.iterdir()] == ["other"]
-
-    def test_nothing_is_overwritten(self, program, tmp_path, monkeypatch, names):
-        monkeypatch.chdir(tmp_path)
-        Path("mine.toml").write_text("precious")
-        ended = program("new", "mine")
-        assert ended.code == 2 and "exists already" in ended.err
-        assert names(tmp_path) == ["mine.toml"] and Path("mine.toml").read_text() == "precious"

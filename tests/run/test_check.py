@@ -194,11 +194,6 @@ def test_a_fault_is_told_once(frame, tmp_path, more, change, key):
         assert study.check(case, mesh=True).transient is not None
 
 
-def test_a_folder_of_records_that_is_not_there(frame):
-    case = frame('[ensemble]\nrecords = "nowhere"\n')
-    assert "expected a folder of records; there is none of this name" in "".join(faults(case, True))
-
-
 def test_records_of_an_ensemble(frame, tmp_path, caplog):
     """Those that are none are all told; one in another unit is warned of."""
     (tmp_path / "records").mkdir()
@@ -332,12 +327,6 @@ def test_a_run_reports_an_overlap(new_case, tmp_path):
     assert values["pounding.facing_distance_min"] == pytest.approx(1e-3 * nearest)
     checks = json.loads((tmp_path / "run/checks.json").read_text(encoding="utf-8"))
     assert {"stage": "pounding", "good": False, "text": text} in checks
-
-
-def test_check_refuses_a_normal_from_b_to_a(new_case, tmp_path):
-    path = new_case(tmp_path, ("normal = [0, 1, 0]", "normal = [0, -1, 0]"))
-    with pytest.raises(InputError, match=r"are -0.02 m apart along it, and the gap is 0.02 m"):
-        study.check(path)
 
 
 @pytest.mark.parametrize(("layered", "told"), [(True, 1), (False, 0)])
