@@ -98,9 +98,7 @@ class FileMesh(Section):
 
     @field_validator("shells", "beams")
     @classmethod
-    def _each_pattern_once(
-        cls, value: tuple[ShellGroup, ...] | tuple[BeamGroup, ...]
-    ) -> tuple[ShellGroup, ...] | tuple[BeamGroup, ...]:
+    def _each_pattern_once(cls, value: tuple[ShellGroup | BeamGroup, ...]) -> Any:
         patterns = [entry.groups for entry in value]
         for pattern in patterns:
             if patterns.count(pattern) > 1:

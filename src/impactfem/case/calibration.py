@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, nearest, refuse, rule, step_within
-from impactfem.case.contacts import floors_of_building
+from impactfem.case.contacts import check_floors
 from impactfem.case.floors import Floor, floors_of
 from impactfem.case.leaf import FloorNumbers, ModelledBuilding, Text, Whole
 from impactfem.case.quantity import (
@@ -207,14 +207,12 @@ class WallImpactSetup(Section):
     @field_validator("floors", "displaced_floor")
     @classmethod
     def _existing(cls, value: Any, info: ValidationInfo) -> Any:
-        if isinstance(value, int):
-            floors_of_building((value,), info.data.get("building", ""), info)
-            return value
-        twice = sorted({k for k in value if value.count(k) > 1})
+        floors = (value,) if isinstance(value, int) else value
+        twice = sorted({k for k in floors if floors.count(k) > 1})
         if twice:
             raise refuse(f"expected each floor once, found {', '.join(map(str, twice))} again")
-        floors_of_building(value, info.data.get("building", ""), info)
-        return tuple(sorted(value))
+        check_floors(floors, info)
+        return value if isinstance(value, int) else tuple(sorted(value))
 
     @rule("displacement")
     @staticmethod

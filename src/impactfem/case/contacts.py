@@ -27,18 +27,14 @@ from impactfem.case.quantity import (
 Vector = tuple[float, float, float]
 
 
-def floors_of_building(
-    floors: tuple[int, ...] | None, building: str, info: ValidationInfo
-) -> tuple[int, ...] | None:
-    """Numbers of floors that a building of the case file has, as far as known; else refused."""
+def check_floors(floors: tuple[int, ...], info: ValidationInfo) -> None:
+    """Refuse numbers of floors that the building of a section has not, as far as known."""
+    building = info.data.get("building", "")
     known = [floor.floor for floor in floors_of(building, info)]
-    absent = [str(number) for number in floors or () if known and number not in known]
+    absent = ", ".join(str(number) for number in floors if known and number not in known)
     if absent:
-        raise refuse(
-            f"{building} has no floor {', '.join(absent)}; its floors are "
-            f"{', '.join(map(str, known))}"
-        )
-    return floors
+        its = ", ".join(map(str, known))
+        raise refuse(f"{building} has no floor {absent}; its floors are {its}")
 
 
 def unit_vector(value: Vector) -> Vector:
@@ -182,10 +178,9 @@ class ContactEnd(Section):
 
     @field_validator("floor", "storey")
     @classmethod
-    def _existing(
-        cls, value: tuple[int, ...] | None, info: ValidationInfo
-    ) -> tuple[int, ...] | None:
-        return floors_of_building(value, info.data.get("building", ""), info)
+    def _existing(cls, value: Any, info: ValidationInfo) -> Any:
+        check_floors(value or (), info)
+        return value
 
     @rule("storey", "floor")
     @staticmethod

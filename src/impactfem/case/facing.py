@@ -116,8 +116,8 @@ def facing_floors(case: Case) -> FacingFloors:
     unknown = []
     heights = ((one, levels_of(one, case)) for one in case.contacts)
     level_contacts = [one for one, (first, second) in heights if abs(first - second) <= LEVEL]
-    for a, b in combinations(plans.towers, 2):
-        names = (a.building.name, b.building.name)
+    for a, b in combinations(case.buildings, 2):
+        names = (a.name, b.name)
         lacking: set[str] = set()
         # Floors that a contact joins to a point of the other building at about their level.
         paired: set[tuple[str, bool, int]] = set()
@@ -126,14 +126,14 @@ def facing_floors(case: Case) -> FacingFloors:
                 floors = [(e.building, e.floor) for e, _ in contact.ends]
                 paired |= {(name, False, floor) for name, floor in floors if floor is not None}
         seen: set[tuple[int, int]] = set()
-        for tower, other in ((a, b), (b, a)):
-            for index, level in enumerate(tower.levels):
-                here = _Place(tower, index, None, level)
-                there = other.at(level, tower.band(index))
+        for building, other in ((a, b), (b, a)):
+            for index, level in enumerate(building.elevations):
+                here = _Place(building, index, None, level)
+                there = _place_at(other, level, _band(building, level))
                 if there is None or paired & {here.key, there.key}:
                     continue
                 # Two floors that are level with each other are met twice.
-                both = (index, there.index) if tower is a else (there.index, index)
+                both = (index, there.index) if building is a else (there.index, index)
                 if there.relative_height is None and both in seen:
                     continue
                 seen |= {both} if there.relative_height is None else set()
@@ -148,62 +148,45 @@ def facing_floors(case: Case) -> FacingFloors:
     )
 
 
-class _Tower:
-    """A building with its levels."""
+def _band(building: Building, z: float) -> Span:
+    """From where to where the edge of a floor at a level z reaches in height [m]."""
+    return z - max(building.rigid_below, HALF_SLAB), z + max(building.rigid_above, HALF_SLAB)
 
-    def __init__(self, building: Building) -> None:
-        self.building = building
-        self.levels = building.elevations
-        self.index = {floor.floor: index for index, floor in enumerate(building.floors)}
 
-    def band(self, index: int) -> Span:
-        """From where to where the edge of a floor reaches in height [m]."""
-        z, building = self.levels[index], self.building
-        return z - max(building.rigid_below, HALF_SLAB), z + max(building.rigid_above, HALF_SLAB)
+def _flexible(building: Building, index: int) -> Span:
+    """Lower and upper end of the flexible part of a storey [m]."""
+    levels = building.elevations
+    low = levels[index - 1] + building.rigid_above if index else building.base
+    return low, levels[index] - building.rigid_below
 
-    def flexible(self, index: int) -> Span:
-        """Lower and upper end of the flexible part of a storey [m]."""
-        building = self.building
-        low = self.levels[index - 1] + building.rigid_above if index else building.base
-        return low, self.levels[index] - building.rigid_below
 
-    def point_level(self, point: ContactPoint) -> float:
-        """Elevation of a point of a contact [m]."""
-        if point.floor is not None:
-            return self.levels[self.index[point.floor]] + point.offset[2]
-        low, high = self.flexible(self.index[int(point.storey or 0)])
-        return low + (point.relative_height or 0.0) * (high - low) + point.offset[2]
-
-    def at(self, level: float, band: Span) -> _Place | None:
-        """The nearest floor, else the storey, that meets a floor at a level within a band [m]."""
-        met = [
-            index
-            for index, z in enumerate(self.levels)
-            if band[0] <= z <= band[1] or self.band(index)[0] <= level <= self.band(index)[1]
-        ]
-        if met:
-            index = min(met, key=lambda k: abs(self.levels[k] - level))
-            return _Place(self, index, None, self.levels[index])
-        if not self.building.base < level < self.levels[-1]:
-            return None
-        index = bisect(self.levels, level)
-        bottom, top = self.flexible(index)
-        inside = min(max((level - bottom) / (top - bottom), 1e-3), 1.0 - 1e-3)
-        return _Place(self, index, round(inside, 3), level)
+def _place_at(building: Building, level: float, band: Span) -> _Place | None:
+    """The nearest floor, else the storey, that meets a floor at a level within a band [m]."""
+    levels = building.elevations
+    met = [
+        index
+        for index, z in enumerate(levels)
+        if band[0] <= z <= band[1] or _band(building, z)[0] <= level <= _band(building, z)[1]
+    ]
+    if met:
+        index = min(met, key=lambda k: abs(levels[k] - level))
+        return _Place(building, index, None, levels[index])
+    if not building.base < level < levels[-1]:
+        return None
+    index = bisect(levels, level)
+    bottom, top = _flexible(building, index)
+    inside = min(max((level - bottom) / (top - bottom), 1e-3), 1.0 - 1e-3)
+    return _Place(building, index, round(inside, 3), level)
 
 
 @dataclass(frozen=True)
 class _Place:
     """A floor, or a point of a storey, with its level."""
 
-    tower: _Tower  #: its building
+    building: Building
     index: int  #: index of the floor, or of the floor above the storey
     relative_height: float | None  #: height in the storey, 0 to 1; None for a floor
     level: float  #: elevation [m]: of a floor its mass centre, of a storey that of the point
-
-    @property
-    def building(self) -> Building:
-        return self.tower.building
 
     @property
     def key(self) -> tuple[str, bool, int]:
@@ -226,7 +209,7 @@ class _Plans:
 
     def __init__(self, case: Case) -> None:
         self.contacts = case.contacts
-        self.towers = [_Tower(building) for building in case.buildings]
+        self.buildings = case.buildings
         every = {one.building: one.mesh for one in case.structures}
         self.meshes = {k: mesh for k, mesh in every.items() if isinstance(mesh, GeneratedMesh)}
         # Largest offset of contacts by building, storey or not, floor, axis and sign [m].
@@ -251,7 +234,7 @@ class _Plans:
             return own
         building = place.building
         if place.relative_height is not None:
-            edge = self.edge(_Place(place.tower, place.index, None, 0.0), axis, sign)
+            edge = self.edge(_Place(building, place.index, None, 0.0), axis, sign)
             return None if edge is None else edge - building.setback
         for holder in (building.floors[place.index], building, self.meshes.get(building.name)):
             size: float | None = getattr(holder, ("length", "width")[axis], None)
@@ -340,10 +323,11 @@ class _Plans:
     def _between(self, here: _Place, there: _Place, axis: int, span: Span) -> bool:
         """Whether a third building stands between two places, at their level."""
         first, last = sorted((here.building.axis[axis], there.building.axis[axis]))
-        for tower in self.towers:
-            if tower in (here.tower, there.tower) or not first < tower.building.axis[axis] < last:
+        for building in self.buildings:
+            ends = here.building, there.building
+            if building in ends or not first < building.axis[axis] < last:
                 continue
-            place = tower.at(here.level, (here.level, here.level))
+            place = _place_at(building, here.level, (here.level, here.level))
             if place is not None:
                 (low, high), _ = self.across(place, 1 - axis)
                 if low <= span[1] and high >= span[0]:
@@ -353,5 +337,14 @@ class _Plans:
 
 def levels_of(contact: Contact, case: Case) -> tuple[float, float]:
     """Elevations of both points of a contact [m]; a wall is as high as the building."""
-    levels = [_Tower(case.building(end.building)).point_level(end) for end, _ in contact.ends]
+    levels = []
+    for end, _ in contact.ends:
+        building = case.building(end.building)
+        index = [floor.floor for floor in building.floors].index(end.level)
+        if end.floor is not None:
+            z = building.elevations[index]
+        else:
+            low, high = _flexible(building, index)
+            z = low + (end.relative_height or 0.0) * (high - low)
+        levels.append(z + end.offset[2])
     return levels[0], levels[-1]
