@@ -35,6 +35,19 @@ FLOORS, TARGETS = "pair_floors.csv", "pair_targets.csv"
 SHAPE = 'shape = { type = "cylinder", radius = "50 cm", length = "1 m" }'
 
 
+@pytest.fixture
+def recorded(broken):
+    """The case with a record in place of its motion."""
+
+    def write(samples, step, keys="", direction="y", name="a"):
+        lines = (f"{k * step:g},{a:.17g}" for k, a in enumerate(samples))
+        record = RECORD.replace('"x"', f'"{direction}"').replace("\n\n", f"\n{keys}\n\n")
+        text = "\n".join((f"time [s],{name} [m/s2]", *lines))
+        return broken((None, MOTION, record), files={"motion.csv": text})
+
+    return write
+
+
 def warnings(path, longest=LONGEST):
     case = load_case(path)
     found = (*implausible(case, longest), *hardly_meant(case))
@@ -281,13 +294,8 @@ def test_moduli_of_what_is_not_as_dense_as_concrete(broken):
         (0.5, 3.0, 'resample = "5 ms"', None),
     ],
 )  # fmt: skip
-def test_a_record(broken, step, peak, keys, told):
-    lines = (f"{k * step:g},{peak * (-1) ** k:g}" for k in range(round(LONGEST / step)))
-    record = RECORD.replace('"x"', '"y"').replace("\n\n", f"\n{keys}\n\n")
-    path = broken(
-        (None, MOTION, record),
-        files={"motion.csv": "\n".join(("time [s],a [m/s2]", *lines))},
-    )
+def test_a_record(recorded, step, peak, keys, told):
+    path = recorded([peak * (-1) ** k for k in range(round(LONGEST / step))], step, keys)
     found = [line for line in warnings(path) if not {"longest", "velocity"} & {*line.split()}]
     assert [told in line for line in found] == [True] if told else found == []
 
@@ -323,13 +331,9 @@ def test_two_motions_that_are_one(written, broken):
         *((name, "z", f"{name} is the name of a horizontal") for name in ("north", "a H1")),
     ],
 )
-def test_a_component_along_another_direction(broken, component, direction, told):
-    lines = "".join(f"{k / 100:g},{(-1) ** k}\n" for k in range(1680))
-    record = RECORD.replace('"x"', f'"{direction}"')
-    record = record.replace("\n\n", f'\ncomponent = "{component}"\n\n')
-    path = broken(
-        (None, MOTION, record), files={"motion.csv": f"time [s],{component} [m/s2]\n{lines}"}
-    )
+def test_a_component_along_another_direction(recorded, component, direction, told):
+    samples = [(-1) ** k for k in range(1680)]
+    path = recorded(samples, 0.01, f'component = "{component}"', direction, component)
     found = [line for line in warnings(path) if "the name of a" in line]
     assert len(found) == bool(told) and all(told in line for line in found)
 
@@ -356,14 +360,10 @@ def test_a_component_by_the_name_of_its_file(broken, name, direction, told):
 
 
 @pytest.mark.parametrize(("late", "told"), [(1.0, "16.7 % of its"), (0.4, "")])
-def test_a_duration_that_cuts_a_record(broken, late, told):
+def test_a_duration_that_cuts_a_record(recorded, edited, late, told):
     """At a sixth of it, by the part of the Arias intensity that comes later."""
-    lines = (f"{k / 100:g},{(-1) ** k * (late if k > 1000 else 1.0):g}" for k in range(1201))
-    path = broken(
-        (None, MOTION, RECORD),
-        (None, "16.79 s", "10 s"),
-        files={"motion.csv": "\n".join(("time [s],a [m/s2]", *lines))},
-    )
+    samples = [(-1) ** k * (late if k > 1000 else 1.0) for k in range(1201)]
+    path = edited(recorded(samples, 0.01), ("16.79 s", "10 s"))
     found = [line for line in warnings(path) if "Arias intensity" in line]
     assert len(found) == bool(told)
     assert all(f"pounding.duration = '10 s': {told}" in line for line in found)
@@ -396,12 +396,9 @@ def test_a_plan_of_another_size_than_its_mesh(structured):
     ("offset", "keys", "told"),
     [(0.0, "", False), (0.2, "", True), (0.2, 'baseline = "mean"', False)],
 )
-def test_a_record_that_does_not_end_at_rest(broken, offset, keys, told):
-    lines = (f"{k / 100:g},{offset + math.sin(0.2 * math.pi * k)}" for k in range(1671))
-    record = RECORD.replace('"x"', '"y"').replace("\n\n", f"\n{keys}\n\n")
-    path = broken(
-        (None, MOTION, record), files={"motion.csv": "\n".join(("time [s],a [m/s2]", *lines))}
-    )
+def test_a_record_that_does_not_end_at_rest(recorded, offset, keys, told):
+    samples = [offset + math.sin(0.2 * math.pi * k) for k in range(1671)]
+    path = recorded(samples, 0.01, keys)
     found = [line for line in warnings(path) if "velocity at the end" in line]
     assert len(found) == told
     assert all("motion.csv: velocity at the end = '3.34 m/s': 9" in line for line in found)
@@ -413,11 +410,6 @@ def test_points_of_contact_that_no_edge_has(broken):
     assert "pounding.contact_spacing = '2 m': not used: sticks touch at the points of" in line
     # With an edge in 3D it is used.
     assert warnings(GEOMETRY / "npp_pair_coupled.toml") == []
-
-
-def test_all_at_once(broken):
-    path = broken((None, '"33 GPa"', '"33 Pa"'), (None, "0.3358 ms", "5 ms"))
-    assert len(warnings(path)) == 2
 
 
 def test_forces_on_floors_drive_buildings_as_well(broken):
