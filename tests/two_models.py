@@ -1,5 +1,7 @@
 """A small case of two buildings with a 3D model each, which pound."""
 
+from frame_case import pump
+
 WALLS = """wall,storeys,x1 [m],y1 [m],x2 [m],y2 [m],thickness [m]
 front,1-2,2,1.5,4,1.5,0.2
 back,1-2,2,2.5,4,2.5,0.2
@@ -92,24 +94,7 @@ pull = "even_load"
 duration = "0.5 s"
 time_step = "0.5 ms"
 """
-DEVICE = """
-[[devices]]
-name = "pump"
-building = "B"
-point = ["3 m", "1 m", "6 m"]
-radius = "0.6 m"
-mass = "500 kg"
-mass_height = "0.5 m"
-inertia = ["30 kg m2", "30 kg m2", "20 kg m2"]
-damping = { ratio = "2 %", frequencies = ["10 Hz", "60 Hz"] }
-[devices.stiffness]
-x = "2e7 N/m"
-y = "2e7 N/m"
-z = "rigid"
-rx = "1e7 N m/rad"
-ry = "1e7 N m/rad"
-rz = "rigid"
-"""
+DEVICE = pump('["3 m", "1 m", "6 m"]', "0.6 m").replace('"pump"', '"pump"\nbuilding = "B"')
 PROBE = """
 [[transient.probes]]
 name = "corner"

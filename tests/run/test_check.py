@@ -127,15 +127,20 @@ def test_forces_of_a_table(frame, tmp_path, pairs, end, meet, words, mesh):
         assert study.check(case, mesh=mesh).transient is not None
 
 
+def recorded(case, file):
+    """Put a record in the place of the motion of a case."""
+    whole = case.read_text()
+    start, end = whole.index("[[motions]]"), whole.index("[pounding]")
+    record = f'[[motions]]\ndirection = "y"\ntype = "record"\nfile = "{file}"\n'
+    case.write_text(whole[:start] + record + whole[end:])
+
+
 def test_a_duration_that_no_record_lasts(frame, tmp_path):
     """How long a record lasts is known once it is read."""
     text = "time [s],acceleration [m/s2]\n" + "".join(f"{0.01 * k:g},{k % 7}\n" for k in range(201))
     (tmp_path / "record.csv").write_text(text)
     case = frame('duration = "3 s"\n')
-    whole = case.read_text()
-    start, end = whole.index("[[motions]]"), whole.index("[pounding]")
-    record = '[[motions]]\ndirection = "y"\ntype = "record"\nfile = "record.csv"\n'
-    case.write_text(whole[:start] + record + whole[end:])
+    recorded(case, "record.csv")
     (found,) = faults(case, mesh=False)
     assert "duration = '3 s': expected at most what is computed of the pounding, 2 s" in found
 
@@ -203,10 +208,7 @@ def test_records_of_an_ensemble(frame, tmp_path, caplog):
     for name in "abcd":
         (tmp_path / "records" / f"{name}.csv").write_text(text)
     case = frame('[ensemble]\nrecords = "records"\n')
-    whole = case.read_text()
-    start, end = whole.index("[[motions]]"), whole.index("[pounding]")
-    record = '[[motions]]\ndirection = "y"\ntype = "record"\nfile = "records/a.csv"\n'
-    case.write_text(whole[:start] + record + whole[end:])
+    recorded(case, "records/a.csv")
     assert not any("records/" in one for one in warned(caplog, case))
     (tmp_path / "records" / "d.csv").write_text(text.replace("m/s2", "g"))
     (told,) = (one for one in warned(caplog, case) if "records/" in one)
@@ -343,13 +345,8 @@ def test_a_soil_that_no_model_has(new_case, tmp_path, caplog, layered, told):
     path = new_case(tmp_path, ("\n[[motions]]\n", f"\n{soil}[[motions]]\n"))
     with caplog.at_level(logging.WARNING):
         study.check(path, mesh=True)
-    assert (
-        sum(
-            "model of the soil of east, off its formulas or table by up to" in line
-            for line in caplog.messages
-        )
-        == told
-    )
+    off = "model of the soil of east, off its formulas or table by up to"
+    assert sum(off in line for line in caplog.messages) == told
 
 
 def test_a_case_that_nothing_moves_has_one_fault(new_case, tmp_path):
