@@ -6,18 +6,18 @@ from typing import get_args
 
 import pytest
 
-from impactfem.case import (
-    BaseStiffness,
-    Cylinder,
-    DeviceAnalysis,
-    DeviceBeam,
-    DeviceMode,
-    DeviceSetup,
-    Probe,
-    load_case,
-)
+from impactfem.case import DeviceAnalysis, DeviceSetup, load_case
 from impactfem.case.damping import Damping
-from impactfem.case.devices import Combination, DeviceSupport, chosen
+from impactfem.case.device_tables import DeviceMode
+from impactfem.case.devices import (
+    BaseStiffness,
+    Combination,
+    Cylinder,
+    DeviceBeam,
+    DeviceSupport,
+    chosen,
+)
+from impactfem.case.transient import Probe
 from impactfem.device import combination
 
 from .faults import faults_of, refused

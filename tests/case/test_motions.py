@@ -9,17 +9,14 @@ import pytest
 from pydantic import ValidationError
 
 from docs._ext.case_reference import json_schema
-from impactfem.case import (
+from impactfem.case import RecordMotion, SyntheticMotion, load_case, motion_files
+from impactfem.case.design_spectrum import (
     DecreeSpectrum,
     DesignSpectrum,
     EurocodeSpectrum,
-    RecordMotion,
-    SyntheticMotion,
     TableSpectrum,
-    load_case,
-    motion_files,
+    read_spectrum,
 )
-from impactfem.case.design_spectrum import read_spectrum
 
 from .faults import by_file as faults_of
 from .sections import DECREE, EC8, POINTS, RECORDED, SPECTRUM, TABLE, with_spectrum

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.case import GeneratedMesh, KelvinVoigtLaw, load_case
+from impactfem.case import KelvinVoigtLaw, load_case
+from impactfem.case.buildings import GeneratedMesh
 from impactfem.dynamics.damping import Rayleigh
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"

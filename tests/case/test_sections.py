@@ -10,18 +10,16 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from impactfem.case import (
-    Damping,
-    FrequencyGrid,
+from impactfem.case import Damping, RecordMotion, Spectra, load_case
+from impactfem.case.analysis import FrequencyGrid
+from impactfem.case.contacts import (
+    ContactEntry,
     HertzDampLaw,
     HertzLaw,
     HuntCrossleyLaw,
     JankowskiLaw,
-    RecordMotion,
-    Spectra,
-    load_case,
+    expand,
 )
-from impactfem.case.contacts import ContactEntry, expand
 from impactfem.records import read_record
 from impactfem.spectra import logarithmic_frequencies, rg_1_122_frequencies
 

@@ -8,7 +8,8 @@ from typing import Annotated
 import pytest
 from pydantic import TypeAdapter
 
-from impactfem.case import FileMesh, GeneratedMesh, load_case, structure_files
+from impactfem.case import FileMesh, load_case
+from impactfem.case.buildings import GeneratedMesh, structure_files
 from impactfem.case.leaf import Levels
 from impactfem.case.members import Site, Wall, read_members
 

@@ -4,18 +4,13 @@ from pathlib import Path
 import pytest
 
 from docs._ext.case_reference import json_schema
-from impactfem.case import (
-    DeviceAnalysis,
-    DeviceBeam,
-    FileMesh,
-    GeneratedMesh,
-    KelvinVoigtLaw,
-    Transient,
-    load_case,
-)
+from impactfem.case import DeviceAnalysis, FileMesh, KelvinVoigtLaw, load_case
+from impactfem.case.buildings import GeneratedMesh
 from impactfem.case.calibration import Calibration, WallImpactSetup
+from impactfem.case.devices import DeviceBeam
 from impactfem.case.plausibility import implausible
 from impactfem.case.template import PARTS, write_new_case
+from impactfem.case.transient import Transient
 from impactfem.device.from_case import checked_devices
 from impactfem.system.errors import InputError
 

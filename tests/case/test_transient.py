@@ -9,7 +9,8 @@ import pytest
 from pydantic import ValidationError
 
 from impactfem.building.mesh import parse_group
-from impactfem.case import Probe, Transient, load_case, transient_files
+from impactfem.case import load_case
+from impactfem.case.transient import Probe, Transient, transient_files
 
 from .faults import all_faults, own_faults, refused
 from .sections import EVERY_KEY, GROUP, LINE, OTHERS, POINT, RECORDED, TRANSIENT

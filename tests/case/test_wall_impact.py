@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.case import KelvinVoigtLaw, WallImpactSetup, load_case
+from impactfem.case import KelvinVoigtLaw, load_case
+from impactfem.case.calibration import WallImpactSetup
 from impactfem.stages.calibrate.experiment import SEPARATION, WallExperiment
 
 from .faults import own_faults

@@ -6,18 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.case import (
-    BaseStiffness,
-    Cylinder,
-    Damping,
-    DeviceAnalysis,
-    DeviceBeam,
-    DeviceMode,
-    DeviceSetup,
-    load_case,
-)
-from impactfem.case.device_tables import DeviceMatrices, GivenSpectrum, NamedMatrix
-from impactfem.case.devices import DeviceSupport, RigidPart
+from impactfem.case import Damping, DeviceAnalysis, DeviceSetup, load_case
+from impactfem.case.device_tables import DeviceMatrices, DeviceMode, GivenSpectrum, NamedMatrix
+from impactfem.case.devices import BaseStiffness, Cylinder, DeviceBeam, DeviceSupport, RigidPart
 from impactfem.device.combination import Gupta, LindleyYow, Rules
 from impactfem.device.from_case import checked_devices, device_of, rules_of
 from impactfem.device.modes import device_modes

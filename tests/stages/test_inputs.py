@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.case import DampingCase, Transient, load_case
+from impactfem.case import DampingCase, load_case
 from impactfem.case.damping import PartDamping
+from impactfem.case.transient import Transient
 from impactfem.run.stages import STAGES
 from impactfem.stages import inputs
 from impactfem.stages.building.stage import BUILDING

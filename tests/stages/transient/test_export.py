@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 from impactfem import study
-from impactfem.case import Transient
+from impactfem.case.transient import Transient
 from impactfem.reduction.probes import motion_grid
 from impactfem.stages.transient import export
 from impactfem.stages.transient.export import exported_steps, write_motion
