@@ -130,15 +130,18 @@ def together(first: str, second: str, words: str = "") -> Any:
     return rule(second, first)(wrong)
 
 
-def either(first: str, second: str, words: str, *others: str) -> Any:
+def either(first: str, second: str, words: str, *others: str, apart: bool = False) -> Any:
     """The rule that one of two fields is given, and not both; the fault is the second one's.
 
-    It is applied where the other fields are free of faults as well.
+    It is applied where the other fields are free of faults as well. Where neither or both are
+    given, the message tells these `apart`, or says the same.
     """
 
     def wrong(value: Any, other: Any, *_: Any) -> Iterator[str]:
-        if (value is None) == (other is None):
-            yield f"expected either {words}"
+        if value is None and other is None:
+            yield f"{'missing; ' if apart else ''}expected either {words}"
+        if value is not None and other is not None:
+            yield f"expected either {words}{', not both' if apart else ''}"
 
     return rule(second, first, *others)(wrong)
 

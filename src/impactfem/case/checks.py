@@ -255,15 +255,10 @@ def _of_buildings(case: Case, reading: Reading) -> Iterator[Finding]:
     calibration, named = case.calibration, [one.building for one in case.structures]
     if calibration is not None and calibration.from_structure:
         place = ("calibration", "from_structure")
+        targeted = {one.building for one in calibration.targets if reading.names("buildings")}
         if not named:
             yield place, "expected a [buildings.structure], whose modes are the targets"
-        elif (
-            calibration.targets
-            and reading.names("buildings")
-            and not any(  # as far as known
-                target.building in named for target in calibration.targets
-            )
-        ):
+        elif targeted and targeted.isdisjoint(named):  # as far as known
             yield place, f"expected targets of the building with a 3D model, {' or '.join(named)}"
 
 
@@ -452,10 +447,8 @@ def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
             computed = case.computed_time(max(known, default=0.0))
     if computed is not None:
         if transient.time_step > computed / 2.0:
-            yield (
-                ("transient", "time_step"),
-                f"expected at most half of the duration, {computed:g} s",
-            )
+            expected = f"expected at most half of the duration, {computed:g} s"
+            yield ("transient", "time_step"), expected
         if transient.duration is not None and transient.duration > computed * (1.0 + 1e-9):
             expected = f"expected at most what is computed of the pounding, {computed:g} s"
             yield ("transient", "duration"), expected

@@ -116,7 +116,8 @@ def strike_fault(
         met: Whether the line through the point along the normal meets one of these.
     """
     if abs(outward[2]) > ALIGNED:
-        return "normal", VERTICAL
+        expected = "expected a horizontal normal: floors of a 3D building are struck on their sides"
+        return "normal", expected
     if not inside and abs(offset[2]) > HEIGHT:
         return "offset", (
             "the 3D building takes the forces of a floor in its slab, and this pair is "
@@ -133,9 +134,6 @@ def strike_fault(
             f"through: {', '.join(spans)}"
         )
     return None
-
-
-VERTICAL = "expected a horizontal normal: floors of a 3D building are struck on their sides"
 
 
 def of_struck_sides(case: Case, reading: Reading) -> Iterator[Finding]:

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
-from impactfem.case.base import Section, refuse, rule
+from impactfem.case.base import Section, either, refuse, rule
 from impactfem.case.floors import floors_of
 from impactfem.case.leaf import BuildingName, FloorNumbers, LawName, Name
 from impactfem.case.quantity import (
@@ -69,13 +69,7 @@ class KelvinVoigtLaw(Section):
     """true keeps the tensile force at the end of an impact, as the paper does; false clips the
     force at zero."""
 
-    @rule("damping_ratio", "restitution")
-    @staticmethod
-    def _either(ratio: float | None, restitution: float | None) -> Iterator[str]:
-        if ratio is None and restitution is None:
-            yield "missing; expected either restitution or damping_ratio"
-        if ratio is not None and restitution is not None:
-            yield "expected either restitution or damping_ratio, not both"
+    _damped = either("restitution", "damping_ratio", "restitution or damping_ratio", apart=True)
 
     @property
     def calibrated(self) -> bool:
@@ -182,13 +176,7 @@ class ContactEnd(Section):
         check_floors(value or (), info)
         return value
 
-    @rule("storey", "floor")
-    @staticmethod
-    def _floor_or_storey(storey: Any, floor: Any) -> Iterator[str]:
-        if storey is None and floor is None:
-            yield "missing; expected either floor, or storey with relative_height"
-        if storey is not None and floor is not None:
-            yield "expected either floor, or storey with relative_height, not both"
+    _on_a_level = either("floor", "storey", "floor, or storey with relative_height", apart=True)
 
     @rule("relative_height", "storey")
     @staticmethod

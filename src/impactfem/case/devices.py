@@ -180,6 +180,16 @@ def _one_place(field: str, what: str) -> Any:
     return rule(field, "supports")(wrong)
 
 
+def _or_a_table(field: str, what: str) -> Any:
+    """The rule that a device has this part of a body, or modes or matrices in its place."""
+
+    def wrong(value: Any, modes: Any, matrices: Any) -> Iterator[str]:
+        if value is None and modes is None and matrices is None:
+            yield f"missing; expected {what}, or modes: the table of a device, or matrices"
+
+    return rule(field, "modes", "matrices")(wrong)
+
+
 def _with_a_mass(value: Any, mass: float | None) -> Iterator[str]:
     if value is not None and mass is None:
         yield "expected a mass beside it"
@@ -282,14 +292,10 @@ class DeviceSetup(Section):
         if not isinstance(value, GivenSpectra):
             return value
         building = info.data.get("building", "")
-        stories = floors_of(building, info)
         base = reading_of(info).valid(Length, entry_of(building, info).get("base", "0 m"))
+        stories = () if base is None else floors_of(building, info)
         heights = itertools.accumulate(one.storey_height for one in stories)
-        levels = (
-            {}
-            if base is None
-            else {one.floor: base + height for one, height in zip(stories, heights, strict=True)}
-        )
+        levels = {one.floor: base + height for one, height in zip(stories, heights, strict=True)}
         anchors = [info.data["point"]] if info.data.get("point") else []
         anchors += [one.point for one in info.data.get("supports", ())]
         floors = [min(levels, key=lambda k: abs(levels[k] - z)) for *_, z in anchors if levels]
@@ -320,17 +326,8 @@ class DeviceSetup(Section):
                 yield lacking
 
     _mass_alone = _alone("mass", "matrices")
-
-    @rule("mass", "modes", "matrices")
-    @staticmethod
-    def _something_moves(mass: float | None, modes: Any, matrices: Any) -> Iterator[str]:
-        if mass is None and modes is None and matrices is None:
-            yield (
-                "missing; expected the mass of a body, or modes: the table of a device, or matrices"
-            )
-
+    _something_moves = _or_a_table("mass", "the mass of a body")
     _with_mass = together("mass", "mass_height")
-
     _inertia_of_a_mass = rule("inertia", "mass")(_with_a_mass)
     _shape_of_a_mass = rule("shape", "mass")(_with_a_mass)
 
@@ -343,16 +340,7 @@ class DeviceSetup(Section):
 
     _springs_beside_modes = _alone("stiffness", "modes")
     _springs_beside_matrices = _alone("stiffness", "matrices")
-
-    @rule("stiffness", "modes", "matrices")
-    @staticmethod
-    def _on_springs(springs: BaseStiffness | None, modes: Any, matrices: Any) -> Iterator[str]:
-        if springs is None and modes is None and matrices is None:
-            yield (
-                "missing; expected the springs of the base, or modes: the table of a device, or "
-                "matrices"
-            )
-
+    _on_springs = _or_a_table("stiffness", "the springs of the base")
     _beam_beside_modes = _alone("beam", "modes")
     _beam_beside_matrices = _alone("beam", "matrices")
 

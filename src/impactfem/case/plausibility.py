@@ -210,19 +210,21 @@ def _devices(source: Source, case: Case) -> Iterator[Fault]:
 def _analysis(source: Source, case: Case, longest: float) -> Iterator[Fault]:
     """Given spectra without a direction of the ground; a strong motion too long, or not used."""
     for k, device in enumerate(case.devices):
-        known = {one.direction for one in device.spectra or ()}
-        lacking = [one.direction for one in case.motions if one.direction not in known]
-        if known and lacking:
-            text = (
-                f"no spectrum along {' and '.join(lacking)}, along which the ground moves: the "
-                "analysis with these spectra leaves it out"
-            )
-            yield source.remark(("devices", k, "spectra"), text)
-        moving = {row.direction for row in device.modes or ()}
-        still = [one.direction for one in case.motions if one.direction not in moving]
-        if moving and still:
-            text = f"no mode along {' and '.join(still)}, along which the ground moves"
-            yield source.remark(("devices", k, "modes"), text)
+        for key, rows, what, then in (
+            (
+                "spectra",
+                device.spectra,
+                "spectrum",
+                ": the analysis with these spectra leaves it out",
+            ),
+            ("modes", device.modes, "mode", ""),
+        ):
+            known = {row.direction for row in rows or ()}
+            lacking = [one.direction for one in case.motions if one.direction not in known]
+            if known and lacking:
+                along = " and ".join(lacking)
+                text = f"no {what} along {along}, along which the ground moves{then}"
+                yield source.remark(("devices", k, key), text)
     analysis = case.device_analysis
     if analysis is None or analysis.duration is None:
         return
@@ -322,10 +324,7 @@ def _wall(source: Source, case: Case) -> Iterator[Fault]:
     if wall is None or case.structure is None:
         return
     building = case.building(wall.building)
-    heights = {
-        floor.floor: z - building.base
-        for floor, z in zip(building.floors, building.elevations, strict=True)
-    }
+    heights = {floor: z - building.base for floor, z in building.levels.items()}
     higher = max(heights[k] for k in wall.floors) / heights[wall.displaced_floor]
     reach = abs(wall.displacement) * max(1.0, higher)
     if wall.gap > reach:

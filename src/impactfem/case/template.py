@@ -109,14 +109,8 @@ def _composed(template: str, parts: Collection[str], minimal: bool) -> str:
         line = line if shown or not line else f"# {line}"
         if commented := _COMMENTED.fullmatch(line):
             code, comment = commented.groups()
-            wide = len(code) + 2 > _COLUMN
-            line = (
-                code
-                if minimal
-                else f"{code}   {comment}"
-                if wide
-                else code.ljust(_COLUMN) + comment
-            )
+            padded = f"{code}   " if len(code) + 2 > _COLUMN else code.ljust(_COLUMN)
+            line = code if minimal else padded + comment
         # Without comments there is one empty line between blocks, and none at the beginning.
         if not minimal or (line and line[0] != "#") or (not line and lines and lines[-1]):
             lines.append(line)
