@@ -13,7 +13,7 @@ from impactfem import __version__, study
 from impactfem.stages.manifest import file_digest
 from impactfem.stages.pounding import stage as sticks
 from impactfem.stages.stage import Stage
-from impactfem.system.errors import ImpactfemError, InputError, SolutionError
+from impactfem.system.errors import ImpactfemError, InputError
 
 FILES = {"run.log", "summary.json", "provenance.json", "pounding.nc", "motion.nc", "forces.nc"} | {
     "forces.csv",
@@ -351,16 +351,13 @@ class TestFolder:
     @pytest.mark.parametrize(
         ("place", "message"),
         [
-            ("foreign", "this one holds other files"),
             ("small.toml", "this is a file"),
             ("small.toml/run", "a folder that can be written: Not a directory"),
             ("x" * 300, "File name too long"),
         ],
-        ids=["other files", "a file", "in a file", "long name"],
+        ids=["a file", "in a file", "long name"],
     )
     def test_a_folder_that_cannot_be_used(self, copied, tmp_path, place, message):
-        (tmp_path / "foreign").mkdir()
-        (tmp_path / "foreign" / "thesis.tex").write_text("mine")
         before = tree(tmp_path)
         with pytest.raises(InputError, match=message) as error:
             study.run(copied, out=tmp_path / place, fresh=True)
@@ -371,16 +368,6 @@ class TestFolder:
         monkeypatch.setattr(os, "access", lambda *_: False)
         with pytest.raises(InputError, match="can be written: Permission denied"):
             study.run(copied, out=tmp_path / "run")
-
-    def test_an_empty_folder_may_be_used(self, new_case, tmp_path, monkeypatch):
-        def stop(*_, **__):
-            raise SolutionError("stopped")
-
-        monkeypatch.setattr(sticks, "run_sticks", stop)
-        (tmp_path / "run").mkdir()
-        with pytest.raises(SolutionError, match="stopped"):
-            study.run(new_case(tmp_path), out=tmp_path / "run")
-        assert [path.name for path in (tmp_path / "run").iterdir()] == ["run.log"]
 
     def test_an_interrupt_leaves_no_half_file(
         self, copied, tmp_path, monkeypatch, edited, no_figures

@@ -313,13 +313,6 @@ def test_a_published_value_that_is_no_number(tmp_path, cell):
     assert "expected a finite number" in fault.expected and "'> 110'" in fault.expected
 
 
-def test_row_model_without_leaf_is_a_mistake_of_ours(tmp_path):
-    from impactfem.case.report import Published
-
-    with pytest.raises(TypeError, match="has no leaf"):
-        read_table(write(tmp_path, HEADER, ROW), Published, [])
-
-
 def test_floor_from_python_takes_si():
     values = dict.fromkeys(["Jx", "Jy", "Jz", "Ix", "Iy", "Iz", "A", "Avy", "Avz"], 2.0)
     floor = Floor(floor=1, mass=1000.0, storey_height=3.0, **values)

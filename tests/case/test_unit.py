@@ -39,6 +39,8 @@ from impactfem.case.unit import KINDS, UnitError, scale, si_factor, to_si
         ("mm4", unit.SECOND_MOMENT, 1e-12),
         ("1/t", unit.ACCELERANCE, 1e-3),
         ("m/s2/N", unit.ACCELERANCE, 1.0),
+        ("kN/mm^1.5", unit.HERTZ_STIFFNESS, 1e3 * 1e3**1.5),
+        ("MN/m^1.5", unit.HERTZ_STIFFNESS, 1e6),
     ],
 )
 def test_factor(text, kind, factor):

@@ -185,6 +185,7 @@ class TestSweep:
         ended = program("sweep", new_case(tmp_path), *self.SET, "--out", tmp_path / "s")
         assert ended.code == 130
         assert ended.err.splitlines()[-1] == "interrupted; run again to go on"
+        assert not (tmp_path / "s" / "sweep.csv").exists()
 
 
 class TestCheckAndNew:

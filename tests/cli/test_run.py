@@ -131,6 +131,7 @@ class TestRun:
             raise SolutionError("the response grew without bound")
 
         monkeypatch.setattr(sticks, "run_sticks", fail)
+        (tmp_path / "run").mkdir()  # an empty folder may be used
         ended = program("run", new_case(tmp_path), "--out", tmp_path / "run")
         assert ended.code == 1
         assert ended.err.splitlines()[-1] == "error: the response grew without bound"

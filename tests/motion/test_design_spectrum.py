@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from impactfem.motion.design_spectrum import (
-    HORIZONTAL,
     DesignSpectrum,
     TableSpectrum,
     decree_spectrum,
@@ -41,15 +40,6 @@ def test_vertical_is_the_same_on_all_grounds():
     assert len(set(spectra)) == 1
     assert spectra[0].pseudo_acceleration([np.inf, 10.0]) == pytest.approx([0.9, 2.7])
     assert len({eurocode_spectrum(1, ground, 1.0) for ground in "ABCDE"}) == 5
-
-
-@pytest.mark.parametrize("kind", [1, 2])
-def test_softer_ground_never_lowers_the_long_periods(kind):
-    ordinates = [
-        float(eurocode_spectrum(kind, ground, 1.0).pseudo_acceleration(1.0)) for ground in "ABCD"
-    ]
-    assert ordinates == sorted(ordinates)
-    assert set(HORIZONTAL[kind]) == set("ABCDE")
 
 
 def test_zones_and_texts_of_the_decrees():

@@ -126,16 +126,6 @@ def test_variants_that_fail_are_named(case, tmp_path, monkeypatch):
     assert "failed: " in (tmp_path / "s" / "sweep.log").read_text()
 
 
-def test_an_interrupt_ends_the_sweep(case, tmp_path, monkeypatch):
-    def interrupt(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(sticks, "run_sticks", interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s")
-    assert not (tmp_path / "s" / "sweep.csv").exists()
-
-
 @pytest.mark.parametrize(
     ("settings", "options", "expected"),
     [

@@ -54,7 +54,7 @@ def implausible(case: Case, longest: float) -> list[Fault]:
     """
     source = read_source(case.path, CaseFile)
     values = unusual(case, source)
-    return [
+    found = [
         *values,
         *_unused(source, case),
         *of_buildings(source, case, {fault.key for fault in values}),
@@ -66,8 +66,12 @@ def implausible(case: Case, longest: float) -> list[Fault]:
         *_passage(source, case),
         *_pounding(source, case, longest),
         *_wall(source, case),
-        *_published(source, case),
     ]
+    # Names that no result can have, by their first word; a run knows the others.
+    file = source.path.parent / str(value_at(("published",), source.raw))
+    text = f"no result; their names begin with {', '.join(STAGE_OF)} (docs/run-folder.md)"
+    strange = (name for name in case.published if name.split(".")[0] not in STAGE_OF)
+    return found + [Fault(file, "name", name, text) for name in strange]
 
 
 def _unused(source: Source, case: Case) -> Iterator[Fault]:
@@ -333,12 +337,3 @@ def _wall(source: Source, case: Case) -> Iterator[Fault]:
             f"{reach:.3g} m at most; usual is a gap of half of that"
         )
         yield source.remark(("wall_impact", "gap"), text)
-
-
-def _published(source: Source, case: Case) -> Iterator[Fault]:
-    """Names that no result can have, by their first word; a run knows the others."""
-    file = source.path.parent / str(value_at(("published",), source.raw))
-    for name in case.published:
-        if name.split(".")[0] not in STAGE_OF:
-            text = f"no result; their names begin with {', '.join(STAGE_OF)} (docs/run-folder.md)"
-            yield Fault(file, "name", name, text)

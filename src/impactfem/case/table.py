@@ -200,10 +200,7 @@ def read_table(
 
 def leaf_of(info: FieldInfo) -> CellLeaf:
     """The leaf of a field of a row: what its cells must be."""
-    for item in info.metadata:
-        if isinstance(item, CellLeaf):
-            return item
-    raise TypeError(f"the field {info} of a table has no leaf")
+    return next(item for item in info.metadata if isinstance(item, CellLeaf))
 
 
 def name_and_unit(header: str) -> tuple[str, str | None]:

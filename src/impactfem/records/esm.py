@@ -38,7 +38,15 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     text = {key: value for key, (_, value) in header.items()}
     step = _positive(file, header, "SAMPLING_INTERVAL_S", "the time step in seconds")
     count = _positive(file, header, "NDATA", "the number of samples")
-    factor = _factor(file, header)
+    kind_line, kind = header.get("DATA_TYPE", (0, "ACCELERATION"))
+    if kind.upper() != "ACCELERATION":
+        file.note(kind_line, kind, "expected DATA_TYPE: ACCELERATION, not another quantity")
+    unit_line, unit = header.get("UNITS", (None, None))
+    factor = None if unit is None else ACCELERATION_UNITS.get(plain_unit(unit))
+    if unit is None:
+        file.note(None, None, "the header has no UNITS; expected cm/s^2")
+    elif factor is None:
+        file.note(unit_line, unit, "expected a unit of acceleration as UNITS, cm/s^2")
     behind = range(max((i for i, _ in header.values()), default=0), len(lines))
     samples = file.samples(behind, lambda line: [line.strip()], "expected one finite number")
     if count is not None and not file.faults and (len(samples) != count or count < 2):
@@ -71,21 +79,6 @@ def _positive(
         file.note(line, text, f"expected {what} as {key}, positive")
         return None
     return value
-
-
-def _factor(file: RecordFile, header: dict[str, tuple[int, str]]) -> float | None:
-    """Factor from the unit of the samples to m/s2."""
-    kind_line, kind = header.get("DATA_TYPE", (0, "ACCELERATION"))
-    if kind.upper() != "ACCELERATION":
-        file.note(kind_line, kind, "expected DATA_TYPE: ACCELERATION, not another quantity")
-    if "UNITS" not in header:
-        file.note(None, None, "the header has no UNITS; expected cm/s^2")
-        return None
-    line, unit = header["UNITS"]
-    factor = ACCELERATION_UNITS.get(plain_unit(unit))
-    if factor is None:
-        file.note(line, unit, "expected a unit of acceleration as UNITS, cm/s^2")
-    return factor
 
 
 FORMAT = Format(
