@@ -1,7 +1,6 @@
 """The tables [[damping_cases]] and [[buildings.structure.damping]] of a case file."""
 
 import json
-import pickle
 import tomllib
 
 import pytest
@@ -12,7 +11,7 @@ from impactfem.case.template import write_new_case
 from impactfem.dynamics.damping import Caughey, ModeRatios, RatioTable, Rayleigh
 
 from .faults import faults_of, refused
-from .sections import FULL_ORDER, LIGHT, PART_DAMPING, TRANSIENT, WALL
+from .sections import FULL_ORDER, LIGHT, PART_DAMPING, PUMP, TRANSIENT, WALL
 from .texts import added
 
 HEAVY = """
@@ -37,7 +36,6 @@ def test_without_a_structure(broken):
     assert heavy.rayleigh == case.damping.rayleigh
     # The dampings that the buildings have are not touched.
     assert {building.damping for building in case.buildings} == {case.damping}
-    assert pickle.loads(pickle.dumps(case)) == case
     dumped = json.loads(case.model_dump_json(include={"damping_cases"}))["damping_cases"]
     assert [one["restitution"] for one in dumped] == ["calibrated", 0.6]
 
@@ -50,11 +48,6 @@ def test_calibrated_with_the_impact(structured, broken):
             "damping_cases[1].restitution": "calibrated expected a section [wall_impact] beside "
             "it: the impact that gives it"
         }
-
-
-def test_one_table_in_place_of_several(broken):
-    one = LIGHT.replace("[[damping_cases]]", "[damping_cases]")
-    assert set(faults_of(broken(more=one))) == {"damping_cases"}
 
 
 def test_served_by_the_reduced_basis(structured):
@@ -83,17 +76,13 @@ def test_parts_only_in_full_order(structured, solver):
     refused(path, "transient.solver", f"expected 'full' {BESIDE}")
 
 
-@pytest.mark.parametrize(("name", "text"), [("damping_cases", LIGHT), ("wall_impact", WALL)])
+@pytest.mark.parametrize(
+    ("name", "text"), [("damping_cases", LIGHT), ("wall_impact", WALL), ("devices", PUMP)]
+)
 def test_parts_with_nothing_that_needs_the_basis(structured, name, text):
     text += "restitution = 0.5\n" if name == "damping_cases" else ""
     refused(structured(more=PART_DAMPING + FULL_ORDER + text), name, f"expected none {BESIDE}")
     assert load_case(structured(more=FULL_ORDER + text)).structure is not None
-
-
-def test_parts_without_devices(structured):
-    device = '[[devices]]\nname = "pump"\n'
-    faults = faults_of(structured(more=PART_DAMPING + FULL_ORDER + device))
-    assert "the study of devices uses the reduced basis" in faults["devices"]
 
 
 def test_template(tmp_path):

@@ -279,14 +279,6 @@ def test_reduced_model_of_the_devices(copied, done, edited, old, new, kept):
     assert values(again)["device.fy.detailed.impact"] != values(done)["device.fy.detailed.impact"]
 
 
-def test_case_that_lacks_devices(case, edited, tmp_path):
-    shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True, ignore=shutil.ignore_patterns("run"))
-    other = tmp_path / "frame.toml"
-    other.write_text(other.read_text().split("[[devices]]")[0])
-    with pytest.raises(InputError, match=r"a section \[devices\], which the stage device needs"):
-        study.run(other, out=tmp_path / "run", stage="device")
-
-
 def test_two_ranks(case, done, under_mpirun, tmp_path):
     shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True, ignore=shutil.ignore_patterns("run"))
     out = tmp_path / "ranks"
