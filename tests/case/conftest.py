@@ -15,7 +15,7 @@ def pair():
 
 
 @pytest.fixture
-def written(tmp_path):
+def written(tmp_path, edited):
     """Write a case with texts replaced, and give its path."""
 
     def write(base, *edits):
@@ -33,9 +33,7 @@ def written(tmp_path):
             text = content.encode() if isinstance(content, str) else content
             (tmp_path / name).write_bytes(text)
         for file, old, new in (*base.edits, *edits):
-            edited = tmp_path / (file or "pair.toml")
-            text = edited.read_text(encoding="utf-8")
-            edited.write_text(replaced(text, (old, new)), encoding="utf-8")
+            edited(tmp_path / (file or "pair.toml"), (old, new))
         return path
 
     return write

@@ -216,26 +216,21 @@ def test_faults_name_the_file_that_says_it(write, top, fault):
         ("[pounding]\n", '[pounding]\nspeed = "1 m/s"\n', "pounding.speed", None),
     ],
 )
-def test_faults_of_the_other_file(write, tmp_path, old, new, key, value):
+def test_faults_of_the_other_file(write, edited, tmp_path, old, new, key, value):
     """Values are shown as they are written, not as they are seen from the case file."""
-    base = tmp_path / "base" / "pair.toml"
-    text = base.read_text(encoding="utf-8")
-    if old not in text:
-        raise ValueError(f"{old!r} is not there: the test does not test")
-    base.write_text(text.replace(old, new), encoding="utf-8")
+    base = edited(tmp_path / "base" / "pair.toml", (old, new))
     found = {(str(one.file), one.key): one.value for one in faults_of(write(top=BASE))}
     assert found.get((str(base), key), "not found") == value
 
 
-def test_a_key_missing_in_both(write, tmp_path):
-    base = tmp_path / "base" / "pair.toml"
-    text = base.read_text(encoding="utf-8")
-    base.write_text(text.replace('time_step = "0.3358 ms"', ""), encoding="utf-8")
+def test_a_key_missing_in_both(write, edited, tmp_path):
+    step = 'time_step = "0.3358 ms"'
+    base = edited(tmp_path / "base" / "pair.toml", (step, ""))
     assert the_fault(write(top=BASE))[:2] == ("pair.toml", "pounding.time_step")
     # The last file that says the table is the one to mend.
     both = f'{BASE}[pounding]\nupdate = "lagged"\n'
     assert the_fault(write(top=both))[:2] == ("top.toml", "pounding.time_step")
-    base.write_text(text.replace("title = ", "# title = "), encoding="utf-8")
+    edited(base, ("[pounding]", f"[pounding]\n{step}"), ("title = ", "# title = "))
     assert the_fault(write(top=BASE))[:2] == ("top.toml", "title")
 
 

@@ -204,7 +204,7 @@ def test_optional_transient(template):
 def test_optional_wall_impact(template):
     uncommented(template, "# [buildings.structure]", None)
     uncommented(template, "# [wall_impact]", None)
-    text = template.read_text(encoding="utf-8").replace("# density", "density")
+    text = dense(template)
     for value in ('"1.2e10 N/m"', "0.65 "):
         text = text.replace(f" = {value}", ' = "calibrated" ')
     template.write_text(text, encoding="utf-8")

@@ -230,13 +230,11 @@ def test_a_mesh_of_another_building(frame, tmp_path):
 
 
 @pytest.fixture
-def coarse(tmp_path):
+def coarse(tmp_path, edited):
     """The paper's case on a coarse mesh, which the generator makes."""
     for path in GEOMETRY.glob("npp_*.*"):
         shutil.copy(path, tmp_path)
-    text = (tmp_path / "npp_pair.toml").read_text(encoding="utf-8")
-    (tmp_path / "npp_pair.toml").write_text(text.replace('size = "1.0 m" ', 'size = "3 m" '))
-    return tmp_path / "npp_pair.toml"
+    return edited(tmp_path / "npp_pair.toml", ('size = "1.0 m" ', 'size = "3 m" '))
 
 
 def test_devices_on_a_generated_mesh(coarse):
