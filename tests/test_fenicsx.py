@@ -24,6 +24,11 @@ def cache(monkeypatch, tmp_path):
     return tmp_path / "cache" / "impactfem"
 
 
+def cache_folder():
+    with _fenicsx._cache() as folder:
+        return folder
+
+
 def mass_form(factor=1.0):
     mesh = _fenicsx.local_mesh(*TRIANGLE, "triangle").mesh
     space = _fenicsx.blocked_space(mesh, 6, 2)
@@ -79,7 +84,7 @@ def test_what_a_killed_compilation_left_is_thrown_away(cache):
 
 
 def test_finished_forms_stay(cache):
-    folder = _fenicsx._cache_folder()
+    folder = cache_folder()
     for name in ("done.c", "done.c.cached", "half.c"):
         (folder / name).touch()
     with _fenicsx._cache() as found:
@@ -112,17 +117,17 @@ def test_a_cache_that_cannot_be_written(monkeypatch, tmp_path):
     blocked.touch()
     monkeypatch.setenv("XDG_CACHE_HOME", str(blocked))
     monkeypatch.setattr(tempfile, "gettempdir", lambda: str(tmp_path))
-    folder = _fenicsx._cache_folder()
+    folder = cache_folder()
     assert folder.parent.parent == tmp_path / f"impactfem-{os.getuid()}"
     assert total() == pytest.approx(3.0)
     assert list(folder.glob("*.so"))
     monkeypatch.setattr(tempfile, "gettempdir", lambda: str(blocked))
     with pytest.raises(ImpactfemError, match=r"no folder for compiled code can be writ.*blocked"):
-        _fenicsx._cache_folder()
+        cache_folder()
 
 
 def test_the_cache_belongs_to_versions(cache):
-    name = _fenicsx._cache_folder().name
+    name = cache_folder().name
     assert name == f"forms-{dolfinx.__version__}-{sys.version_info.minor}"
 
 

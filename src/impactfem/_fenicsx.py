@@ -4,8 +4,6 @@ Every mesh lives on one rank (its communicator is COMM_SELF). Generations: up to
 spaces are made by classes and elements come from ufl; from 0.7 on by functions and from basix.ufl.
 """
 
-from __future__ import annotations
-
 import fcntl
 import inspect
 import logging
@@ -205,7 +203,8 @@ def assembled(form: Any) -> Any:
 @contextmanager
 def _cache() -> Iterator[Path]:
     """The folder of compiled forms, locked for this process."""
-    folder = _cache_folder()
+    # Compiled code is bound to the versions of Python and dolfinx that made it.
+    folder = cache_folder(f"forms-{dolfinx.__version__}-{sys.version_info.minor}")
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # given back by the kernel when a process is killed
         for source in folder.glob("*.c"):
@@ -220,8 +219,3 @@ def _cache() -> Iterator[Path]:
                 yield folder
         finally:
             logging.disable(before)
-
-
-def _cache_folder() -> Path:
-    # Compiled code is bound to the versions of Python and dolfinx that made it.
-    return cache_folder(f"forms-{dolfinx.__version__}-{sys.version_info.minor}")

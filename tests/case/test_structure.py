@@ -1,6 +1,7 @@
 """The section [buildings.structure] of a case file, and its tables."""
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Annotated
 
 import pytest
@@ -9,7 +10,8 @@ from pydantic import TypeAdapter
 from impactfem.case import FileMesh, load_case
 from impactfem.case.buildings import GeneratedMesh, structure_files
 from impactfem.case.leaf import Levels
-from impactfem.case.members import Site, Wall, read_members
+from impactfem.case.members import Wall, read_members
+from impactfem.case.reading import Reading
 
 from .faults import by_file as faults_of
 from .faults import refused
@@ -214,7 +216,7 @@ def test_coinciding_walls_at_an_angle(tmp_path):
     ]:
         path.write_text(header + first + second)
         faults = []
-        table = read_members(path, Wall, Site(), faults)
+        table = read_members(Wall, path, faults, SimpleNamespace(context=Reading(), data={}))
         assert (table is None) == twice == bool(faults), second
 
 

@@ -1,4 +1,6 @@
 import math
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from pydantic import Field, field_validator, model_validator
@@ -7,7 +9,9 @@ from impactfem.case.base import Section, refuse
 from impactfem.case.calibration import Target, read_targets
 from impactfem.case.floors import Floor, read_floors
 from impactfem.case.quantity import PositiveLength
+from impactfem.case.reading import Reading
 from impactfem.case.report import read_published
+from impactfem.case.source import Source
 from impactfem.case.table import read_table
 
 HEADER = (
@@ -15,6 +19,9 @@ HEADER = (
     "A [m2],Avy [m2],Avz [m2],storey_height [m]"
 )
 ROW = "1,2502,6.3e7,5.1e8,5.7e8,6.4e3,4.2e4,4.8e4,234,169,214,3.26"
+KNOWN = SimpleNamespace(
+    context=Reading(Source(Path(), {"buildings": [{"name": "B1"}, {"name": "B2"}]}))
+)
 SECOND = "2,1787,4.1e7,3.3e8,3.7e8,3.1e3,1.3e4,1.8e4,67,11,62,2.62"
 
 
@@ -53,7 +60,7 @@ def test_columns_in_any_order_and_unit(tmp_path):
         '0.00175,"10100000",1, B1 ,50',
     )
     faults = []
-    table = read_targets(path, ["B1"], faults)
+    table = read_targets(path, faults, KNOWN)
     assert faults == []
     assert table.rows[0] == Target(
         building="B1", mode=1, frequency=1.75, effective_mass=10.1e6, mass_weight=0.5
@@ -248,7 +255,7 @@ def test_targets_know_the_buildings(tmp_path):
         "B1,1,1.75,10100",
     )
     faults = []
-    assert read_targets(path, ["B1", "B2"], faults) is None
+    assert read_targets(path, faults, KNOWN) is None
     assert [fault.key for fault in faults] == ["line 4, column mode", "line 3, column building"]
     assert "duplicate mode, the first is in line 2" in faults[0].expected
     assert "unknown building; did you mean 'B1'?" in faults[1].expected

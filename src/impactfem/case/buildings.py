@@ -4,6 +4,7 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -26,7 +27,6 @@ from impactfem.case.floors import (
     Material,
     MaterialOf,
     entry_of,
-    floors_of,
     read_floors,
 )
 from impactfem.case.leaf import FileName, FloorNumbers, Name, Text, Whole
@@ -36,8 +36,8 @@ from impactfem.case.members import (
     Beam,
     Column,
     Member,
-    Site,
     Wall,
+    heights_of_storeys,
     misplaced,
     read_bays,
     read_members,
@@ -52,7 +52,7 @@ from impactfem.case.quantity import (
     PositiveLength,
     Ratio,
 )
-from impactfem.case.reading import TableFile, reading_of
+from impactfem.case.reading import TableFile
 from impactfem.case.soil import SoilEntry
 
 Part = Annotated[float, Ratio(at_least=0, at_most=1)]
@@ -106,26 +106,8 @@ class FileMesh(Section):
         return value
 
 
-def _site(info: ValidationInfo) -> Site:
-    """Where the members of a generated mesh stand, as far as it is known."""
-    building = reading_of(info).building
-    heights = {floor.floor: floor.storey_height for floor in floors_of(building, info)}
-    return Site(info.data.get("length"), info.data.get("width"), heights or None)
-
-
 def _member_file(model: type[Member]) -> TableFile:
-    return TableFile(
-        f"a {model.kind} table (CSV)",
-        lambda path, faults, info: read_members(path, model, _site(info), faults),
-        sited=True,
-    )
-
-
-_BAYS = TableFile(
-    "a bay table (CSV)",
-    lambda path, faults, info: read_bays(path, info.data.get("walls"), _site(info), faults),
-    sited=True,
-)
+    return TableFile(f"a {model.kind} table (CSV)", partial(read_members, model), sited=True)
 
 
 class Parapet(Section):
@@ -175,7 +157,7 @@ class GeneratedMesh(Section):
     """Thickness of the slabs of some floors, in place of slab_thickness."""
     walls: Annotated[tuple[Wall, ...], _member_file(Wall)]
     """Wall table: a CSV file, one row a wall."""
-    bays: Annotated[tuple[Bay, ...], _BAYS] = ()
+    bays: Annotated[tuple[Bay, ...], TableFile("a bay table (CSV)", read_bays, sited=True)] = ()
     """Bay table: a CSV file, one row an opening in a wall."""
     wall_setback: tuple[Depth, Depth] = (0.0, 0.0)
     """Distance (x, y) by which walls on the edges of the plan are moved inwards: half of their
@@ -233,8 +215,8 @@ class GeneratedMesh(Section):
         there = {bay.wall for bay in bays} <= {wall.wall for wall in walls}
         if there and (openings or any(setback)):
             walls, bays = _built(walls, bays, (length, width), setback, openings)
-            heights = _site(info).heights or {}
-            for k, _, expected in misplaced(bays, walls, heights, [""] * len(bays)):
+            words = [""] * len(bays)
+            for k, _, expected in misplaced(bays, walls, heights_of_storeys(info), words):
                 of = f"with wall_setback and openings, bay {bays[k].bay} of {bays[k].wall}"
                 yield f"{of}, storey {bays[k].storey}: {expected}"
 
@@ -285,9 +267,9 @@ def _floors_once(groups: Sequence[tuple[int, ...]], info: ValidationInfo) -> Ite
     given = [k for group in groups for k in group]
     if len(set(given)) < len(given):
         yield f"expected each floor once, found {max(given, key=given.count)} twice"
-    known = _site(info).heights
+    known = heights_of_storeys(info)
     absent = [k for k in given if known and k not in known]
-    if known and absent:
+    if absent:
         yield f"expected floors of the building, {', '.join(map(str, known))}; found {absent[0]}"
 
 

@@ -1,8 +1,6 @@
 """What is calibrated: sticks on modes of the buildings, contacts by an impact on a rigid wall."""
 
-from __future__ import annotations
-
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -25,7 +23,7 @@ from impactfem.case.quantity import (
     TimeStep,
     Weight,
 )
-from impactfem.case.reading import TableFile
+from impactfem.case.reading import TableFile, reading_of
 from impactfem.case.table import Table, read_table
 from impactfem.system.errors import Fault
 
@@ -47,10 +45,9 @@ class Target(Section):
     """Weight of the relative error of the mass; 0 leaves it out."""
 
 
-def read_targets(
-    path: Path, buildings: Collection[str] | None, faults: list[Fault]
-) -> Table[Target] | None:
-    """Read a target table, whose rows may be of some buildings; None where these are not known."""
+def read_targets(path: Path, faults: list[Fault], info: ValidationInfo) -> Table[Target] | None:
+    """Read a target table, whose rows are of buildings of the case, as far as these are known."""
+    buildings = reading_of(info).names("buildings")
 
     def unknown(table: Table[Target]) -> Iterator[Fault]:
         for line, row in table:
@@ -59,13 +56,6 @@ def read_targets(
                 yield table.fault(line, "building", row.building, expected)
 
     return read_table(path, Target, faults, unknown, once=("mode", "building"))
-
-
-TARGETS = TableFile(
-    "a target table (CSV)",
-    lambda path, faults, info: read_targets(path, info.context.names("buildings"), faults),
-    sited=True,
-)
 
 
 class Calibration(Section):
@@ -77,7 +67,9 @@ class Calibration(Section):
     mode: Literal["fit", "given"] = "fit"
     """'fit' fits the sticks to the targets; 'given' takes the values of [[buildings]] and reports
     how far they are from the targets."""
-    targets: Annotated[tuple[Target, ...], TARGETS]
+    targets: Annotated[
+        tuple[Target, ...], TableFile("a target table (CSV)", read_targets, sited=True)
+    ]
     """Target table: a CSV file with frequencies and effective masses of modes."""
     direction: Literal["x", "y"]
     """Direction in which the bending family of the targets moves."""

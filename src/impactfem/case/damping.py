@@ -1,7 +1,5 @@
 """Damping: of buildings, of parts of a 3D model, and further ones for all buildings."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal

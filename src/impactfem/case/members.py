@@ -7,13 +7,16 @@ import math
 from abc import ABC, abstractmethod
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, TypeVar
 
+from pydantic import ValidationInfo
+
 from impactfem.case.base import Section, nearest, rule
+from impactfem.case.floors import floors_of
 from impactfem.case.leaf import LONGEST_NAME, Floors, Levels, Storeys, Text, Whole, Words
 from impactfem.case.quantity import Depth, Length, PositiveLength
+from impactfem.case.reading import reading_of
 from impactfem.case.table import Table, read_table
 from impactfem.system.errors import Fault
 
@@ -31,14 +34,13 @@ MemberName = Annotated[
 ]
 
 
-@dataclass(frozen=True)
-class Site:
-    """What the tables of a structure are checked against; None is not known, and not checked."""
+def heights_of_storeys(info: ValidationInfo) -> dict[int, float]:
+    """Height of each storey of the building whose 3D model is read [m]; empty where not known.
 
-    length: float | None = None  #: length of the plan along x [m]
-    width: float | None = None  #: width of the plan along y [m]
-    #: Height of each storey [m] by its number, which is that of the floor above it.
-    heights: dict[int, float] | None = None
+    Its number is that of the floor above it.
+    """
+    building = reading_of(info).building
+    return {floor.floor: floor.storey_height for floor in floors_of(building, info)}
 
 
 class Member(Section, ABC):
@@ -109,18 +111,18 @@ MemberRow = TypeVar("MemberRow", bound=Member)
 
 
 def read_members(
-    path: Path, model: type[MemberRow], site: Site, faults: list[Fault]
+    model: type[MemberRow], path: Path, faults: list[Fault], info: ValidationInfo
 ) -> Table[MemberRow] | None:
-    """Read a table of walls, beams or columns, which stand at a site."""
+    """Read a table of walls, beams or columns; what is not known of the plan is not checked."""
+    heights = heights_of_storeys(info)
+    limits = {"x": ("length", info.data.get("length")), "y": ("width", info.data.get("width"))}
 
     def placed(table: Table[MemberRow]) -> Iterator[Fault]:
-        known = ", ".join(map(str, site.heights or ()))
-        limits = {"x": ("length", site.length), "y": ("width", site.width)}
         for line, row in table:
-            unknown = [str(k) for k in row.levels if site.heights and k not in site.heights]
+            unknown = ", ".join(str(k) for k in row.levels if heights and k not in heights)
             if unknown:
-                expected = f"the building has the {row.levels_column} {known}"
-                expected += f", not {', '.join(unknown)}"
+                known = ", ".join(map(str, heights))
+                expected = f"the building has the {row.levels_column} {known}, not {unknown}"
                 yield table.fault(line, row.levels_column, Levels.written(row.levels), expected)
             for column, value in row.coordinates.items():
                 name, limit = limits[column[0]]
@@ -262,15 +264,14 @@ class Bay(Section):
         return self.sill + self.height
 
 
-def read_bays(
-    path: Path, walls: Sequence[Wall] | None, site: Site, faults: list[Fault]
-) -> Table[Bay] | None:
-    """Read a bay table; walls that are not known are None."""
+def read_bays(path: Path, faults: list[Fault], info: ValidationInfo) -> Table[Bay] | None:
+    """Read a bay table."""
+    walls, heights = info.data.get("walls"), heights_of_storeys(info)
 
     def placed(table: Table[Bay]) -> Iterator[Fault]:
         lines = [line for line, _ in table]
         words = [f" of line {line}" for line in lines]
-        for k, column, expected in misplaced(table.rows, walls, site.heights or {}, words):
+        for k, column, expected in misplaced(table.rows, walls, heights, words):
             yield table.fault(lines[k], column, getattr(table.rows[k], column), expected)
 
     return read_table(path, Bay, faults, placed)

@@ -4,8 +4,6 @@ A further format is a file in this folder with its `FORMAT`, and its line in `FO
 file takes the names from here.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
