@@ -4,13 +4,14 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, StrictBool, Tag, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, ascending, refuse
-from impactfem.case.leaf import FileName, Whole
+from impactfem.case.leaf import Whole
 from impactfem.case.quantity import Acceleration, Frequency, PositiveFactor, PositiveTime, Ratio
+from impactfem.case.reading import TableFile
 from impactfem.case.table import MOST_POINTS, Table, read_table
 from impactfem.system.errors import Fault
 
@@ -83,41 +84,6 @@ class DecreeSpectrum(Section):
         return 1.0 if value is None else value
 
 
-class TableSpectrum(Section):
-    """Spectrum given by points, straight between them on logarithmic axes."""
-
-    type: Literal["table"]
-    """Read from a table."""
-    file: Annotated[Path, FileName(TABLE)]
-    """The table (CSV): frequency or period, acceleration, and the damping where the table has
-    several."""
-
-    @field_validator("file", mode="wrap")
-    @classmethod
-    def _without_faults(cls, value: Any, check: Any, info: ValidationInfo) -> Path:
-        file: Path = check(value)
-        if info.context is not None:
-            info.context.table(value, TABLE, read_spectrum)
-        return file
-
-
-Spectrum = DesignSpectrum | EurocodeSpectrum | DecreeSpectrum | TableSpectrum
-SpectrumEntry = Annotated[
-    Annotated[DesignSpectrum, Tag("corner-periods")]
-    | Annotated[EurocodeSpectrum, Tag("ec8")]
-    | Annotated[DecreeSpectrum, Tag("french-decree")]
-    | Annotated[TableSpectrum, Tag("table")],
-    # Without a type it is given by its corner periods.
-    Discriminator(
-        lambda value: str(
-            value.get("type", "corner-periods")
-            if isinstance(value, Mapping)
-            else getattr(value, "type", "corner-periods")
-        )
-    ),
-]
-
-
 class SpectrumPoint(Section):
     """One row of the table of a design spectrum."""
 
@@ -181,3 +147,30 @@ def read_spectrum(path: Path, faults: list[Fault]) -> SpectrumTable | None:
         pairs = sorted((x if column == "frequency" else 1.0 / x, S) for x, S in curve)
         points[damping] = (tuple(f for f, _ in pairs), tuple(S for _, S in pairs))
     return SpectrumTable(points)
+
+
+class TableSpectrum(Section):
+    """Spectrum given by points, straight between them on logarithmic axes."""
+
+    type: Literal["table"]
+    """Read from a table."""
+    file: Annotated[Path, TableFile(TABLE, read_spectrum, as_path=True)]
+    """The table (CSV): frequency or period, acceleration, and the damping where the table has
+    several."""
+
+
+Spectrum = DesignSpectrum | EurocodeSpectrum | DecreeSpectrum | TableSpectrum
+SpectrumEntry = Annotated[
+    Annotated[DesignSpectrum, Tag("corner-periods")]
+    | Annotated[EurocodeSpectrum, Tag("ec8")]
+    | Annotated[DecreeSpectrum, Tag("french-decree")]
+    | Annotated[TableSpectrum, Tag("table")],
+    # Without a type it is given by its corner periods.
+    Discriminator(
+        lambda value: str(
+            value.get("type", "corner-periods")
+            if isinstance(value, Mapping)
+            else getattr(value, "type", "corner-periods")
+        )
+    ),
+]

@@ -29,7 +29,7 @@ from impactfem.case.quantity import (
     Time,
     TimeStep,
 )
-from impactfem.case.reading import reading_of
+from impactfem.case.reading import TableFile, reading_of
 from impactfem.case.table import Table, name_and_unit, read_lines, read_table
 from impactfem.case.unit import FORCE, TIME
 from impactfem.records import AMBIGUOUS_ENDINGS, FORMAT_OF_ENDING, FORMATS, RecordFormat
@@ -272,6 +272,24 @@ MOST_TIMES = 1_000_000
 _FLOOR = re.compile(r"([A-Za-z].*)\.floor_([1-9][0-9]*)")
 
 
+def _read_forces(path: Path, faults: list[Fault], info: ValidationInfo) -> ForceTable | None:
+    """Read a table whose columns are floors of the buildings of the case file."""
+    table = read_force_table(path, faults)
+    names = reading_of(info).names("buildings") or ()  # where not known, any may be
+    before = len(faults)
+    for building, floor in table.floors if table is not None and names else ():
+        column = f"column {building}.floor_{floor}"
+        known = [one.floor for one in floors_of(building, info)]
+        if building not in names:
+            expected = f"expected a building of the case; {nearest(building, list(names))}"
+            faults.append(Fault(path, column, building, expected))
+        elif known and floor not in known:
+            numbers = ", ".join(map(str, known))
+            expected = f"{building} has no floor {floor}; its floors are {numbers}"
+            faults.append(Fault(path, column, floor, expected))
+    return table if len(faults) == before else None
+
+
 class FloorForces(Section):
     """Forces on floors in time, in addition to the ground motion.
 
@@ -280,37 +298,13 @@ class FloorForces(Section):
     [transient].
     """
 
-    file: Annotated[Path, FileName("a table of forces (CSV)")]
+    file: Annotated[
+        Path, TableFile("a table of forces (CSV)", _read_forces, sited=True, as_path=True)
+    ]
     """Table of the forces (CSV): `time [s]`, then a column `<building>.floor_<k> [MN]` for each
     floor; straight between its times, zero outside of them."""
     direction: tuple[Number, Number, Number]
     """Direction (x, y, z) of positive forces, of any length."""
-
-    @field_validator("file", mode="wrap")
-    @classmethod
-    def _of_floors(cls, value: Any, check: Any, info: ValidationInfo) -> Path:
-        file: Path = check(value)
-        if info.context is not None:
-            info.context.table(value, "a table of forces (CSV)", cls._read, info)
-        return file
-
-    @staticmethod
-    def _read(path: Path, faults: list[Fault], info: ValidationInfo) -> ForceTable | None:
-        """Read a table whose columns are floors of the buildings of the case file."""
-        table = read_force_table(path, faults)
-        names = reading_of(info).names("buildings") or ()  # where not known, any may be
-        before = len(faults)
-        for building, floor in table.floors if table is not None and names else ():
-            column = f"column {building}.floor_{floor}"
-            known = [one.floor for one in floors_of(building, info)]
-            if building not in names:
-                expected = f"expected a building of the case; {nearest(building, list(names))}"
-                faults.append(Fault(path, column, building, expected))
-            elif known and floor not in known:
-                numbers = ", ".join(map(str, known))
-                expected = f"{building} has no floor {floor}; its floors are {numbers}"
-                faults.append(Fault(path, column, floor, expected))
-        return table if len(faults) == before else None
 
     _unit = field_validator("direction")(unit_vector)
 

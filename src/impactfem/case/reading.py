@@ -187,12 +187,17 @@ class TableFile(FileName):
     read: Callable[..., Any] = lambda path, faults: None
     empty: Any = ()  #: stands for a file with faults, where only the other ones are looked for
     sited: bool = False  #: as said
+    as_path: bool = False  #: whether the field holds the file itself, which is checked alone
 
     def check(self, value: Any, info: ValidationInfo) -> Any:
         """Read the file; a model made from Python has what is in it already."""
-        if info.context is None:
+        if info.context is None and not self.as_path:
             return value
-        super().check(value, info)
+        path = super().check(value, info)
+        if info.context is None:
+            return path
         further = (info,) if self.sited else ()
         found = info.context.table(value, self.what, self.read, *further)
+        if self.as_path:
+            return path
         return self.empty if found is None else found
