@@ -33,16 +33,13 @@ LOWEST = 1.0
 """Height of a storey that no building has less of [m]."""
 FOLDERS = ("figures", "tables", "products", "ensemble", "design")
 """Folders of a run, in which those of further buildings with a 3D model are."""
-UNIQUE = (
-    *(("buildings", "name"), ("motions", "direction")),
-    *(("damping_cases", "name"), ("devices", "name")),
-)
+UNIQUE = {"buildings": "name", "motions": "direction", "damping_cases": "name", "devices": "name"}
 """Arrays of tables with the key that only one table of each may have with a value."""
 
 
 def file_faults(reading: Reading) -> Iterator[Finding]:
     """What stands twice in the file as it stands, and what needs a section that it lacks."""
-    for group, key in UNIQUE:
+    for group, key in UNIQUE.items():
         seen: dict[str, int] = {}
         tables = dict(reading.tables(group))
         for index, entry in tables.items():

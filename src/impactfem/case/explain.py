@@ -134,7 +134,8 @@ def _fault(
         least = item["ctx"]["min_length"]
         many = f"at least {least} values, found {len(value)}" if least > 1 else NOT_EMPTY
         return place, value, f"expected {many}"
-    if kind in _TABLE_ERRORS and (info is None or isinstance(place[-1], int)):
+    of_table = kind in {"model_type", "model_attributes_type", "dict_type"}
+    if of_table and (info is None or isinstance(place[-1], int)):
         return place, value, "expected a table"
     if kind == "tuple_type" and isinstance(value, Mapping) and _words(info) == TABLES:
         return place, None, f"expected {TABLES}, [[{dotted(place)}]], not [{dotted(place)}]"
@@ -142,9 +143,6 @@ def _fault(
         # A value of a table with names of the user's choice, which has no field of its own.
         return place, value, f"expected {item['ctx']['expected']}"
     return place, value, f"expected {_words(info, within=place)}"
-
-
-_TABLE_ERRORS = {"model_type", "model_attributes_type", "dict_type"}
 
 
 def _words(info: FieldInfo | None, within: Place = ()) -> str:

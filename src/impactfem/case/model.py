@@ -129,15 +129,11 @@ class Case(CaseFile):
         devices = tuple(device for device in self.devices if device.building == name)
         if transient is not None:
             floors = transient.floors
+            probes = [one for one in transient.probes if one.building in ("", name)]
             # By its name, as where it has the only 3D model: what was computed then is reused.
-            its = {"building": name}
             own = {
                 "floors": floors.get(name) if isinstance(floors, dict) else floors,
-                "probes": tuple(
-                    one.model_copy(update=its)
-                    for one in transient.probes
-                    if one.building in ("", name)
-                ),
+                "probes": tuple(one.model_copy(update={"building": name}) for one in probes),
             }
             transient = transient.model_copy(update=own)
         update = {
