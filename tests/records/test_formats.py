@@ -15,7 +15,16 @@ THREE = {
     "cosmos": cosmos_text(CHANNELS, 0.01),
     "csmip": csmip_text([("90 Deg", A), ("Up", 0.5 * A), ("360 Deg", -A)], 0.02),
 }
+GOOD = """PEER NGA STRONG MOTION DATABASE RECORD
+Somewhere 1/1/1999, STATION, 090
+ACCELERATION TIME SERIES IN UNITS OF G
+NPTS=      7, DT=   .0050 SEC
+  .1234000E-02 -.5678000E-03  .1000000E+00
+ -.1234000E-02-.5678000E-03 .2000000E+00
+  .0000000E+00
+"""
 ONE = {
+    "at2": GOOD,
     "esm": esm_text(A, 0.005),
     "cosmos": cosmos_text(CHANNELS[:1], 0.01, integrals=False),
     "csmip": csmip_text([("90 Deg", A)], 0.02),
@@ -260,7 +269,25 @@ def test_esm_with_the_header_of_earlier_years(tmp_path, caplog):
     assert "43 samples at 0.05 s take 2.15 s, the header has 0.215 s" in caplog.text
 
 
+SIZE, UNIT = "NPTS=      7, DT=   .0050 SEC", "SERIES IN UNITS OF G"
+VELOCITY = "OF CM/S. FILTER POINTS: HP=0.1 Hz LP=46.0 Hz"
 FAULTS = {
+    "at2": [
+        (GOOD, "a\nb\nc\n", "ends early"),
+        ("IN UNITS OF G", "", "line 3 .* expected 'ACCELERATION TIME SERIES"),
+        (f"ACCELERATION TIME {UNIT}", f"VELOCITY SERIES IN UNITS {VELOCITY}", "line 3 = 'VELOCITY"),
+        ("UNITS OF G", "UNITS OF CM/S", "line 3 .* another unit of acceleration"),
+        (".0050 SEC", "5.0 MSEC", "line 4 .* expected the number of samples"),
+        ("NPTS", "POINTS", "line 4 .* expected the number of samples"),
+        (".0050", "0.0", "line 4 .* a positive time step"),
+        ("     7,", "     1,", "line 4 .* at least 2 samples"),
+        ("     7,", "9" * 5000, "line 4 .* expected the number of samples"),
+        ("     7,", "     8,", "announces 8 samples, the file has 7"),
+        (".2000000E+00", "NaN", "line 6 = 'NaN': expected finite numbers"),
+        (".2000000E+00", ".2.000", "line 6 = '.2.000': expected finite numbers"),
+        (".2000000E+00", ".2E+999", "line 6 = '.2E.999': expected finite numbers"),
+        (".2000000E+00", "********", "line 6 .* expected finite numbers"),
+    ],
     "esm": [
         ("NDATA: 43", "NDATA: 44", r"line 30 = 'NDATA: 44': the header announces 44 samples, the"),
         ("NDATA: 43", "NDATA: many", "line 30 = 'many': expected the number of samples as NDATA"),
@@ -335,23 +362,25 @@ def test_faults(tmp_path, fmt, old, new, message):
     with pytest.raises(InputError, match=message) as caught:
         read(tmp_path, fmt, ONE[fmt].replace(old, new, 1))
     assert f"made.{fmt}" in str(caught.value)
+    assert len(caught.value.faults) == 1
 
 
-def test_all_faults_at_once(tmp_path):
-    text = ONE["esm"].replace("UNITS: cm/s^2", "UNITS: V").replace("NDATA: 43", "NDATA: x")
+@pytest.mark.parametrize(
+    ("fmt", "changes", "lines"),
+    [
+        ("esm", {"UNITS: cm/s^2": "UNITS: V", "NDATA: 43": "NDATA: x"}, (30, 33, 108)),
+        ("at2", {"UNITS OF G": "UNITS OF V", "NPTS": "N", ".1000000E+00": "?"}, (3, 4, 5)),
+    ],
+)
+def test_all_faults_at_once(tmp_path, fmt, changes, lines):
+    text = ONE[fmt] + ("oops\n" if fmt == "esm" else "")
+    for old, new in changes.items():
+        text = text.replace(old, new)
     with pytest.raises(InputError) as caught:
-        read(tmp_path, "esm", text + "oops\n")
-    assert [fault.key for fault in caught.value.faults] == ["line 30", "line 33", "line 108"]
+        read(tmp_path, fmt, text)
+    assert [fault.key for fault in caught.value.faults] == [f"line {k}" for k in lines]
 
 
-GOOD = """PEER NGA STRONG MOTION DATABASE RECORD
-Somewhere 1/1/1999, STATION, 090
-ACCELERATION TIME SERIES IN UNITS OF G
-NPTS=      7, DT=   .0050 SEC
-  .1234000E-02 -.5678000E-03  .1000000E+00
- -.1234000E-02-.5678000E-03 .2000000E+00
-  .0000000E+00
-"""
 SAMPLES = 9.80665 * np.array([0.001234, -0.0005678, 0.1, -0.001234, -0.0005678, 0.2, 0.0])
 
 
@@ -369,9 +398,7 @@ def test_samples_that_touch(tmp_path):
     assert "STATION, 090" in record.origin
 
 
-SIZE, UNIT = "NPTS=      7, DT=   .0050 SEC", "SERIES IN UNITS OF G"
 FILTERED = "HISTORY IN UNITS OF G"
-VELOCITY = "OF CM/S. FILTER POINTS: HP=0.1 Hz LP=46.0 Hz"
 
 
 @pytest.mark.parametrize(
@@ -393,43 +420,6 @@ def test_variants(tmp_path, old, new, factor):
     record = read_record(written(tmp_path, GOOD.replace(old, new)))
     assert record.time_step == pytest.approx(0.005)
     assert record.acceleration == pytest.approx(SAMPLES * factor)
-
-
-@pytest.mark.parametrize(
-    ("content", "message"),
-    [
-        ("a\nb\nc\n", "ends early"),
-        (GOOD.replace("IN UNITS OF G", ""), "line 3 .* expected 'ACCELERATION TIME SERIES"),
-        (
-            GOOD.replace("ACCELERATION TIME SERIES", "VELOCITY").replace("OF G", VELOCITY),
-            "line 3 = 'VELOCITY",
-        ),
-        (GOOD.replace("UNITS OF G", "UNITS OF CM/S"), "line 3 .* another unit of acceleration"),
-        (GOOD.replace(".0050 SEC", "5.0 MSEC"), "line 4 .* expected the number of samples"),
-        (GOOD.replace("NPTS", "POINTS"), "line 4 .* expected the number of samples"),
-        (GOOD.replace(".0050", "0.0"), "line 4 .* a positive time step"),
-        (GOOD.replace("     7,", "     1,"), "line 4 .* at least 2 samples"),
-        (GOOD.replace("     7,", "9" * 5000), "line 4 .* expected the number of samples"),
-        (GOOD.replace("     7,", "     8,"), "announces 8 samples, the file has 7"),
-        (GOOD.replace(".2000000E+00", "NaN"), "line 6 = 'NaN': expected finite numbers"),
-        (GOOD.replace(".2000000E+00", ".2.000"), "line 6 = '.2.000': expected finite numbers"),
-        (GOOD.replace(".2000000E+00", ".2E+999"), "line 6 = '.2E.999': expected finite numbers"),
-        (GOOD.replace(".2000000E+00", "********"), "line 6 .* expected finite numbers"),
-    ],
-)
-def test_faults_at2(tmp_path, content, message):
-    with pytest.raises(InputError, match=message) as caught:
-        read_record(written(tmp_path, content))
-    assert len(caught.value.faults) == 1
-
-
-def test_all_faults_at_once_at2(tmp_path):
-    text = (
-        GOOD.replace("UNITS OF G", "UNITS OF V").replace("NPTS", "N").replace(".1000000E+00", "?")
-    )
-    with pytest.raises(InputError) as caught:
-        read_record(written(tmp_path, text))
-    assert [fault.key for fault in caught.value.faults] == ["line 3", "line 4", "line 5"]
 
 
 def test_it_does_not_name_its_component(tmp_path):
