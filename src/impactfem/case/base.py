@@ -120,14 +120,17 @@ def rule(
     return decorate
 
 
-def together(first: str, second: str, words: str = "") -> Any:
-    """The rule that two fields are given both or not at all; the fault is the second one's."""
+def together(first: str, second: str, words: str = "", *others: str) -> Any:
+    """The rule that two fields are given both or not at all; the fault is the second one's.
 
-    def wrong(value: Any, other: Any) -> Iterator[str]:
+    It is applied where the other fields are free of faults as well.
+    """
+
+    def wrong(value: Any, other: Any, *_: Any) -> Iterator[str]:
         if (value is None) != (other is None):
             yield f"expected {words or f'{first} and {second}'} together"
 
-    return rule(second, first)(wrong)
+    return rule(second, first, *others)(wrong)
 
 
 def either(first: str, second: str, words: str, *others: str, apart: bool = False) -> Any:

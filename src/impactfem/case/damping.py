@@ -93,7 +93,7 @@ class Damping(Section):
         if coefficient is not None and info.data.get("ratio", "at fault") is not None:
             yield "expected either ratio and frequencies or the two coefficients, not both"
 
-    _both = together("mass_coefficient", "stiffness_coefficient")
+    _both = together("mass_coefficient", "stiffness_coefficient", "", "type")
 
     @rule("stiffness_coefficient", "type", "ratio", "frequencies", "mass_coefficient")
     @staticmethod
