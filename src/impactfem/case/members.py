@@ -1,14 +1,12 @@
 """Tables of walls with their bays, of beams and of columns of a generated mesh."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from abc import ABC, abstractmethod
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, ClassVar, TypeVar
+from typing import Annotated, ClassVar, Self, TypeVar
 
 from pydantic import ValidationInfo
 
@@ -66,7 +64,7 @@ class Member(Section, ABC):
         """Coordinates in plan [m] by their column, which begins with x or y."""
 
     @abstractmethod
-    def lies_on(self, other: Member) -> bool:
+    def lies_on(self, other: Self) -> bool:
         """Whether two of a kind share more than points in plan."""
 
 
@@ -89,10 +87,8 @@ class Line(Member):
         """Distance between the ends [m]."""
         return math.dist(*self.ends)
 
-    def lies_on(self, other: Member) -> bool:
+    def lies_on(self, other: Self) -> bool:
         """Whether two lie in one line and share more than an end."""
-        if not isinstance(other, Line):
-            return False
         (x1, y1), (x2, y2) = self.ends
         L = self.length
         tx, ty = (x2 - x1) / L, (y2 - y1) / L
@@ -197,10 +193,9 @@ class Column(Member):
         """Coordinates of its axis [m] by their column."""
         return {"x": self.x, "y": self.y}
 
-    def lies_on(self, other: Member) -> bool:
+    def lies_on(self, other: Self) -> bool:
         """Whether two stand on one point."""
-        here, there = self.coordinates.values(), other.coordinates.values()
-        return isinstance(other, Column) and math.dist(tuple(here), tuple(there)) <= TOUCH
+        return math.dist((self.x, self.y), (other.x, other.y)) <= TOUCH
 
 
 class Wall(Line):
