@@ -18,8 +18,6 @@ floor is in a pair with a neighbour when a contact joins it to a point of that n
 its level.
 """
 
-from __future__ import annotations
-
 from bisect import bisect
 from collections import defaultdict
 from dataclasses import dataclass
@@ -160,25 +158,6 @@ def _flexible(building: Building, index: int) -> Span:
     return low, levels[index] - building.rigid_below
 
 
-def _place_at(building: Building, level: float, band: Span) -> _Place | None:
-    """The nearest floor, else the storey, that meets a floor at a level within a band [m]."""
-    levels = building.elevations
-    met = [
-        index
-        for index, z in enumerate(levels)
-        if band[0] <= z <= band[1] or _band(building, z)[0] <= level <= _band(building, z)[1]
-    ]
-    if met:
-        index = min(met, key=lambda k: abs(levels[k] - level))
-        return _Place(building, index, None, levels[index])
-    if not building.base < level < levels[-1]:
-        return None
-    index = bisect(levels, level)
-    bottom, top = _flexible(building, index)
-    inside = min(max((level - bottom) / (top - bottom), 1e-3), 1.0 - 1e-3)
-    return _Place(building, index, round(inside, 3), level)
-
-
 @dataclass(frozen=True)
 class _Place:
     """A floor, or a point of a storey, with its level."""
@@ -202,6 +181,25 @@ class _Place:
             relative_height=self.relative_height,
             offset=(offset[0], offset[1], offset[2]),
         )
+
+
+def _place_at(building: Building, level: float, band: Span) -> _Place | None:
+    """The nearest floor, else the storey, that meets a floor at a level within a band [m]."""
+    levels = building.elevations
+    met = [
+        index
+        for index, z in enumerate(levels)
+        if band[0] <= z <= band[1] or _band(building, z)[0] <= level <= _band(building, z)[1]
+    ]
+    if met:
+        index = min(met, key=lambda k: abs(levels[k] - level))
+        return _Place(building, index, None, levels[index])
+    if not building.base < level < levels[-1]:
+        return None
+    index = bisect(levels, level)
+    bottom, top = _flexible(building, index)
+    inside = min(max((level - bottom) / (top - bottom), 1e-3), 1.0 - 1e-3)
+    return _Place(building, index, round(inside, 3), level)
 
 
 class _Plans:

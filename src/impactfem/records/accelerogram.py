@@ -1,8 +1,7 @@
 """An accelerogram, one component of ground motion linear between its samples; its measures."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -69,14 +68,14 @@ class Accelerogram:
         a, h = self.acceleration, self.time_step
         return _accumulated(h * self.velocity[:-1] + h**2 / 6.0 * (2.0 * a[:-1] + a[1:]))
 
-    def scaled(self, factor: float) -> Accelerogram:
+    def scaled(self, factor: float) -> Self:
         """The motion times a number, which must be finite and not zero."""
         if not np.isfinite(factor) or factor == 0.0:
             raise ImpactfemError(f"the scale of an accelerogram must not be {factor!r}")
         note = f"{self.origin}; scaled by {factor:.12g}" if self.origin else ""
         return replace(self, acceleration=self.acceleration * factor, origin=note)
 
-    def scaled_to_pga(self, pga: float) -> Accelerogram:
+    def scaled_to_pga(self, pga: float) -> Self:
         """The motion at another peak [m/s2], positive; one that is zero throughout is refused."""
         peak = float(np.abs(self.acceleration).max())
         if not (np.isfinite(pga) and pga > 0.0) or peak == 0.0:

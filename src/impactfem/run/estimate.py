@@ -10,14 +10,13 @@ that are held k times. v is the number of loads times the block steps of the Kry
 grow with f / ζ(f), the highest frequency and the damping ratio there.
 """
 
-from __future__ import annotations
-
 import math
 import shutil
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import Self
 
 from impactfem.building.from_case import geometry_of
 from impactfem.building.geometry import Geometry
@@ -86,7 +85,7 @@ class Estimate:
     stages: tuple[StageCost, ...]  #: what each stage takes
     longest: float  #: duration of the longest ground motion [s]
 
-    def of(self, names: set[str]) -> Estimate:
+    def of(self, names: set[str]) -> Self:
         """The estimate of some stages; of all where none is named, as of a case at fault."""
         stages = tuple(one for one in self.stages if one.name.rpartition("/")[2] in names)
         return replace(self, stages=stages or self.stages)

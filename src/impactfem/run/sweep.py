@@ -1,7 +1,5 @@
 """A sweep: a case with one key or several over their values, run into one table and drawn."""
 
-from __future__ import annotations
-
 import gc
 import math
 import re
@@ -13,6 +11,7 @@ from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from pathlib import Path
 from time import perf_counter
+from typing import Self
 
 import numpy as np
 import pandas as pd
@@ -92,7 +91,7 @@ class SweepTable:
         outcomes: Sequence[Outcome],
         published: Mapping[str, float],
         zipped: bool,
-    ) -> SweepTable:
+    ) -> Self:
         """The table of variants and their outcomes."""
         names = [variant.name for variant in variants]
         rows = [{one.name: one.value for one in outcome.scalars} for outcome in outcomes]
