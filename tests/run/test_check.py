@@ -23,6 +23,7 @@ from impactfem.stages.transient import stage as transient
 from impactfem.system.errors import InputError
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar
+from impactfem.verify.motion import knet_text
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 TRANSIENT = """
@@ -410,33 +411,12 @@ def test_a_stick_is_compared_with_a_3d_model_that_takes_no_forces(
     assert pounding._sticks_against_models(tmp_path, case) == [line] * compared
 
 
-KNET = """\
-Origin Time       2011/03/11 14:46:00
-Lat.              38.103
-Long.             142.860
-Depth. (km)       24
-Mag.              9.0
-Station Code      MYG013
-Station Lat.      38.2663
-Station Long.     140.9293
-Station Height(m) 2.6
-Record Time       2011/03/11 14:46:36
-Sampling Freq(Hz) 100Hz
-Duration Time(s)  4
-Dir.              N-S
-Scale Factor      1(gal)/1
-Max. Acc. (gal)   99.0
-Last Correction   2011/03/11 14:46:21
-Memo.
-"""
-
-
 def test_a_peak_that_is_not_the_header_s_is_told_once(with_record, tmp_path, caplog):
     """However often the record is read."""
-    samples = " ".join(["0", "200", "0", "-200"] * 100)
-    path = with_record(tmp_path, KNET + samples, 'format = "knet"\n')
+    text = knet_text([0, 200, 0, -200] * 100, 100).replace("3920(gal)/6182761", "1(gal)/1")
+    path = with_record(tmp_path, text, 'format = "knet"\n')
     (line,) = warned(caplog, path)
-    assert "the largest sample is 200 gal, the header has 99 gal" in line
+    assert "the largest sample is 200 gal, the header has 0.127 gal" in line
 
 
 def test_seeds_by_their_keys(new_case, tmp_path):
