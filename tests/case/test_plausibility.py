@@ -10,6 +10,7 @@ from impactfem.case import load_case
 from impactfem.case.plausibility import implausible
 from impactfem.case.usual import USUAL
 from impactfem.motion.from_case import hardly_meant
+from impactfem.verify.motion import at2_text
 
 from .sections import (
     BEAM,
@@ -351,10 +352,8 @@ def test_a_component_along_another_direction(recorded, component, direction, tol
 )
 def test_a_component_by_the_name_of_its_file(broken, name, direction, told):
     """Records of PEER have one component, which ends the name of the file."""
-    lines = "\n".join(" ".join(["1.0E-01", "-1.0E-01"] * 4) for _ in range(210))
-    head = "PEER\nEARTHQUAKE\nACCELERATION TIME SERIES IN UNITS OF G\nNPTS= 1680, DT= .01 SEC"
     record = RECORD.replace('"x"', f'"{direction}"').replace("motion.csv", f"{name}.AT2")
-    path = broken((None, MOTION, record), files={f"{name}.AT2": f"{head}\n{lines}\n"})
+    path = broken((None, MOTION, record), files={f"{name}.AT2": at2_text([0.1, -0.1] * 840, 0.01)})
     found = [line for line in warnings(path) if "the name of a" in line]
     assert len(found) == bool(told) and all(told in line for line in found)
 
