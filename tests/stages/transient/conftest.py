@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 from mpi4py import MPI
 from scipy.sparse import csr_matrix
 
@@ -162,6 +163,18 @@ def spectra(frame):
     """Up to the highest frequency of the basis."""
     frequencies = tuple(np.geomspace(0.5, HIGHEST, 100))
     return frame.case.spectra.model_copy(update={"frequencies": frequencies, "damping": (0.05,)})
+
+
+@pytest.fixture
+def stores(transient_folder):
+    """`transient.nc` and `pounding.nc` of a run without fields that no solver made."""
+
+    def loaded(**wanted):
+        folder = transient_folder(**{"maps": False} | wanted)
+        names = ("transient.nc", "pounding.nc")
+        return [xr.load_dataset(folder / name, engine="netcdf4") for name in names]
+
+    return loaded
 
 
 @pytest.fixture(scope="session")

@@ -90,7 +90,7 @@ def test_a_folder_that_is_a_file(transient_folder, draw):
         draw(folder)
 
 
-def test_the_band_is_drawn(transient_folder, monkeypatch):
+def test_the_band_is_drawn(stores, tmp_path, monkeypatch):
     """Figure 13 has the store's band, and none for the full solver."""
     widths = []
 
@@ -100,14 +100,9 @@ def test_the_band_is_drawn(transient_folder, monkeypatch):
     monkeypatch.setattr(Axes, "fill_between", kept)
 
     def draw_one(**wanted):
-        folder = transient_folder(maps=False, **wanted)
-        with (
-            xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
-            xr.open_dataset(folder / "pounding.nc", engine="netcdf4") as sticks,
-        ):
-            response = shown(store)
-            centre_spectrum(response, sticks).write(folder)
-            return at_floor(response, "centre", 3)["psa"].values
+        store, sticks = stores(**wanted)
+        centre_spectrum(shown(store), sticks).write(tmp_path)
+        return at_floor(shown(store), "centre", 3)["psa"].values
 
     psa = draw_one()
     # Two half widths of 2 % each.
@@ -118,40 +113,31 @@ def test_the_band_is_drawn(transient_folder, monkeypatch):
 
 
 @pytest.mark.parametrize("count", [3, 30])
-def test_many_points_are_one_curve(transient_folder, count):
+def test_many_points_are_one_curve(stores, count):
     """A legend of 78 left no room for the curves of figure 13."""
-    folder = transient_folder(maps=False)
-    with (
-        xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
-        xr.open_dataset(folder / "pounding.nc", engine="netcdf4") as sticks,
-    ):
-        response = shown(store.load())
-        other = response.isel(probe=[0] * count)
-        other = other.assign_coords(
-            probe=[f"own_{k}" for k in range(count)], probe_kind=("probe", ["point"] * count)
-        )
-        figure = centre_spectrum(xr.concat([response, other], "probe", data_vars="minimal"), sticks)
+    store, sticks = stores()
+    response = shown(store)
+    other = response.isel(probe=[0] * count)
+    other = other.assign_coords(
+        probe=[f"own_{k}" for k in range(count)], probe_kind=("probe", ["point"] * count)
+    )
+    figure = centre_spectrum(xr.concat([response, other], "probe", data_vars="minimal"), sticks)
     labels = [curve.label for curve in figure.panels[-1].curves]
     before = sum(kind == "point" for kind in response["probe_kind"].values.tolist())
     assert any("largest of" in label for label in labels) is (count + before > 10)
 
 
-def test_forces_inside_storeys_are_called_so(transient_folder):
+def test_forces_inside_storeys_are_called_so(stores):
     """The legend and caption of figure 21, and the title of the film, name what is struck."""
-    folder = transient_folder(maps=False)
-    with (
-        xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
-        xr.open_dataset(folder / "pounding.nc", engine="netcdf4") as sticks,
-    ):
-        time = float(abs(store["edge_force"]).max("edge").idxmax("time"))
-        assert "; force " in _title(shown(store), ["one"], time)
-        names = [name.replace("floor", "storey") for name in store["edge"].values]
-        response = shown(store.assign_coords(edge=names))
-        assert f"; force on storey {response.attrs['wave_floor']} " in _title(
-            response, ["one"], time
-        )
-        every = {one.name: one for one in probe_figures(response, sticks)}
-        figure = every["figure_21_force_spectra"]
+    store, sticks = stores()
+    time = float(abs(store["edge_force"]).max("edge").idxmax("time"))
+    assert "; force " in _title(shown(store), ["one"], time)
+    names = [name.replace("floor", "storey") for name in store["edge"].values]
+    response = shown(store.assign_coords(edge=names))
+    words = f"; force on storey {response.attrs['wave_floor']} "
+    assert words in _title(response, ["one"], time)
+    every = {one.name: one for one in probe_figures(response, sticks)}
+    figure = every["figure_21_force_spectra"]
     # The page has numbers of its own, to which no caption leads.
     assert not any("figure " in one.caption for one in every.values())
     assert all(curve.label in names for curve in figure.panels[0].curves)
@@ -248,53 +234,39 @@ def test_the_caption_says_where_a_base_plate_is(drawn, name, maps):
 @pytest.mark.parametrize(
     ("model", "words"), [("stick", "sticks"), ("structure", "pounding, steps of 0.5 ms")]
 )
-def test_what_pounded(transient_folder, model, words):
+def test_what_pounded(stores, model, words):
     """Figures 12 and 13 have it beside the 3D model."""
-    folder = transient_folder(model=model, maps=False)
-    with (
-        xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
-        xr.open_dataset(folder / "pounding.nc", engine="netcdf4") as pounding,
-    ):
-        found = {one.name[:9]: one for one in probe_figures(shown(store), pounding)}
+    store, pounding = stores(model=model)
+    found = {one.name[:9]: one for one in probe_figures(shown(store), pounding)}
     for name in ("figure_12", "figure_13"):
         labels = [curve.label for curve in found[name].panels[0].curves]
         assert sum(label.startswith(words) for label in labels) == 1
         assert f"3D model and {words}" in found[name].caption
 
 
-def test_displacements_are_relative_to_the_ground_under_the_building(transient_folder):
+def test_displacements_are_relative_to_the_ground_under_the_building(stores):
     """Those of the 3D model are: what pounded is, too, where waves move its ground elsewhere."""
-    folder = transient_folder(maps=False)
-    with (
-        xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
-        xr.open_dataset(folder / "pounding.nc", engine="netcdf4") as pounding,
-    ):
-        time = pounding["time"].values
-        ground = np.zeros((1, len(time), 3))
-        ground[0, :, 1] = 0.02 * time
-        apart = pounding.assign_coords(axis=["x", "y", "z"]).assign(
-            ground_apart=(("building", "time", "axis"), ground)
-        )
-        for name, way in (("displacement", 0.02 * time), ("acceleration", 0.0 * time)):
-            off = of_pounding(pounding, name, shown(store)) - of_pounding(apart, name, shown(store))
-            np.testing.assert_allclose(off.values, way, atol=1e-12)
+    store, pounding = stores()
+    time, response = pounding["time"].values, shown(store)
+    ground = np.zeros((1, len(time), 3))
+    ground[0, :, 1] = 0.02 * time
+    apart = pounding.assign_coords(axis=["x", "y", "z"]).assign(
+        ground_apart=(("building", "time", "axis"), ground)
+    )
+    for name, way in (("displacement", 0.02 * time), ("acceleration", 0.0 * time)):
+        off = of_pounding(pounding, name, response) - of_pounding(apart, name, response)
+        np.testing.assert_allclose(off.values, way, atol=1e-12)
 
 
-def test_captions_of_spectra_say_it_too(transient_folder):
-    folder = transient_folder(plates=True)
-    with (
-        xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
-        xr.open_dataset(folder / "pounding.nc", engine="netcdf4") as sticks,
-    ):
-        figures = list(probe_figures(shown(store), sticks))
+def test_captions_of_spectra_say_it_too(stores):
+    store, sticks = stores(plates=True)
+    figures = probe_figures(shown(store), sticks)
     told = {one.name[:9] for one in figures if "that of pump at" in one.caption}
     assert told == {"figure_13", "figure_15", "figure_22"}
 
 
-def test_without_an_impact_there_is_nothing_to_say(transient_folder):
-    path = transient_folder(loads=(), maps=False) / "transient.nc"
-    with xr.open_dataset(path, engine="netcdf4") as store:
-        assert forces_note(store) == ""
+def test_without_an_impact_there_is_nothing_to_say(stores):
+    assert forces_note(stores(loads=())[0]) == ""
 
 
 def test_colours_of_a_sign():
@@ -313,7 +285,7 @@ def test_signed_limits(values):
 
 @pytest.fixture
 def maps(transient_folder):
-    yield xr.load_dataset(transient_folder() / "transient_maps.nc", engine="netcdf4")
+    return xr.load_dataset(transient_folder() / "transient_maps.nc", engine="netcdf4")
 
 
 def test_spectrum_at_a_frequency(maps):

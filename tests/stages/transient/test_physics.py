@@ -4,15 +4,15 @@ import math
 
 import numpy as np
 import pytest
-import xarray as xr
 
+from impactfem.coupling.force_history import around_peak
 from impactfem.reduction.loads import project
 from impactfem.stages.transient.physics import (
+    SILENT,
     arrivals,
     crossing_time,
     far_highest_below,
     force_spectra,
-    impact_samples,
     longest_above,
     physics_scalars,
     power_spectrum,
@@ -24,16 +24,11 @@ F = np.geomspace(1.0, 500.0, 60)
 
 
 @pytest.fixture
-def numbers(transient_folder):
+def numbers(stores):
     def compute(change=lambda store: None, **wanted):
-        folder = transient_folder(**wanted)
-        with (
-            xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
-            xr.open_dataset(folder / "pounding.nc", engine="netcdf4") as sticks,
-        ):
-            store.load()
-            change(store)
-            return {s.name: s for s in physics_scalars(store, sticks)}
+        store, sticks = stores(**wanted)
+        change(store)
+        return {s.name: s for s in physics_scalars(store, sticks)}
 
     return compute
 
@@ -264,32 +259,23 @@ def test_only_the_main_impact_counts():
     assert of[1] == pytest.approx(of[0]) and of[2] == pytest.approx(1.44 * of[0], rel=1e-3)
 
 
-def test_where_an_impact_begins_and_ends():
+def test_tension_at_the_end_of_an_impact_belongs_to_it():
     force = np.array([0.0, 2.0, 0.0, 1.0, 5.0, 3.0, -1.0, 0.0, 4.0])
-    # Tension at its end belongs to it.
-    assert impact_samples(force) == (3, 7)
-    assert impact_samples(np.ones(4)) == (0, 4)
+    spectra = force_spectra(force[:, None], DT)
+    assert spectra.duration == pytest.approx(3 * DT)
+    # At 0 Hz the density is that of the sum of the samples, with no other side.
+    assert spectra.density[0, 0] == pytest.approx(8.0**2 * DT / 3)
 
 
-@pytest.fixture
-def response(transient_folder):
-    def of(**wanted):
-        path = transient_folder(**wanted) / "transient.nc"
-        with xr.open_dataset(path, engine="netcdf4") as store:
-            return shown(store).load()
-
-    return of
-
-
-def test_the_power_of_the_main_impacts(response):
+def test_the_power_of_the_main_impacts(stores):
     """Parseval: the densities add up to the mean square over the same time."""
-    given = response()
+    given = shown(stores()[0])
     loads = given["edge_force"].transpose("edge", "time").values
     edges, forces = density_tables(given)
     floors = given["edge_floor"].values
     assert [name for name, _ in forces.columns] == ["frequency", *(f"floor {f}" for f in floors)]
     f, *densities = np.array(forces.rows).T
-    ends = [impact_samples(load) for load in loads]
+    ends = [around_peak(np.abs(load), SILENT) for load in loads]
     longest = max(last - first for first, last in ends)
     for density, load, (first, last) in zip(densities, loads, ends, strict=True):
         power = np.sum(load[first:last] ** 2) / longest
@@ -301,6 +287,6 @@ def test_the_power_of_the_main_impacts(response):
     assert f[-1] == edges.rows[-1][0] == pytest.approx(0.5 / step)
 
 
-def test_nothing_is_hit(response):
-    tables = density_tables(response(loads=()))
+def test_nothing_is_hit(stores):
+    tables = density_tables(shown(stores(loads=())[0]))
     assert [table.name for table in tables] == ["transient_edge_density"]

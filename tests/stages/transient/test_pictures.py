@@ -20,7 +20,6 @@ from impactfem.stages.transient.pictures import (
     PROBES,
     colour_scale,
     draw_pictures,
-    round_numbers,
 )
 from impactfem.stages.transient.selection import shown
 from impactfem.system.errors import ImpactfemError
@@ -82,11 +81,6 @@ def test_others_take_a_straight_scale(values):
     middle = 0.5 * (scale.vmin + scale.vmax)
     if scale.vmin < scale.vmax:
         assert scale(middle) == pytest.approx(0.5)
-
-
-def test_round_numbers():
-    assert round_numbers(2.7, 128.0) == pytest.approx([5.0, 10.0, 20.0, 50.0, 100.0])
-    assert round_numbers(0.02, 0.3) == pytest.approx([0.02, 0.05, 0.1, 0.2])
 
 
 def test_the_impact_edge_is_seen(transient_folder):

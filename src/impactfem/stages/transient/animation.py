@@ -28,7 +28,7 @@ from impactfem.plot.floor_field import (
     signed_limits,
 )
 from impactfem.plot.style import BUILDINGS, SETTINGS, figure, letter
-from impactfem.stages.stores import names_of, of_run, open_store, open_stores
+from impactfem.stages.stores import of_run, open_store, open_stores
 from impactfem.stages.transient.floor_figures import mark_edge
 from impactfem.stages.transient.selection import (
     line_ends,
@@ -41,8 +41,6 @@ from impactfem.stages.transient.selection import (
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import atomic
-
-Frame = NDArray[np.uint8]
 
 LASTS = 4.5
 """Time that the film takes, whatever the time that it shows [s]."""
@@ -132,7 +130,7 @@ class Sampler:
         return np.where(self._outside, np.nan, found)
 
 
-def _frames(floors: Sequence[Filmed]) -> Iterator[Frame]:
+def _frames(floors: Sequence[Filmed]) -> Iterator[NDArray[np.uint8]]:
     """The pictures of the film in their order, shape (height, width, 3)."""
     response, slabs = floors[0].response, [TopFloor(one.maps) for one in floors]
     times = np.asarray(floors[0].maps["frame"].values, dtype=np.float64)
@@ -284,9 +282,7 @@ def _pair(folder: Path, stores: ExitStack) -> tuple[list[Filmed], list[Array], A
         line = forces.isel(pair=(forces["line"] == name).values)
         if line.sizes["pair"] < 2:
             return None
-        axes = dict(
-            zip(names_of(pounding, "building"), pounding["building_axis"].values, strict=True)
-        )
+        axes = pounding["building_axis"].load()
         ends = [str(line[f"building_{side}"].values[0]) for side in "ab"]
         ground = pounding["ground_apart"].load() if "ground_apart" in pounding else None
         normal = line["normal"].transpose("pair", "axis").values[0, :2]
@@ -316,7 +312,7 @@ def _pair(folder: Path, stores: ExitStack) -> tuple[list[Filmed], list[Array], A
         if not forwards:
             here[along] = slab[:, along].max() - middle[0]
         here[1 - along] = line_ends(response)[0, 1 - along]
-        floors.append(Filmed(response, maps, axes[name] + offset[0] - here))
+        floors.append(Filmed(response, maps, axes.sel(building=name).values + offset[0] - here))
         moved.append(maps["wave_displacement"].values[..., :2])
         if ground is not None:
             under = ground.sel(building=name).interp(time=maps["snapshot"].values)

@@ -38,36 +38,26 @@ def transient_checks(folder: Path) -> list[Check]:
                 largest = over.isel(over.argmax(...))
                 low = 1.0 - 1.0 / float(largest)
                 met, text = limited("transient: peak accelerations, samples low by", low, LOST, "%")
-                samples.append(
-                    (
-                        met,
-                        f"{text} at {largest['probe'].item()}, {largest['component'].item()}: "
-                        "printed peak accelerations and ZPA are sampled values; "
-                        f"spectra at the probes are those of histories made {finer} times finer "
-                        "by band-limited interpolation",
-                    )
-                )
+                text += f" at {largest['probe'].item()}, {largest['component'].item()}: "
+                text += "printed peak accelerations and ZPA are sampled values; spectra at the "
+                text += f"probes are those of histories made {finer} times finer by band-limited "
+                samples.append((met, f"{text}interpolation"))
             else:
                 text = f"peak accelerations may be more than {100.0 * LOST:.2g} % low"
                 samples.append((None, f"transient: {text} between the samples"))
         last = float(known(store)["frequency"][-1])
         probes, ratio = names_of(store, "probe"), ends(store).values
-        ended = end_check("transient", probes, "xyz", ratio, last, jumps=_jumps(folder))
+        jumps, pounding = True, of_run(folder, "pounding.nc")  # assumed where it was not computed
+        if pounding.is_file():
+            with open_store(pounding) as sticks:
+                jumps = begins_with_jump(sticks)
+        ended = end_check("transient", probes, "xyz", ratio, last, jumps=jumps)
         numbers: list[Check] = [
             limited(f"transient: {text}", value, limit, unit)
             for name, limit, unit, text in NUMBERS
             if (value := values.get(f"transient.{name}")) is not None
         ]
         return [*samples, ended, *numbers, *_pulling(store)]
-
-
-def _jumps(folder: Path) -> bool:
-    """Whether a force of the pounding begins with a jump; assumed where it was not computed."""
-    path = of_run(folder, "pounding.nc")
-    if not path.is_file():
-        return True
-    with open_store(path) as sticks:
-        return begins_with_jump(sticks)
 
 
 def _pulling(store: xr.Dataset) -> Iterator[Check]:

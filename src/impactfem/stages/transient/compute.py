@@ -155,22 +155,16 @@ def by_probe(values: Array, probes: int) -> Array:
     return values.reshape(values.shape[0], probes, 3, -1)
 
 
-def main_impact(loads: Loads) -> tuple[float, float] | None:
-    """Start and end of the impact with the largest force on a side [s]; None without one."""
-    return _largest(loads.impact_force, loads.time_step)
+def main_impact(loads: Loads, *, external: bool = False) -> tuple[float, float] | None:
+    """Start and end of the impact with the largest force on a side [s]; None without one.
 
-
-def main_load(loads: Loads) -> tuple[float, float] | None:
-    """The same of all forces on a side, those of the case among them."""
-    return _largest(loads.resultants[0], loads.time_step)
-
-
-def _largest(forces: Array, step: float) -> tuple[float, float] | None:
+    With `external`, of the largest of all forces on a side, those of the case among them.
+    """
+    forces = loads.resultants[0] if external else loads.impact_force
     if not forces.any():
         return None
-    force = forces[:, int(np.argmax(np.abs(forces).max(axis=0)))]
-    first, behind = around_peak(force)
-    return first * step, (behind - 1) * step
+    first, behind = around_peak(forces[:, int(np.argmax(np.abs(forces).max(axis=0)))])
+    return first * loads.time_step, (behind - 1) * loads.time_step
 
 
 def run_transient(
@@ -257,7 +251,7 @@ def run_transient(
                 loads,
                 case.spectra,
                 main_impact=main_impact(loads) if transient.snapshots else None,
-                floor=prepared.wave_floor,
+                floor=case.wave_floor,
                 progress=lambda part: steps.within("maps", part),
             )
     return TransientStudy(

@@ -63,18 +63,49 @@ def probe_figures(
     Published values, in SI by the name of the result, are drawn with ours.
     """
     hit = main_impact(response) is not None and response.sizes["edge"] > 0
-    line, edges = (of_kind(response, kind).sizes["probe"] for kind in ("line", "edge"))
+    line, edges = shown_line(response), of_kind(response, "edge")
+    top, d = wave_floor(response), response["component"].item()
+    spectra = (
+        f"Floor response spectra ({100 * response['damping'].item():g} % damping) along $e_{d}$"
+    )
     if hit:
         yield _forces(response)
     yield _centre(response, sticks)
-    yield from spectra_figures(response, sticks, published)
-    if line:
+    yield centre_spectrum(response, sticks, published)
+    if line.sizes["probe"]:
+        caption = (
+            f"Figure 15: {spectra} of floor {top} at distances d from its impact edge: "
+            f"displacement (a) and pseudo-acceleration (b).{_note(line)}{plates_note(response)}"
+        )
+        labels = [f"d = {distance:.1f} m" for distance in line["distance"].values]
+        looks = ordered_looks(len(labels))
+        # Near the impact the spectrum is highest there, and exceeds what the edge is said to.
+        names = "transient.frs.near_highest_at", f"transient.pfa.edge_{top}"
+        near = published_point(published, *names, f"{labels[0]}: exceeded", looks[0]["color"])
+        panels = _both(line, labels, looks, [replace(one, marker="^") for one in near])
+        yield CurveFigure("figure_15_across_spectra", caption, panels)
         yield _across(response)
-    if edges:
+    if edges.sizes["probe"]:
+        caption = (
+            f"Figure 19: {spectra} at the middle of the impact edges of the floors: displacement "
+            f"(a) and pseudo-acceleration (b).{_note(edges)}"
+        )
+        labels = [f"floor {floor}" for floor in edges["probe_floor"].values]
+        # Where the floor below the one with the line is published to be above it, if it is.
+        floors = [floor for floor in floors_of(edges, "edge") if floor <= top][-2:]
+        name = "_above_".join(f"floor_{floor}" for floor in floors)
+        ends = [published.get(f"transient.frs.{name}.{end}") for end in ("lowest", "highest")]
+        higher = []
+        if None not in ends:
+            x, level = np.array(ends, dtype=float), 0.03 * float(known(edges)["psa"].max())
+            words = "published, floor {} above floor {}".format(*floors)
+            higher = [Curve(x, np.full(2, level), words, "black", width=1.4, marker="|")]
+        panels = _both(edges, labels, floor_looks(len(labels)), higher, reverse=True)
+        yield CurveFigure("figure_19_edge_spectra", caption, panels)
         yield _edge(response, published)
     if hit:
         yield _force_spectra(response)
-    if response.sizes.get("transfer_load", 0) and line + edges:
+    if response.sizes.get("transfer_load", 0) and line.sizes["probe"] + edges.sizes["probe"]:
         yield _transfer(response, published)
 
 
@@ -292,49 +323,6 @@ def _transfer(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigu
     return CurveFigure("figure_22_transfer", caption, panels, size=size, alike=True)
 
 
-def spectra_figures(
-    response: xr.Dataset, sticks: xr.Dataset, published: Mapping[str, float]
-) -> Iterator[CurveFigure]:
-    """Figures 13, 15 and 19; arguments as of `probe_figures`."""
-    yield centre_spectrum(response, sticks, published)
-    d, percent = response["component"].item(), f"{100 * response['damping'].item():g} % damping"
-    line, edges = of_kind(response, "line"), of_kind(response, "edge")
-    if line.sizes["probe"]:
-        line = shown_line(response)
-        caption = (
-            f"Figure 15: Floor response spectra ({percent}) along $e_{d}$ of floor "
-            f"{wave_floor(response)} at distances d from its impact edge: displacement (a) and "
-            f"pseudo-acceleration (b).{_note(line)}{plates_note(response)}"
-        )
-        labels = [f"d = {distance:.1f} m" for distance in line["distance"].values]
-        looks = ordered_looks(len(labels))
-        panels = _both(line, labels, looks)
-        # Near the impact the spectrum is highest there, and exceeds what the edge is said to.
-        names = "transient.frs.near_highest_at", f"transient.pfa.edge_{wave_floor(response)}"
-        near = published_point(published, *names, f"{labels[0]}: exceeded", looks[0]["color"])
-        above = [replace(one, marker="^") for one in near]
-        panels[1] = replace(panels[1], curves=[*panels[1].curves, *above])
-        yield CurveFigure("figure_15_across_spectra", caption, panels)
-    if edges.sizes["probe"]:
-        caption = (
-            f"Figure 19: Floor response spectra ({percent}) along $e_{d}$ at the middle of the "
-            "impact edges of the floors: displacement (a) and pseudo-acceleration (b)."
-            f"{_note(edges)}"
-        )
-        labels = [f"floor {floor}" for floor in edges["probe_floor"].values]
-        panels = _both(edges, labels, floor_looks(len(labels)), reverse=True)
-        # Where the floor below the one with the line is published to be above it, if it is.
-        floors = [floor for floor in floors_of(edges, "edge") if floor <= wave_floor(edges)][-2:]
-        name = "_above_".join(f"floor_{floor}" for floor in floors)
-        ends = [published.get(f"transient.frs.{name}.{end}") for end in ("lowest", "highest")]
-        if None not in ends:
-            x, level = np.array(ends, dtype=float), 0.03 * float(known(edges)["psa"].max())
-            words = "published, floor {} above floor {}".format(*floors)
-            higher = Curve(x, np.full(2, level), words, "black", width=1.4, marker="|")
-            panels[1] = replace(panels[1], curves=[*panels[1].curves, higher])
-        yield CurveFigure("figure_19_edge_spectra", caption, panels)
-
-
 def centre_spectrum(
     response: xr.Dataset, sticks: xr.Dataset, published: Mapping[str, float] = NONE
 ) -> CurveFigure:
@@ -377,10 +365,11 @@ def _both(
     probes: xr.Dataset,
     labels: Sequence[str],
     looks: Sequence[dict[str, Any]],
+    more: Sequence[Curve],
     *,
     reverse: bool = False,
 ) -> list[Panel]:
-    """Spectral displacement and pseudo-acceleration of probes."""
+    """Spectral displacement and pseudo-acceleration of probes; further curves of the latter."""
     # PSa = ω² Sd, and so are their error bands.
     band = probes["psa_band"] / (2.0 * np.pi * probes["frequency"]) ** 2
     displacement, acceleration = (
@@ -392,7 +381,7 @@ def _both(
     )
     return [
         _spectrum_panel(probes, "spectral displacement [cm]", displacement, legend=""),
-        _spectrum_panel(probes, PSA, acceleration, reverse=reverse),
+        _spectrum_panel(probes, PSA, [*acceleration, *more], reverse=reverse),
     ]
 
 

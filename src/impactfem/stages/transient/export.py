@@ -26,7 +26,7 @@ from impactfem.case.transient import Transient
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.probes import MotionGrid, motion_grid
 from impactfem.reduction.response import modal_histories
-from impactfem.stages.transient.compute import TransientStudy, main_impact, main_load
+from impactfem.stages.transient.compute import TransientStudy, main_impact
 from impactfem.stages.transient.prepared import transient_of
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
@@ -247,7 +247,9 @@ def write_motion(
     at = np.searchsorted(basis.nodes, grid.nodes)
     if not np.array_equal(basis.nodes.take(at, mode="clip"), grid.nodes):
         raise KeyError("a node that the basis was not made for")
-    steps = exported_steps(transient, loads, main_impact(loads) or main_load(loads))
+    steps = exported_steps(
+        transient, loads, main_impact(loads) or main_impact(loads, external=True)
+    )
     times: Array = np.asarray(loads.time_step * steps, dtype=np.float64)
     history = modal_histories(basis, loads, prepared.damping)
     # V (Y z): Φ = V Y of so many nodes would be as large as V.

@@ -214,7 +214,8 @@ def force_spectra(force: Array, time_step: float) -> ForceSpectra:
     impacts presses: so the densities of the forces, shape (n_t, n_forces) [N], can be compared. The
     samples before and after it, in which resampling rings, belong to its impulse and not to T.
     """
-    impacts = [impact_samples(column) for column in force.T]
+    # Each ends where nothing acts: tension at its end belongs to it.
+    impacts = [around_peak(np.abs(column), SILENT) for column in force.T]
     longest = max(last - first for first, last in impacts)
     T = time_step * max(behind - first for first, behind in map(around_peak, force.T))
     count = max(longest, round(1.0 / (RESOLUTION * time_step)))
@@ -228,14 +229,6 @@ def force_spectra(force: Array, time_step: float) -> ForceSpectra:
         )
         densities.append(density * (longest * time_step / T))
     return ForceSpectra(np.asarray(frequency), np.array(densities), T)
-
-
-def impact_samples(force: Array) -> tuple[int, int]:
-    """First sample, and the one behind the last, of the impact with the largest force.
-
-    It ends where nothing acts: tension at its end belongs to it.
-    """
-    return around_peak(np.abs(force), SILENT)
 
 
 def physics_scalars(store: xr.Dataset, sticks: xr.Dataset) -> list[Scalar]:
@@ -316,10 +309,8 @@ def _of_forces(response: xr.Dataset) -> list[Row]:
     """Transfer functions at the edges, and the content of the forces on the two upper ones."""
     rows: list[Row] = []
     floors = response["transfer_load_floor"].values if "transfer_load" in response.dims else ()
-    note, upto = (
-        "largest acceleration over force at the edge that the force acts on",
-        IMPACT_CONTENT,
-    )
+    note = "largest acceleration over force at the edge that the force acts on"
+    upto = IMPACT_CONTENT
     for floor in dict.fromkeys(floors):
         if floor not in floors_of(response, "edge"):
             continue

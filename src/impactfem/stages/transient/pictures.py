@@ -1,6 +1,5 @@
 """Pictures of the response in 3D: where it is recorded (14), and all floors with their peaks."""
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +8,7 @@ import xarray as xr
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import LogNorm, Normalize
+from matplotlib.ticker import LogLocator
 
 from impactfem.plot.floor_field import COLOURS
 from impactfem.plot.scene import (
@@ -192,7 +192,7 @@ def _stack(path: Path, grids: Grids, edges: dict[int, Array], label: str, captio
         place: dict[str, Any] = {"location": "bottom", "shrink": 0.5, "aspect": 30, "pad": 0.02}
         bar = drawn.colorbar(ScalarMappable(scale, COLOURS), ax=axes[0], **place)
         if isinstance(scale, LogNorm):
-            bar.set_ticks(round_numbers(*bar.mappable.get_clim()))
+            bar.set_ticks(LogLocator(subs=(1.0, 2.0, 5.0)))
             bar.ax.xaxis.set_major_formatter("{x:g}")
             bar.ax.minorticks_off()
         bar.set_label(label)
@@ -210,10 +210,3 @@ def colour_scale(values: Array) -> Normalize:
         return Normalize(0.0, 1.0)
     low, high = float(known.min()), float(known.max())
     return LogNorm(low, high) if 0.0 < low * WIDE < high else Normalize(low, high)
-
-
-def round_numbers(low: float, high: float) -> list[float]:
-    """1, 2 and 5 times the powers of ten between two positive values."""
-    powers = range(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-    every = (k * 10.0**power for power in powers for k in (1.0, 2.0, 5.0))
-    return [value for value in every if low <= value <= high]

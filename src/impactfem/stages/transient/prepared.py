@@ -33,7 +33,6 @@ class Prepared:
     storey_factor: float  #: factor on walls and columns
     base_plates: tuple[BasePlate, ...]  #: of the devices
     damping: DampingLaw
-    wave_floor: int  #: number of the floor whose waves are evaluated
     #: Of the impact on the wall, for spread `calibrated`; None for another one.
     impulses: Impulses | None
 
@@ -68,7 +67,6 @@ def prepare(
         storey_factor=storey_factor,
         base_plates=find_base_plates(case, parts.mesh),
         damping=case.modelled_building.damping.law,
-        wave_floor=case.wave_floor,
         impulses=impulses,
     )
 

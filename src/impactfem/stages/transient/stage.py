@@ -76,11 +76,11 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
 
 def _checks(case: Case, folder: Path) -> list[Check]:
     found = transient_checks(folder)
-    # Forces of another program are not the stick's.
-    own = case.transient is not None and case.transient.forces is None
-    # Nor are those of 3D models that pound.
-    own = own and case.modelled_building.name not in case.pounding_in_3d
-    return [*found, *stick_against_model(folder)] if own else found
+    # Forces of another program are not the stick's, nor are those of 3D models that pound.
+    sticks = case.modelled_building.name not in case.pounding_in_3d
+    if sticks and case.transient is not None and case.transient.forces is None:
+        found += stick_against_model(folder)
+    return found
 
 
 def _draw(case: Case, folder: Path) -> list[Path]:
