@@ -12,7 +12,6 @@ from impactfem.device.spectrum import AnchorSpectrum, given_spectra
 from impactfem.stages.device.analysis import (
     SpectrumChoice,
     SpectrumPlan,
-    _in_step,
     envelopes,
     headline_of,
 )
@@ -92,10 +91,12 @@ def test_envelopes_by_component_and_anchor():
     assert found[0].displacement == 0.1 and found[0].psa.max() == 3.0
 
 
-def test_in_step_all_anchors_see_the_largest():
-    found = _in_step([flat("y", 2.0, 1, 0.1), flat("y", 5.0, 2), flat("z", 1.0, 2, 0.3)], 2)
-    seen = {(s.component, s.anchor): (s.zpa, s.displacement) for s in found}
-    assert seen == {
+def test_in_step_all_anchors_see_the_largest(device):
+    plan = SpectrumPlan(device, {SRSS: RULES[SRSS]}, False, 0.0, ("envelope",))
+    spectra = [flat("y", 2.0, 1, 0.1), flat("y", 5.0, 2), flat("z", 1.0, 2, 0.3)]
+    (answer,) = plan.analyses(spectra, "computed").values()
+    seen = [one.spectrum for one in answer.inputs]
+    assert {(s.component, s.anchor): (s.zpa, s.displacement) for s in seen} == {
         ("y", 1): (5.0, 0.1),
         ("y", 2): (5.0, 0.0),
         ("z", 1): (1.0, 0.0),

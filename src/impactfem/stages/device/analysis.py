@@ -142,7 +142,14 @@ class SpectrumPlan:
         # A further rigid part than the first is left out where a spectrum says too little for it.
         rule = choice.supports or self.supports[0]
         if rule == "envelope":
-            spectra, rule = _in_step(spectra, self.device.anchors), "algebraic"
+            # All anchors move together by the envelope over them, each apart as far as it was.
+            shift = {(s.component, s.anchor): s.displacement for s in spectra}
+            spectra = [
+                replace(widest, anchor=k, displacement=shift.get((widest.component, k), 0.0))
+                for widest in envelopes([[replace(s, anchor=1) for s in spectra]])
+                for k in range(1, self.device.anchors + 1)
+            ]
+            rule = "algebraic"
         found: Analyses = {}
         missing: dict[str, None] = {}
         for (combination, rigid), rules in self.rules.items():
@@ -160,16 +167,6 @@ class SpectrumPlan:
 
 def _with_notes(response: SpectrumResponse, *notes: str) -> SpectrumResponse:
     return replace(response, notes=response.notes + notes)
-
-
-def _in_step(spectra: Sequence[AnchorSpectrum], anchors: int) -> list[AnchorSpectrum]:
-    """The same spectra at all anchors: for each component, the envelope over the anchors."""
-    shift = {(s.component, s.anchor): s.displacement for s in spectra}
-    return [
-        replace(widest, anchor=k, displacement=shift.get((widest.component, k), 0.0))
-        for widest in envelopes([[replace(s, anchor=1) for s in spectra]])
-        for k in range(1, anchors + 1)
-    ]
 
 
 def envelopes(families: Sequence[Sequence[AnchorSpectrum]]) -> tuple[AnchorSpectrum, ...]:
@@ -403,10 +400,8 @@ def _at(history: MountedHistory, support: Support) -> MountedHistory:
 
 def _largest_apart(device: Device, points: Array, displacement: Array) -> Array:
     """Largest displacements of anchors against where the first one carries them, shape (6 p,)."""
-    # A motion of the first anchor carries the others along as a rigid body, by its translations,
-    # and by those rotations that the stiffness between the anchors leaves free. From points, shape
-    # (p, 3) [m], and displacements, shape (6 p, n_t) [m, rad]; zero for a device with one anchor or
-    # nothing between its anchors.
+    # As a rigid body, by its translations, and by those rotations that the stiffness between the
+    # anchors leaves free. Points have the shape (p, 3) [m], displacements (6 p, n_t) [m, rad].
     K_a = device.anchor_stiffness
     if device.anchors == 1 or K_a is None or not np.any(K_a):
         return np.zeros(6 * device.anchors)

@@ -121,11 +121,6 @@ class DeviceStudy:
         """The anchors of all devices, which results are reported for."""
         return supports_of(self.prepared.plans)
 
-    @property
-    def direction(self) -> int:
-        """Component of the first ground motion."""
-        return "xyz".index(self.case.shown_direction)
-
 
 def analyst_of(case: Case, prepared: Prepared, model: CompleteModel) -> Analyst:
     """What analyses the devices under any load on a reduced model, as the case asks."""

@@ -102,14 +102,15 @@ def device_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[
     return sorted([*drawn, *drawn_meanwhile()])
 
 
-def _colour(case: int) -> str:
-    """Colour of a damping case by its number, the same in all figures."""
-    return CASES[(case - 1) % len(CASES)] if case else "black"
-
-
-def _dashes(case: int) -> str:
-    """Dashes of a damping case, the same in all figures."""
-    return DASHES[(case - 1) % len(DASHES)] if case else "--"
+def _looks(store: xr.Dataset) -> dict[str, tuple[str, str, float]]:
+    """Colour, dashes and width of each damping case in the order in which they are drawn."""
+    # The own damping, which may be one of them again, is drawn last and dashed over the others, so
+    # that these are seen below it.
+    own, *cases = names_of(store, "case")
+    looks = {
+        case: (CASES[k % len(CASES)], DASHES[k % len(DASHES)], 1.2) for k, case in enumerate(cases)
+    }
+    return looks | {own: ("black", "--" if cases else "-", 0.9 if cases else 1.2)}
 
 
 def _named(store: xr.Dataset, case: str, apart: str = ", ") -> str:
@@ -162,15 +163,6 @@ def _force_figure(store: xr.Dataset, device: str, published: Mapping[str, float]
     return CurveFigure(stem, caption, panels, size=(9.0, 3.4))
 
 
-def _looks(store: xr.Dataset) -> dict[str, tuple[str, str, float]]:
-    """Colour, dashes and width of each damping case in the order in which they are drawn."""
-    # The own damping, which may be one of them again, is drawn last and dashed over the others, so
-    # that these are seen below it.
-    own, *cases = names_of(store, "case")
-    looks = {case: (_colour(k), _dashes(k), 1.2) for k, case in enumerate(cases, 1)}
-    return looks | {own: (_colour(0), "--" if cases else "-", 0.9 if cases else 1.2)}
-
-
 def _damping_figure(path: Path, store: xr.Dataset) -> Path:
     """Figure 28: the damping ratio by damping case."""
     first, *_ = names_of(store, "device")
@@ -180,9 +172,10 @@ def _damping_figure(path: Path, store: xr.Dataset) -> Path:
         f"Dotted: modes of {first} along $e_{direction(store)}$."
     )
     with figure(path, (1, 1), (6.5, 3.8), caption) as (_, (panel, *_)):
-        shown = [case for case in _looks(store) if case in _different(store, restitution=False)]
-        for case in shown:
-            colour, dashes, width = _looks(store)[case]
+        shown = _different(store, restitution=False)
+        for case, (colour, dashes, width) in _looks(store).items():
+            if case not in shown:
+                continue
             ratio = 100.0 * damping_of(store.sel(case=case)).ratio(frequency)
             panel.loglog(frequency, ratio, label=case, color=colour, ls=dashes, lw=width)
         for mode in shown_modes(store, first)["mode_frequency"].values:
@@ -237,18 +230,17 @@ def _damping_forces_figure(path: Path, store: xr.Dataset, device: str) -> None:
         "the buildings: without impact (a) and with impacts (b), and around the largest force: "
         "without (c) and with (d)."
     )
-    number = {case: k for k, case in enumerate(names_of(store, "case"))}
-    cases = _different(store, restitution=False)
+    looks, cases = _looks(store), _different(store, restitution=False)
     # What is damped least is behind.
     behind = sorted(cases, key=lambda case: -Load(store, device, WITH, case).detailed)
     with figure(path, (2, 2), (9.0, 6.0), caption) as (drawn, axes):
         for whole, near, impact in zip(axes[:2], axes[2:], LOADS, strict=True):
             loads = [Load(store, device, impact, case) for case in behind]
             for load in loads:
-                force, k = 1e-3 * load.history, number[load.case]
-                look: dict[str, Any] = {"color": _colour(k), "label": load.case}
+                force, (colour, dashes, _) = 1e-3 * load.history, looks[load.case]
+                look: dict[str, Any] = {"color": colour, "label": load.case}
                 whole.plot(time, force, lw=0.5, ls="-", **look)
-                near.plot(time, force, lw=0.9, ls=_dashes(k), **look)
+                near.plot(time, force, lw=0.9, ls=dashes, **look)
             span(whole, time)
             largest = max(loads, key=lambda load: load.detailed).history
             at = float(abs(largest).idxmax("time"))
@@ -328,8 +320,7 @@ def _demand_figure(path: Path, store: xr.Dataset, device: str) -> None:
 
 def _inputs_figure(path: Path, store: xr.Dataset, device: str) -> None:
     """Force by response spectrum analysis over the detailed one, by the input of the analysis."""
-    choices = input_variants(store, device)
-    axis = direction(store)
+    choices, axis = input_variants(store, device), direction(store)
     caption = (
         f"Largest force of {device} on the floor along $e_{axis}$ by response spectrum analysis "
         f"({headline(store)}) over that of the 3D model in detail, by the input of the analysis "
@@ -339,7 +330,7 @@ def _inputs_figure(path: Path, store: xr.Dataset, device: str) -> None:
         for panel, impact in zip(axes, LOADS, strict=True):
             panel.axvline(1.0, color="black", lw=0.8)
             for c, case in enumerate(names_of(store, "case")):
-                load = Load(store, device, impact, case)
+                load, colour = Load(store, device, impact, case), _looks(store)[case][0]
                 if not load.detailed > 0.0:
                     continue
                 panel.plot(
@@ -347,8 +338,8 @@ def _inputs_figure(path: Path, store: xr.Dataset, device: str) -> None:
                     range(len(choices)),
                     ls="",
                     marker=MARKERS[c % len(MARKERS)],
-                    color=_colour(c),
-                    markerfacecolor="none" if c == 0 else _colour(c),
+                    color=colour,
+                    markerfacecolor="none" if c == 0 else colour,
                     ms=8.0 if c == 0 else 5.0,
                     label=_named(store, case),
                 )

@@ -159,7 +159,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
         "inputs": key,
         "case_hash": case.content_hash(),
         "building": case.structure.building if case.structure else "",
-        "shown_direction": "xyz"[study.direction],
+        "shown_direction": case.shown_direction,
         "solver": "reduced" if study.full_error is None else "full",
         "headline": best.label,
     }
