@@ -6,10 +6,11 @@ The force of a device is a pulse; response spectrum analyses find a given part o
 from dataclasses import dataclass, field
 
 import numpy as np
-import xarray as xr
 
+from impactfem.stages.device.store import OUTPUTS
+from impactfem.stages.stores import dataset
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, with_scalars
+from impactfem.system.scalar import Scalar
 
 TIME, FREQUENCY = 1e-3 * np.arange(2001), np.geomspace(0.5, 450.0, 60)
 DAMPINGS = {
@@ -59,41 +60,33 @@ class WantedDevice:
     notes: tuple[str, ...] = ()  #: of the analyses
 
 
-LOAD = ("case", "impact", "device")
-
-
 def device_store(asked):
     """The store."""
-    names = list(DAMPINGS)[: asked.dampings]
-    scalars = [Scalar(f"device.{k}", v, "-") for k, v in (DEVICE_SCALARS | asked.scalars).items()]
     alpha, beta = np.array(list(DAMPINGS.values())[: asked.dampings]).T
-    store = xr.Dataset(
-        {
-            **_responses(asked),
-            **_modes(asked),
-            **_drawings(asked),
-            "mass_coefficient": ("case", alpha),
-            "stiffness_coefficient": ("case", beta),
-            "epsilon": ("case", np.array(EPSILON[: asked.dampings])),
-            "epsilon_calibrated": ("case", np.array(CALIBRATED[: asked.dampings])),
-            "impact_force": ("case", np.full(asked.dampings, asked.impact_force)),
-        },
-        coords={
-            "case": ("case", np.array(names, dtype=object)),
-            "impact": ["without", "with"],
-            "device": ("device", np.array(asked.devices, dtype=object)),
-            "component": COMPONENTS,
-            "axis": ["x", "y", "z"],
-            "bending_about": ["x", "y"],
-            "mode": np.arange(1, 6),
-            "note": ("note", np.array(asked.notes, dtype=object)),
-            "choice": ("choice", np.array(list(asked.choices), dtype=object)),
-            "frequency": ("frequency", FREQUENCY),
-            "time": ("time", TIME),
-        },
-        attrs={"building": "one", "shown_direction": asked.direction, "headline": "srss"},
-    )
-    return with_scalars(store, scalars)
+    values = {
+        **_responses(asked),
+        **_modes(asked),
+        **_drawings(asked),
+        "mass_coefficient": alpha,
+        "stiffness_coefficient": beta,
+        "epsilon": EPSILON[: asked.dampings],
+        "epsilon_calibrated": CALIBRATED[: asked.dampings],
+        "impact_force": np.full(asked.dampings, asked.impact_force),
+        "case": list(DAMPINGS)[: asked.dampings],
+        "impact": ["without", "with"],
+        "device": asked.devices,
+        "component": COMPONENTS,
+        "axis": ["x", "y", "z"],
+        "bending_about": ["x", "y"],
+        "mode": np.arange(1, 6),
+        "note": asked.notes,
+        "choice": list(asked.choices),
+        "frequency": FREQUENCY,
+        "time": TIME,
+    }
+    scalars = [Scalar(f"device.{k}", v, "-") for k, v in (DEVICE_SCALARS | asked.scalars).items()]
+    attributes = {"building": "one", "shown_direction": asked.direction, "headline": "srss"}
+    return dataset(OUTPUTS, values, attributes=attributes, scalars=scalars)
 
 
 def _responses(asked):
@@ -107,34 +100,25 @@ def _responses(asked):
     along = np.where(np.arange(6) == column, 1.0, 0.5)
     force = peak[..., None, None] * (along == 1.0)[:, None] * pulse
     shares = np.array(list(asked.choices.values())).T[:, None, :, None]
-    found = peak[..., None, None] * np.where(along == 1.0, shares, 0.1)
     # Along x and y and about x, at the modes that these move; no other component moves.
     ordinate = np.full((6, 5), np.nan)
     ordinate[[0, 1, 3]] = 0.0
     ordinate[0, 0:4:2], ordinate[1, 1:4:2], ordinate[3, 1:4:2] = 1.0, (4.0, 8.0), 2.0
+    factor = np.array([1.0, 10.0])[:, None, None, None] * np.ones((*peak.shape, 1, 1))
     tension = np.broadcast_to(np.array(asked.pulls)[:, None], peak.shape)
     return {
-        "force": ((*LOAD, "component", "time"), force.astype(np.float32)),
+        "force": force.astype(np.float32),
         # The floor at the anchor: a fifth of the force over a tonne, so that S / ZPA is near 1.
-        "anchor_acceleration": ((*LOAD, "component", "time"), (force / 5e3).astype(np.float32)),
-        "largest_force": ((*LOAD, "component"), peak[..., None] * along),
-        "imbalance": (LOAD, np.full(peak.shape, asked.imbalance)),
-        "psa": (
-            (*LOAD, "axis", "frequency"),
-            peak[..., None, None] / 5e3 * (along[:3] == 1.0)[:, None] * hill,
-        ),
-        "spectrum_force": ((*LOAD, "choice", "component"), found),
-        "mode_psa": (
-            (*LOAD, "component", "mode"),
-            np.array([1.0, 10.0])[:, None, None, None] * np.ones((*peak.shape, 1, 1)) * ordinate,
-        ),
+        "anchor_acceleration": (force / 5e3).astype(np.float32),
+        "largest_force": peak[..., None] * along,
+        "imbalance": np.full(peak.shape, asked.imbalance),
+        "psa": peak[..., None, None] / 5e3 * (along[:3] == 1.0)[:, None] * hill,
+        "spectrum_force": peak[..., None, None] * np.where(along == 1.0, shares, 0.1),
+        "mode_psa": factor * ordinate,
         # 15 kN on anchors at 0.5 m; all of the base is lifted by 20 kN less than one is pulled.
-        "net_tension": (LOAD, tension.copy()),
-        "net_uplift": (LOAD, tension - 20e3),
-        "spectrum_tension": (
-            (*LOAD, "choice"),
-            1.1 * tension[..., None] * np.ones(len(asked.choices)),
-        ),
+        "net_tension": tension.copy(),
+        "net_uplift": tension - 20e3,
+        "spectrum_tension": 1.1 * tension[..., None] * np.ones(len(asked.choices)),
     }
 
 
@@ -151,11 +135,7 @@ def _modes(asked):
     if count > 1:
         frequency[1, 4], damping[1, 4] = 120.0, 0.03
         mass[1, :, 4] = [0.0, 0.0, 900.0, 0.0, 0.0, 0.0]
-    return {
-        "mode_frequency": (("device", "mode"), frequency),
-        "mode_damping": (("device", "mode"), damping),
-        "effective_mass": (("device", "component", "mode"), mass),
-    }
+    return {"mode_frequency": frequency, "mode_damping": damping, "effective_mass": mass}
 
 
 def _drawings(asked):
@@ -169,29 +149,25 @@ def _drawings(asked):
         # u_x = s + θ_y z and u_y = s - θ_x z.
         shape[mode, :, mode % 2] = 0.01 + 0.03 * turn * levels
         shape[mode, :, 4 - mode % 2] = 0.03 * turn * (1.0 if mode % 2 == 0 else -1.0)
-    springs = known * np.array([1.4e8, 1.4e8, np.inf, 3e7, 3e7, np.inf])
     of_one = {
-        "anchor_position": ("xyz", [4.1, 2.6, 12.0]),
-        "anchor_floor": ("", 3),
-        "anchor_nodes": ("", asked.nodes),
-        "anchor_radius": ("", 0.5),
-        "weight_force": ("component", [0.0, 0.0, -15e3, 0.0, 0.0, 0.0]),
-        "base_stiffness": ("component", springs),
-        "body_mass": ("", 1500.0 * known),
-        "body_inertia": ("axis", np.full(3, 220.0 * known)),
-        "body_height": ("", HEIGHT * known),
-        "body_radius": ("", 0.5 * size),
-        "body_length": ("", 1.0 * size),
-        "beam_length": ("", HEIGHT * beam),
-        "beam_mass": ("", 45.9 * beam),
-        "beam_bending": ("bending_about", np.full(2, 8e7 * beam)),
-        "level_height": ("level", levels),
-        "mode_shape": ("mode level component", known * shape),
+        "anchor_position": [4.1, 2.6, 12.0],
+        "anchor_floor": 3,
+        "anchor_nodes": asked.nodes,
+        "anchor_radius": 0.5,
+        "weight_force": [0.0, 0.0, -15e3, 0.0, 0.0, 0.0],
+        "base_stiffness": known * np.array([1.4e8, 1.4e8, np.inf, 3e7, 3e7, np.inf]),
+        "body_mass": 1500.0 * known,
+        "body_inertia": np.full(3, 220.0 * known),
+        "body_height": HEIGHT * known,
+        "body_radius": 0.5 * size,
+        "body_length": 1.0 * size,
+        "beam_length": HEIGHT * beam,
+        "beam_mass": 45.9 * beam,
+        "beam_bending": np.full(2, 8e7 * beam),
+        "level_height": levels,
+        "mode_shape": known * shape,
     }
-    return {
-        name: (("device", *dims.split()), np.stack(len(asked.devices) * [values]))
-        for name, (dims, values) in of_one.items()
-    }
+    return {name: np.stack(len(asked.devices) * [values]) for name, values in of_one.items()}
 
 
 def device_folder(folder, **wanted):
