@@ -111,8 +111,7 @@ def made(tmp_path):
     def make(asked=None, broadening=0.15):
         own = design_store(tmp_path / "design.nc", asked)
         stick_store(tmp_path / "pounding.nc")
-        with xr.open_dataset(tmp_path / "design.nc", engine="netcdf4") as store:
-            sticks = tmp_path / "pounding.nc"
-            return design_products_of(store.load(), sticks, broadening, False), own
+        store = xr.load_dataset(tmp_path / "design.nc", engine="netcdf4")
+        return design_products_of(store, tmp_path / "pounding.nc", broadening, False), own
 
     return make

@@ -9,6 +9,9 @@ import xarray as xr
 
 from impactfem.stages.design.floors import WholeFloors, enveloped, probe_points
 from impactfem.stages.design.store import write_design
+from impactfem.stages.ensemble import store as ensemble
+from impactfem.stages.pounding import store as pounding
+from impactfem.stages.stores import dataset
 from impactfem.system.files import write_netcdf
 
 F = np.geomspace(0.5, 50.0, 40)
@@ -148,30 +151,25 @@ def design_store(path, asked=None):
 def stick_store(path):
     """The sticks beside it: two floors of two buildings along y."""
     psa = peaked(np.random.default_rng(3), (2, 4, 1))
-    data = xr.Dataset(
-        {
-            "psa": (("damping", "station", "direction", "frequency"), psa),
-            "pfa": (("station", "direction"), psa[0, :, :, -1]),
-            "frequency": ("frequency", F),
-            "damping": ("damping", DAMPING),
-            "direction": ("direction", np.array(["y"], dtype=object)),
-            "station_building": ("station", np.array(["B2", "B2", "B1", "B1"], dtype=object)),
-            "station_floor": ("station", np.array([1, 2, 1, 2])),
-        },
-        attrs={"title": "Two buildings", "inputs": "key"},
-    )
-    write_netcdf(path, data)
+    values = {
+        "psa": psa,
+        "pfa": psa[0, :, :, -1],
+        "frequency": F,
+        "damping": DAMPING,
+        "direction": ["y"],
+        "station_building": ["B2", "B2", "B1", "B1"],
+        "station_floor": [1, 2, 1, 2],
+    }
+    attributes = {"title": "Two buildings", "inputs": "key"}
+    write_netcdf(path, dataset(pounding.OUTPUTS, values, attributes=attributes))
 
 
 def ensemble_store(path, force, building="B1"):
     """The stage `ensemble` beside it, with impact forces of shape (n_motions, 2)."""
-    names = [f"pounding.peak_force.floor_{k}" for k in (1, 2)]
-    data = xr.Dataset(
-        {
-            "value": (("motion", "scalar"), force),
-            "motion": ("motion", np.array([f"seed_{k}" for k in range(len(force))], dtype=object)),
-            "scalar": ("scalar", np.array(names, dtype=object)),
-        },
-        attrs={"studied_building": building},
-    )
-    write_netcdf(path, data)
+    values = {
+        "value": force,
+        "motion": [f"seed_{k}" for k in range(len(force))],
+        "scalar": [f"pounding.peak_force.floor_{k}" for k in (1, 2)],
+    }
+    attributes = {"studied_building": building}
+    write_netcdf(path, dataset(ensemble.OUTPUTS, values, attributes=attributes))

@@ -5,7 +5,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from impactfem.stages.design import floors
 from impactfem.stages.design.floors import (
@@ -17,6 +16,9 @@ from impactfem.stages.design.floors import (
     read_probes,
     read_whole_floors,
 )
+from impactfem.stages.stores import dataset
+from impactfem.stages.transient.maps import MAP_OUTPUTS
+from impactfem.stages.transient.store import OUTPUTS
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
 
@@ -35,24 +37,19 @@ ELEVATION = np.array([3.0, 6.0])
 @pytest.fixture
 def transient():
     rng = np.random.default_rng(0)
-    dims = ("damping", "probe", "component", "frequency")
-    return xr.Dataset(
-        {
-            "psa": (dims, rng.random((2, 5, 3, 7))),
-            "pfa": (("probe", "component"), rng.random((5, 3))),
-            "probe_node": ("probe", np.array([5, 2, 9, 1, 4])),
-            "probe_position": (("probe", "xyz"), POSITION),
-        },
-        coords={
-            "xyz": ["x", "y", "z"],
-            "probe": ("probe", np.array(NAMES, dtype=object)),
-            "probe_kind": ("probe", np.array(KINDS, dtype=object)),
-            "probe_floor": ("probe", np.array([2, 1, 1, 0, 0])),
-            "damping": [0.02, 0.05],
-            "frequency": np.geomspace(1.0, 10.0, 7),
-        },
-        attrs={"building": "B", "maximum_frequency": 100.0},
-    )
+    values = {
+        "psa": rng.random((2, 5, 3, 7)),
+        "pfa": rng.random((5, 3)),
+        "probe_node": [5, 2, 9, 1, 4],
+        "probe_position": POSITION,
+        "xyz": ["x", "y", "z"],
+        "probe": NAMES,
+        "probe_kind": KINDS,
+        "probe_floor": [2, 1, 1, 0, 0],
+        "damping": [0.02, 0.05],
+        "frequency": np.geomspace(1.0, 10.0, 7),
+    }
+    return dataset(OUTPUTS, values, attributes={"building": "B", "maximum_frequency": 100.0})
 
 
 def test_floors_from_the_lowest(transient, tmp_path):
@@ -146,16 +143,14 @@ def test_no_more_than_needed_or_allowed():
 def fields():
     height = np.array([3.0, 6.0, 3.0, 6.5])
     psa = np.random.default_rng(0).random((4, 3, 5)).astype(np.float32)
-    return xr.Dataset(
-        {
-            "psa": (("node", "component", "frequency"), psa),
-            "pfa": (("node", "component"), psa.max(axis=2).astype(float)),
-            "node_number": ("node", np.array([8, 3, 5, 6])),
-            "node_position": (("node", "xyz"), np.stack([0 * height, 0 * height, height], axis=1)),
-        },
-        coords={"frequency": np.geomspace(1.0, 10.0, 5)},
-        attrs={"damping": 0.05, "points_per_cycle": 2.0},
-    )
+    values = {
+        "psa": psa,
+        "pfa": psa.max(axis=2).astype(float),
+        "node_number": [8, 3, 5, 6],
+        "node_position": np.stack([0 * height, 0 * height, height], axis=1),
+        "frequency": np.geomspace(1.0, 10.0, 5),
+    }
+    return dataset(MAP_OUTPUTS, values, attributes={"damping": 0.05, "points_per_cycle": 2.0})
 
 
 @pytest.fixture

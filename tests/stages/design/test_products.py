@@ -171,11 +171,12 @@ def test_vertices(made):
 
 def test_no_such_store(tmp_path):
     design_store(tmp_path / "design.nc")
-    with (
-        xr.open_dataset(tmp_path / "design.nc", engine="netcdf4") as store,
-        pytest.raises(ImpactfemError, match="cannot read floor spectra from"),
-    ):
-        design_products_of(store, tmp_path / "pounding.nc", 0.15, False)
+    with pytest.raises(ImpactfemError, match="cannot read floor spectra from"):
+        design_products_of(loaded(tmp_path), tmp_path / "pounding.nc", 0.15, False)
+
+
+def loaded(folder):
+    return xr.load_dataset(folder / "design.nc", engine="netcdf4")
 
 
 def texts(folder, good):
@@ -184,8 +185,7 @@ def texts(folder, good):
 
 def test_all_met(tmp_path):
     design_store(tmp_path / "design.nc")
-    with xr.open_dataset(tmp_path / "design.nc", engine="netcdf4") as store:
-        ensemble_store(tmp_path / "ensemble.nc", store["member_impact_force"].values)
+    ensemble_store(tmp_path / "ensemble.nc", loaded(tmp_path)["member_impact_force"].values)
     assert not texts(tmp_path, False)
     met = texts(tmp_path, True)
     assert [text[:15] for text in met[:3]] == [f"design: along {c}" for c in "xyz"]
@@ -204,8 +204,7 @@ def test_points_that_miss_the_floor(tmp_path):
 
 def test_a_peak_acceleration_that_the_points_miss(tmp_path):
     design_store(tmp_path / "design.nc", WantedDesign(motions=0))
-    with xr.open_dataset(tmp_path / "design.nc", engine="netcdf4") as store:
-        changed = store.load()
+    changed = loaded(tmp_path)
     changed["whole_zpa"][1, 2] *= 1.5
     write_netcdf(tmp_path / "design.nc", changed)
     (missed,) = texts(tmp_path, False)
@@ -228,8 +227,7 @@ def test_members_that_failed(tmp_path):
 def test_other_impact_forces_than_in_the_ensemble(tmp_path, building):
     """They are told, unless the ensemble is of another building."""
     design_store(tmp_path / "design.nc")
-    with xr.open_dataset(tmp_path / "design.nc", engine="netcdf4") as store:
-        force = store["member_impact_force"].values
+    force = loaded(tmp_path)["member_impact_force"].values
     force[3, 1] *= 1.01
     ensemble_store(tmp_path / "ensemble.nc", force, building)
     told = [text for text in texts(tmp_path, False) if "impact forces" in text]

@@ -86,8 +86,7 @@ def copied_run(case, done, tmp_path):
 
 
 def opened(folder, name):
-    with xr.open_dataset(folder / name, engine="netcdf4") as store:
-        return store.load()
+    return xr.load_dataset(folder / name, engine="netcdf4")
 
 
 def values(run):

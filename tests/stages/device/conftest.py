@@ -17,10 +17,14 @@ from impactfem.device.device import coupled
 from impactfem.device.models import on_springs
 from impactfem.device.parts import BaseSprings, RigidBody
 from impactfem.dynamics.damping import Rayleigh
+from impactfem.reduction.edge_force import EdgeForce
+from impactfem.reduction.reduced_basis import Accuracy
+from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"
 FACTOR, STEP, STEPS = 0.5, 1e-3, 400
 POINT = (2.0, 2.2, 6.0)
+FLOOR = EdgeForce("floor 2", 2, (0.0, -1.0, 0.0))
 
 
 @pytest.fixture(scope="session")
@@ -55,9 +59,42 @@ def shaken_and_hit():
     return force, ground
 
 
+def plan_of(frame, base_plates, **changes):
+    """What the frame is reduced for: a motion along y, a push of floor 2, and its base plates."""
+    case, parts = frame
+    mesh = parts.mesh
+    masters = [one.master for one in base_plates]
+    asked = {
+        "probes": np.unique([*masters, mesh.centres[2], mesh.edges[2].min()]),
+        "accuracies": (Accuracy(case.building("F").damping.rayleigh, 300.0, 0.002),),
+        "directions": (1,),
+        "edges": (FLOOR,),
+        "base_plates": tuple(base_plates),
+        "largest": 600,
+    }
+    asked |= changes
+    return ReductionPlan(nodes=asked["probes"], **asked)
+
+
+def reduced_frame(frame, plan):
+    parts = frame[1]
+    return reduce_building(assemble_building(MPI.COMM_SELF, parts), parts.mesh, FACTOR, plan)
+
+
 def scipy_matrix(matrix):
     indptr, indices, values = matrix.getValuesCSR()
     return sp.csr_matrix((values, indices, indptr), shape=matrix.getSize())
+
+
+def average_acceleration(M, C, K, loads, h=STEP):
+    """Displacement and acceleration from rest after each of the loads, by sparse matrices."""
+    factor = splu((M + 0.5 * h * C + 0.25 * h**2 * K).tocsc())
+    u, v, a = np.zeros((3, loads.shape[1]))
+    for load in loads:
+        u, v = u + h * v + 0.25 * h**2 * a, v + 0.5 * h * a
+        a = factor.solve(load - C @ v - K @ u)
+        u, v = u + 0.25 * h**2 * a, v + 0.5 * h * a
+        yield u, a
 
 
 def full_order(frame, device, base_plates, force, ground):
@@ -93,17 +130,10 @@ def full_order(frame, device, base_plates, force, ground):
     p = np.zeros((len(ground), n + m))
     p[:, :n] = np.outer(force, edge) - np.outer(ground, building.ground[:, 1])
     p -= np.outer(ground, W.T @ (M_own @ shaken))
-    h = STEP
-    factor = splu((M_all + 0.5 * h * C_all + 0.25 * h**2 * K_all).tocsc())
-    u, v, a = (np.zeros(n + m) for _ in range(3))
-    found = np.zeros((p6, len(ground)))
-    for k in range(1, len(ground)):
-        u, v = u + h * v + 0.25 * h**2 * a, v + 0.5 * h * a
-        a = factor.solve(p[k] - C_all @ v - K_all @ u)
-        u, v = u + 0.25 * h**2 * a, v + 0.5 * h * a
-        # What the device does to the floors: inertia and the stiffness between its supports.
-        found[:, k] = -(M_own @ (W @ a + ground[k] * shaken))[:p6] - (K_own @ (W @ u))[:p6]
-    return found
+    # What the device does to the floors: inertia and the stiffness between its supports.
+    states = zip(average_acceleration(M_all, C_all, K_all, p), ground, strict=True)
+    found = [-M_own @ (W @ a + now * shaken) - K_own @ (W @ u) for (u, a), now in states]
+    return np.array(found).T[:p6]
 
 
 @pytest.fixture(scope="session")

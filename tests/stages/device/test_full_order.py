@@ -11,11 +11,10 @@ from mpi4py import MPI
 from impactfem.building.model import assemble_building
 from impactfem.device.modes import device_modes
 from impactfem.device.mounted import MountedDevice
-from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.loads import Loads
 from impactfem.stages.device.full_order import full_checkpoints, full_system
 
-from .conftest import FACTOR, STEP, scipy_matrix, shaken_and_hit
+from .conftest import FACTOR, FLOOR, STEP, scipy_matrix, shaken_and_hit
 from .full_on_ranks import histories
 
 SCRIPT = Path(__file__).with_name("full_on_ranks.py")
@@ -34,14 +33,7 @@ def given(frame, device, base_plate):
         "factor": FACTOR,
         "base_plates": [base_plate],
         "devices": [device],
-        "loads": Loads(
-            time_step=STEP,
-            ground=ground,
-            directions=(1,),
-            edges=(EdgeForce("floor 2", 2, (0.0, -1.0, 0.0)),),
-            force=force[:, None],
-            impulse_error=0.0,
-        ),
+        "loads": Loads(STEP, ground, (1,), (FLOOR,), force[:, None], 0.0),
         "damping": case.building("F").damping.rayleigh,
         "substeps": 1,
     }
@@ -121,14 +113,7 @@ def test_ranks(given, on_ranks, tmp_path, ranks):
 @pytest.fixture(scope="module")
 def made(frame, device, base_plate):
     case, parts = frame
-    loads = Loads(
-        time_step=1e-3,
-        ground=np.zeros((2, 3)),
-        directions=(0, 1, 2),
-        edges=(EdgeForce("floor 2", 2, (0.0, -1.0, 0.0)),),
-        force=np.zeros((2, 1)),
-        impulse_error=0.0,
-    )
+    loads = Loads(STEP, np.zeros((2, 3)), (0, 1, 2), (FLOOR,), np.zeros((2, 1)), 0.0)
     with full_system(
         assemble_building(MPI.COMM_SELF, parts),
         parts.mesh,

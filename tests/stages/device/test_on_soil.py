@@ -6,21 +6,24 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from mpi4py import MPI
-from scipy.sparse.linalg import splu
 
 from impactfem.building.links import carried, linked
 from impactfem.building.mesh import rigid_body
 from impactfem.building.model import assemble_building
 from impactfem.dynamics.soil import HalfSpace, raft_mass, soil_of
-from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.loads import Loads
-from impactfem.reduction.reduced_basis import Accuracy
-from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
 from impactfem.reduction.response import modal_histories, node_response
 
-from .conftest import FACTOR, STEP, scipy_matrix, shaken_and_hit
-
-FLOOR = EdgeForce("floor 2", 2, (0.0, -1.0, 0.0))
+from .conftest import (
+    FACTOR,
+    FLOOR,
+    STEP,
+    average_acceleration,
+    plan_of,
+    reduced_frame,
+    scipy_matrix,
+    shaken_and_hit,
+)
 
 
 def half_space(speed):
@@ -30,18 +33,7 @@ def half_space(speed):
 
 @pytest.fixture(scope="module")
 def whole(frame, base_plate):
-    case, parts = frame
-    probes = np.unique([base_plate.master, parts.mesh.centres[2], parts.mesh.edges[2].min()])
-    plan = ReductionPlan(
-        probes=probes,
-        nodes=probes,
-        accuracies=(Accuracy(case.building("F").damping.rayleigh, 300.0, 0.002),),
-        directions=tuple(range(6)),
-        edges=(FLOOR,),
-        base_plates=(base_plate,),
-        largest=600,
-    )
-    return reduce_building(assemble_building(MPI.COMM_SELF, parts), parts.mesh, FACTOR, plan)
+    return reduced_frame(frame, plan_of(frame, [base_plate], directions=tuple(range(6))))
 
 
 @pytest.fixture(scope="module")
@@ -72,15 +64,10 @@ def full_order(frame, base_plate, soil, loads, nodes):
     f -= loads.ground @ np.hstack([MR[:, :3].T, below[:3]])
     f[:, : len(R)] += np.outer(loads.force[:, 0], push)
     f[:, len(R) : len(R) + 6] += np.outer(loads.force[:, 0], R.T @ push)
-    dt = STEP
-    S = splu((M_all + dt / 2 * C_all + dt**2 / 4 * K_all).tocsc())
-    u, v, a = np.zeros((3, f.shape[1]))
     row, found = model.rows(nodes), []
     arms = rigid_body(parts.mesh.nodes[nodes], np.zeros(3)).reshape(-1, 6, 6)[:, :3]
-    for now, ground in zip(f, loads.ground, strict=True):
-        ahead, faster = u + dt * v + dt**2 / 4 * a, v + dt / 2 * a
-        a = S.solve(now - C_all @ faster - K_all @ ahead)
-        u, v = ahead + dt**2 / 4 * a, faster + dt / 2 * a
+    states = average_acceleration(M_all, C_all, K_all, f)
+    for (_, a), ground in zip(states, loads.ground, strict=True):
         own = np.array([a[r : r + 3] for r in row])
         found.append(own + arms @ a[len(R) : len(R) + 6] + ground)
     return np.array(found)

@@ -17,34 +17,21 @@ from impactfem.device.mounted import MountedDevice, mounted_response
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.reduced_basis import Accuracy
-from impactfem.reduction.reduced_building import ReducedBuilding, ReductionPlan, reduce_building
+from impactfem.reduction.reduced_building import ReducedBuilding
 from impactfem.reduction.wall import Wall
 from impactfem.stages.device.compute import damped_case
 
-from .conftest import FACTOR, STEP, scipy_matrix, shaken_and_hit
+from .conftest import FACTOR, STEP, plan_of, reduced_frame, scipy_matrix, shaken_and_hit
 
 
 @pytest.fixture(scope="module")
 def plan(frame, base_plate):
-    case, parts = frame
-    mesh = parts.mesh
-    probes = np.unique([base_plate.master, mesh.centres[2], mesh.edges[2].min()])
-    return ReductionPlan(
-        probes=probes,
-        nodes=probes,
-        accuracies=(Accuracy(case.building("F").damping.rayleigh, 300.0, 0.002),),
-        directions=(1,),
-        edges=(EdgeForce("floor 2", 2, (0.0, -1.0, 0.0)),),
-        base_plates=(base_plate,),
-        wall=Wall((1, 2), 2, "whole_floor"),
-        largest=600,
-    )
+    return plan_of(frame, [base_plate], wall=Wall((1, 2), 2, "whole_floor"))
 
 
 @pytest.fixture(scope="module")
 def whole(frame, plan):
-    _, parts = frame
-    return reduce_building(assemble_building(MPI.COMM_SELF, parts), parts.mesh, FACTOR, plan)
+    return reduced_frame(frame, plan)
 
 
 @pytest.fixture(scope="module")

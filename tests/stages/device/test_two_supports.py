@@ -2,23 +2,18 @@
 
 import numpy as np
 import pytest
-from mpi4py import MPI
 
 from impactfem.building.links import BasePlate
-from impactfem.building.model import assemble_building
 from impactfem.coupling.body import reduced_body
 from impactfem.device.models import from_matrices, on_springs
 from impactfem.device.mounted import MountedDevice, mounted_response
 from impactfem.device.parts import BaseSprings, RigidBody
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.loads import Loads
-from impactfem.reduction.reduced_basis import Accuracy
-from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
 from impactfem.spectra import response_spectra
 from impactfem.stages.device.analysis import _largest_apart
 
-from .conftest import FACTOR, STEP, full_order, shaken_and_hit
+from .conftest import STEP, full_order, plan_of, reduced_frame, shaken_and_hit
 
 POINTS = np.array([[0.6, 0.7, 3.0], [0.6, 0.7, 6.0]])
 
@@ -64,23 +59,11 @@ def base_plates(frame):
 
 @pytest.fixture(scope="module")
 def reduced(frame, base_plates):
-    case, parts = frame
-    corner = int(np.argmin(np.linalg.norm(parts.mesh.nodes - [4.0, 0.0, 6.0], axis=1)))
-    follower, base = int(base_plates[1].followers[0]), int(parts.mesh.base[0])
-    points = (corner, follower, base)
-    probes = np.unique([parts.mesh.centres[2], *(plate.master for plate in base_plates), corner])
-    plan = ReductionPlan(
-        probes=probes,
-        nodes=probes,
-        accuracies=(Accuracy(case.building("F").damping.rayleigh, 300.0, 0.002),),
-        directions=(1,),
-        edges=(EdgeForce("floor 2", 2, (0.0, -1.0, 0.0)),),
-        base_plates=tuple(base_plates),
-        points=points,
-        largest=600,
-    )
-    building = assemble_building(MPI.COMM_SELF, parts)
-    return reduce_building(building, parts.mesh, FACTOR, plan).complete
+    mesh = frame[1].mesh
+    corner = int(np.argmin(np.linalg.norm(mesh.nodes - [4.0, 0.0, 6.0], axis=1)))
+    probes = np.unique([mesh.centres[2], *(plate.master for plate in base_plates), corner])
+    points = (corner, int(base_plates[1].followers[0]), int(mesh.base[0]))
+    return reduced_frame(frame, plan_of(frame, base_plates, probes=probes, points=points)).complete
 
 
 def shaking():

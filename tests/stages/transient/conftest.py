@@ -1,5 +1,6 @@
 """The shipped frame as matrices with loads on it, its responses, and a study of it."""
 
+import pickle
 import shutil
 import subprocess
 import sys
@@ -198,6 +199,15 @@ def write_forces(path, largest=4e5, starts=(0.4, 0.7)):
     header = "time [s],F.floor_1-G.floor_1 [N],F.floor_2-G.floor_2 [N]"
     values = np.column_stack([time, np.zeros(2001), force])
     np.savetxt(path, values, delimiter=",", header=header, comments="", fmt="%.9g")
+
+
+def seen_by_vtk(path, found):
+    """What VTK reads of a motion file, by way of another file."""
+    script = Path(__file__).with_name("read_motion.py")
+    command = [sys.executable, "-P", str(script), str(path), str(found)]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.returncode == 0, ended.stderr
+    return pickle.loads(found.read_bytes())
 
 
 SHORT = "0.25 s"

@@ -1,11 +1,7 @@
 """The motion of the whole model, beside the histories of the probes."""
 
-import pickle
 import shutil
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 
 import h5py
@@ -20,7 +16,7 @@ from impactfem.stages.transient import export
 from impactfem.stages.transient.export import exported_steps, write_motion
 from impactfem.system.errors import InputError, SolutionError
 
-from .conftest import no_pictures
+from .conftest import no_pictures, seen_by_vtk
 
 NAMES = ("displacement", "acceleration")
 FILES = ["transient_motion.vtkhdf", "transient_motion.xdmf"]
@@ -42,12 +38,7 @@ def exported(reduced, edited, tmp_path_factory):
 @pytest.fixture(scope="module")
 def seen(exported, tmp_path_factory):
     """What VTK reads of it."""
-    found = tmp_path_factory.mktemp("seen") / "found"
-    script = Path(__file__).with_name("read_motion.py")
-    command = [sys.executable, "-P", str(script), str(exported.folder / FILES[0]), str(found)]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert ended.returncode == 0, ended.stderr
-    return pickle.loads(found.read_bytes())
+    return seen_by_vtk(exported.folder / FILES[0], tmp_path_factory.mktemp("seen") / "found")
 
 
 @pytest.fixture

@@ -111,11 +111,8 @@ def same(one, other):
         if not first.exists():
             continue
         if first.suffix == ".nc":
-            with (
-                xr.open_dataset(first, engine="netcdf4") as left_one,
-                xr.open_dataset(second, engine="netcdf4") as right_one,
-            ):
-                equal = left_one.load().equals(right_one.load())
+            left_one, right_one = (xr.load_dataset(k, engine="netcdf4") for k in (first, second))
+            equal = left_one.equals(right_one)
         else:
             equal = first.read_bytes() == second.read_bytes()
         if not equal:
@@ -212,8 +209,7 @@ def test_full_solver_goes_on_after_a_kill_of_one_rank(case_of, uninterrupted, un
         ended = under_mpirun(2, *command("-", case, *["--resume"][: name == "killed"]))
         assert ended.returncode == 0, ended.stderr
         assert ("going on from 0.200 s" in ended.stderr) == (name == "killed")
-        with xr.open_dataset(case.parent / "run" / "transient.nc", engine="netcdf4") as opened:
-            found[name] = opened.load()
+        found[name] = xr.load_dataset(case.parent / "run" / "transient.nc", engine="netcdf4")
     one = xr.load_dataset(uninterrupted("full") / "transient.nc", engine="netcdf4")
     for variable in ("displacement", "acceleration", "psa"):
         whole = found["whole"][variable]

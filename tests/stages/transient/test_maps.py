@@ -1,6 +1,7 @@
 """Fields over the floors of the frame, and the waves on its top floor."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -26,6 +27,12 @@ def make(frame, loads, basis, spectra):
 @pytest.fixture(scope="module")
 def maps(make):
     return make()
+
+
+@pytest.fixture(scope="module")
+def at(frame, loads, basis):
+    """The response at nodes."""
+    return partial(node_response, basis, modal_histories(basis, loads, frame.damping), loads)
 
 
 def test_nodes(frame, maps):
@@ -59,15 +66,13 @@ def test_low_walls_on_the_wave_slab_make_no_waves(frame):
     assert len(added) and np.all((mesh.nodes[added, 2] > 3.0) & (mesh.nodes[added, 2] < 6.0))
 
 
-def test_spectra_are_those_of_the_nodes(frame, loads, basis, spectra, maps):
+def test_spectra_are_those_of_the_nodes(at, spectra, maps):
     """More nodes than are taken at once; at the first damping, from the records as they are."""
     found = maps
     assert found.sizes["node"] > 80 and found.psa.dtype == np.float32
     assert found.damping == 0.05 and found.sizes["frequency"] > 60
     chosen = np.array([0, 7, found.sizes["node"] - 1])
-    response = node_response(
-        basis, modal_histories(basis, loads, frame.damping), loads, found.node_number.values[chosen]
-    )
+    response = at(found.node_number.values[chosen])
     asked = spectra.model_copy(
         update={"frequencies": tuple(found.frequency.values), "points_per_cycle": 2}
     )
@@ -88,12 +93,10 @@ def test_nodes_come_in_their_order_across_blocks(maps, make, monkeypatch):
     assert told == sorted(told) and told[-1] == 1.0 and len(told) == -(-maps.sizes["node"] // 7)
 
 
-def test_snapshots(frame, loads, basis, maps):
+def test_snapshots(frame, at, maps):
     """At the beginning, in the middle and at the end of the impact."""
     assert maps.snapshot.values == pytest.approx([0.30, 0.31, 0.32])
-    response = node_response(
-        basis, modal_histories(basis, loads, frame.damping), loads, maps.wave_node_number.values
-    )
+    response = at(maps.wave_node_number.values)
     steps = [600, 620, 640]
     assert maps.wave_displacement.values == pytest.approx(response.displacement[steps], abs=1e-12)
     assert maps.wave_acceleration.values == pytest.approx(response.acceleration[steps], abs=1e-8)
@@ -112,12 +115,10 @@ def test_snapshots_of_a_short_impact_and_at_the_end(make, impact, times):
     assert make(main_impact=impact).snapshot.values == pytest.approx(times)
 
 
-def test_frames(frame, loads, basis, maps):
+def test_frames(at, maps):
     """From 10 ms before the impact to 30 ms after it, every computed time of 0.5 ms."""
     assert maps.frame.values == pytest.approx(np.arange(580, 701) * 0.0005)
-    response = node_response(
-        basis, modal_histories(basis, loads, frame.damping), loads, maps.wave_node_number.values
-    )
+    response = at(maps.wave_node_number.values)
     assert maps.frame_acceleration.dtype == np.float32
     expected = response.acceleration[580:701]
     assert maps.frame_acceleration.values == pytest.approx(

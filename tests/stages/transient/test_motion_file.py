@@ -1,10 +1,8 @@
 """A motion file as VTK reads it, on full disks and after kills, and its index."""
 
-import pickle
 import signal
 import subprocess
 import sys
-from pathlib import Path
 from xml.etree import ElementTree
 
 import h5py
@@ -14,6 +12,8 @@ import pytest
 from impactfem.reduction.probes import MotionGrid
 from impactfem.stages.transient.export import mixed_topology, motion_file, write_motion_index
 from impactfem.system.errors import ImpactfemError
+
+from .conftest import seen_by_vtk
 
 UNITS = {"displacement": "m", "acceleration": "m/s2"}
 TIMES = np.array([0.25, 0.5, 0.75, 1.5])
@@ -65,27 +65,12 @@ def write_all(path, grid, order):
                 write(name, first, values(grid, shift)[first : first + count])
 
 
-@pytest.fixture
-def with_vtk(tmp_path):
-    """What VTK reads of a file."""
-
-    def read(path):
-        found = tmp_path / "found"
-        script = Path(__file__).with_name("read_motion.py")
-        command = [sys.executable, "-P", str(script), str(path), str(found)]
-        ended = subprocess.run(command, capture_output=True, text=True, check=False)
-        assert ended.returncode == 0, ended.stderr
-        return pickle.loads(found.read_bytes())
-
-    return read
-
-
 @pytest.mark.parametrize("which", GRIDS)
-def test_vtk_reads_what_was_written(tmp_path, with_vtk, which):
+def test_vtk_reads_what_was_written(tmp_path, which):
     grid = GRIDS[which]
     path = tmp_path / "motion.vtkhdf"
     write_all(path, grid, ((0, 3), (3, 1)))
-    found = with_vtk(path)
+    found = seen_by_vtk(path, tmp_path / "found")
     assert found["times"] == list(TIMES) == list(found["told"])
     assert np.array_equal(found["points"], grid.points)
     assert found["types"].tolist() == TYPES[which]
