@@ -9,11 +9,10 @@ import pytest
 import xarray as xr
 from imageio_ffmpeg import get_ffmpeg_exe
 from matplotlib.colors import LogNorm
-from matplotlib.tri import Triangulation
 from PIL import Image
 
 from impactfem.plot.scene import impact_view, screen_axes
-from impactfem.stages.transient.animation import LASTS, Filmed, Sampler, _frames, wave_animation
+from impactfem.stages.transient.animation import LASTS, Filmed, _frames, wave_animation
 from impactfem.stages.transient.pictures import (
     AMPLIFICATION,
     PEAKS,
@@ -176,13 +175,3 @@ def test_no_encoder(transient_folder, monkeypatch):
     with pytest.raises(ImpactfemError, match=r"cannot write .*wave_floor_3\.mp4: No ffmpeg exe"):
         wave_animation(folder)
     assert list((folder / "figures").iterdir()) == []
-
-
-def test_values_at_points():
-    """Linear functions are met exactly, in whichever triangle; there is nothing outside."""
-    mesh = Triangulation([0.0, 4.0, 4.0, 0.0], [0.0, 0.0, 2.0, 2.0], [[0, 1, 2], [0, 2, 3]])
-    points = np.array([[[0.5, 0.2], [3.9, 1.0]], [[1.0, 1.9], [5.0, 1.0]]])
-    found = Sampler(mesh, points)(3.0 + 2.0 * mesh.x - 7.0 * mesh.y)
-    expected = 3.0 + 2.0 * points[..., 0] - 7.0 * points[..., 1]
-    assert found[0] == pytest.approx(expected[0]) and found[1, 0] == pytest.approx(expected[1, 0])
-    assert np.isnan(found[1, 1])

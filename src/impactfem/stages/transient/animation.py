@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.tri import Triangulation
+from matplotlib.tri import LinearTriInterpolator, Triangulation
 from numpy.typing import NDArray
 
 from impactfem.plot.floor_field import (
@@ -108,28 +108,6 @@ def write_film(path: Path, floors: Sequence[Filmed]) -> None:
         temporary.write_bytes(whole.read_bytes())
 
 
-class Sampler:
-    """Values at points, shape (..., 2) [m]: linear in the triangle of each, nan outside of all."""
-
-    def __init__(self, mesh: Triangulation, points: Array) -> None:
-        x, y = points[..., 0], points[..., 1]
-        found = np.asarray(mesh.get_trifinder()(x, y))
-        self._outside = found < 0
-        self._corners = mesh.triangles[np.where(self._outside, 0, found)]
-        (x0, x1, x2), (y0, y1, y2) = (
-            np.moveaxis(values[self._corners], -1, 0) for values in (mesh.x, mesh.y)
-        )
-        twice = (x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)
-        first = ((x - x0) * (y2 - y0) - (x2 - x0) * (y - y0)) / twice
-        second = ((x1 - x0) * (y - y0) - (x - x0) * (y1 - y0)) / twice
-        self._weights = np.stack([1.0 - first - second, first, second], axis=-1)
-
-    def __call__(self, values: Array) -> Array:
-        """Values at the points, shape of the points without their last axis."""
-        found = (self._weights * values[self._corners]).sum(axis=-1)
-        return np.where(self._outside, np.nan, found)
-
-
 def _frames(floors: Sequence[Filmed]) -> Iterator[NDArray[np.uint8]]:
     """The pictures of the film in their order, shape (height, width, 3)."""
     response, slabs = floors[0].response, [TopFloor(one.maps) for one in floors]
@@ -155,7 +133,8 @@ def _frames(floors: Sequence[Filmed]) -> Iterator[NDArray[np.uint8]]:
         shape = (2, 1) if extent[0] >= extent[1] else (1, 2)
         plan, line = np.ravel(drawn.subplots(*shape))
         label = f"acceleration $\\ddot u_{direction}$ [m/s²]"
-        moving: list[tuple[Any, Sampler, Any, Sampler]] = []
+        # Of each floor its picture and its curve, and the points that they show.
+        moving: list[tuple[Any, Any, Triangulation, list[Array], Array]] = []
         for one, slab, of_floor, (low, high), colour in zip(
             floors, slabs, values, boxes, BUILDINGS, strict=False
         ):
@@ -163,13 +142,14 @@ def _frames(floors: Sequence[Filmed]) -> Iterator[NDArray[np.uint8]]:
             count = np.maximum(2, np.rint(RASTER * size / extent.max()).astype(int))
             # In the middle of each pixel, so that the edges of the floor are inside.
             x, y = (low[k] + (np.arange(count[k]) + 0.5) / count[k] * size[k] for k in (0, 1))
-            in_plan = Sampler(mesh, np.stack(np.meshgrid(x, y), axis=-1))
+            in_plan = list(np.meshgrid(x, y))
             first, last = line_ends(one.response) + one.shift
             # The ends a hair inside, where rounding leaves them in a triangle.
             share = np.clip(np.linspace(0.0, 1.0, LINE_POINTS), 1e-6, 1.0 - 1e-6)
-            on_line = Sampler(mesh, first + share[:, None] * (last - first))
+            on_line = (first + share[:, None] * (last - first)).T
+            field: Any = LinearTriInterpolator(mesh, of_floor[0])
             image = plan.imshow(
-                in_plan(of_floor[0]),
+                field(*in_plan),
                 extent=(low[0], high[0], low[1], high[1]),
                 origin="lower",
                 cmap=SIGNED,
@@ -179,10 +159,8 @@ def _frames(floors: Sequence[Filmed]) -> Iterator[NDArray[np.uint8]]:
             )
             distance = one.sense * share * float(np.linalg.norm(last - first))
             name = one.response.attrs["building"] if len(floors) > 1 else None
-            (curve,) = line.plot(
-                distance, on_line(of_floor[0]), color=colour, label=name, animated=True
-            )
-            moving.append((image, in_plan, curve, on_line))
+            (curve,) = line.plot(distance, field(*on_line), color=colour, label=name, animated=True)
+            moving.append((image, curve, mesh, in_plan, on_line))
         plan_axes(plan, slabs[0])
         if len(floors) > 1:
             beyond = 0.05 * float(extent.max())
@@ -195,7 +173,7 @@ def _frames(floors: Sequence[Filmed]) -> Iterator[NDArray[np.uint8]]:
             mark_edge(plan, response, slabs[0])
         colour_bar(drawn, moving[0][0], plan, label)
         line.axhline(0.0, color="0.4", lw=0.8)
-        ends = [x for _, _, curve, _ in moving for x in curve.get_xdata()[[0, -1]]]
+        ends = [x for _, curve, *_ in moving for x in curve.get_xdata()[[0, -1]]]
         room = 0.05 * max(limits[1] - limits[0], 1e-12)
         line.set(xlim=(min(ends), max(ends)), ylim=(limits[0] - room, limits[1] + room))
         line.set(xlabel="distance d from the impact edge [m]", ylabel=label)
@@ -210,9 +188,10 @@ def _frames(floors: Sequence[Filmed]) -> Iterator[NDArray[np.uint8]]:
         for k, time in enumerate(times):
             title.set_text(_title(response, names, time))
             canvas.restore_region(background)
-            for (image, in_plan, curve, on_line), of_floor in zip(moving, values, strict=True):
-                image.set_data(in_plan(of_floor[k]))
-                curve.set_ydata(on_line(of_floor[k]))
+            for (image, curve, mesh, in_plan, on_line), v in zip(moving, values, strict=True):
+                field = LinearTriInterpolator(mesh, v[k])
+                image.set_data(field(*in_plan))
+                curve.set_ydata(field(*on_line))
                 plan.draw_artist(image)
                 line.draw_artist(curve)
             headed.draw_artist(title)
