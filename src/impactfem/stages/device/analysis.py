@@ -227,8 +227,7 @@ class DeviceResult:
     #: pseudo-acceleration of the floor at the first damping of the device along x, y, z, at the
     #: frequencies of the case, shape (3, n_f) [m/s2]
     shown: Array
-    #: the response spectrum analyses of the device
-    by_spectrum: Mapping[SpectrumChoice, SpectrumResponse]
+    by_spectrum: Analyses  #: the response spectrum analyses of the device
 
     def values(self, choice: SpectrumChoice) -> list[float]:
         """Forces and moments at the anchor by a response spectrum analysis, x to rz [N, N m].
@@ -378,7 +377,7 @@ class Analyst:
             further.append(plan.analyses(widest, "envelope-dampings"))
         return [
             [
-                replace(one, by_spectrum={**one.by_spectrum, **further[one.support.device]})
+                replace(one, by_spectrum=one.by_spectrum | further[one.support.device])
                 for one in case
             ]
             for case in cases

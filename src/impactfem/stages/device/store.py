@@ -35,8 +35,6 @@ from impactfem.system.arrays import Array
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, with_scalars
 
-FORCES = ("fx", "fy", "fz", "mx", "my", "mz")
-"""Words for the forces and moments of the components x to rz."""
 TOUCH = 1e-9
 """Heights that differ by less are the same [m]."""
 _LOAD = "case impact device"
@@ -107,6 +105,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
     best = headline_of(plans[0].rules)
     turned = replace(best, rotations=True)
     modes = _modes(study)
+    count = modes["mode_frequency"].shape[1]
     force = _each(cases, lambda one: one.detailed.force)
     by_spectrum = _each(cases, lambda one: [one.values(choice) for choice in choices])
     weight = np.array(
@@ -124,7 +123,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
         "xyz": ["x", "y", "z"],
         "bending_about": ["x", "y"],
         "choice": [choice.label for choice in choices],
-        "mode": np.arange(1, modes["mode_frequency"].shape[1] + 1),
+        "mode": np.arange(1, count + 1),
         "time": prepared.loads.time_step * np.arange(len(prepared.loads.ground)),
         "frequency": case.spectra.frequency_values,
         # Nothing is read off them that single precision would spoil, and they are most of the file.
@@ -134,9 +133,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
         "imbalance": _each(cases, lambda one: one.detailed.imbalance),
         "psa": _each(cases, lambda one: one.shown),
         "spectrum_force": by_spectrum,
-        "mode_psa": mode_ordinates(
-            cases, turned if turned in choices else best, modes["mode_frequency"].shape[1]
-        ),
+        "mode_psa": mode_ordinates(cases, turned if turned in choices else best, count),
         **modes,
         "anchor_position": [plate.point for plate in plates],
         "anchor_floor": [plate.floor for plate in plates],
@@ -366,15 +363,11 @@ def load_scalars(of: xr.Dataset, plan: SpectrumPlan, result: DeviceResult) -> li
     largest = of["largest_force"].values.tolist()
     rsa = of["spectrum_force"].sel(choice=choice.label).values.tolist()
     difference = 1.0 - rsa[c] / largest[c] if largest[c] > 0.0 else None
+    note = "of the response spectrum analysis from the detailed one, over the latter"
     scalars = [
         Scalar(f"f{axis}.detailed", largest[c], "N"),
         Scalar(f"f{axis}.rsa", rsa[c], "N", choice.label),
-        Scalar(
-            "relative_difference",
-            difference,
-            "-",
-            "of the response spectrum analysis from the detailed one, over the latter",
-        ),
+        Scalar("relative_difference", difference, "-", note),
     ]
     for word, other in words.items():
         if other in result.by_spectrum:
@@ -387,7 +380,7 @@ def load_scalars(of: xr.Dataset, plan: SpectrumPlan, result: DeviceResult) -> li
         summed = float(abs(sum(one.modal[q].sum() + one.missing[q] for one in inputs)))
         note = f"modes and missing mass by the spectra along {axis}, added with their signs"
         scalars.append(Scalar(f"f{axis}.algebraic", summed, "N", note))
-    for k, word in enumerate(FORCES):
+    for k, word in enumerate(("fx", "fy", "fz", "mx", "my", "mz")):
         if k != c:
             unit = "N" if k < 3 else "N m"
             scalars.append(Scalar(f"{word}.detailed", largest[k], unit))

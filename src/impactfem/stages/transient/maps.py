@@ -101,12 +101,9 @@ def floor_maps(
     steps = frames = np.zeros(0, dtype=np.int64)
     if main_impact is not None:
         start, end = main_impact
-        times = [
-            *(start + share * (end - start) for share in SNAPSHOTS),
-            start - BEFORE,
-            end + AFTER,
-        ]
-        nearest = np.rint(np.array(times) / loads.time_step).astype(np.int64)
+        pictures = [start + share * (end - start) for share in SNAPSHOTS]
+        times = np.array([*pictures, start - BEFORE, end + AFTER])
+        nearest = np.rint(times / loads.time_step).astype(np.int64)
         *chosen, begin, last = np.clip(nearest, 0, len(loads.ground) - 1)
         steps = np.unique(chosen)
         # Evenly spaced, and no more than MOST_FRAMES.

@@ -194,15 +194,13 @@ def _response(study: TransientStudy, key: str) -> xr.Dataset:
 def transient_scalars(study: TransientStudy, store: xr.Dataset) -> list[Scalar]:
     """All scalars of the stage; spectra at the first damping, along the shown direction."""
     parts, spectra, floor = study.prepared.parts, study.spectra, study.case.wave_floor
-    maps = study.maps
+    maps, loads = study.maps, study.prepared.loads
     finer = (
         f"of the highest frequency after up-sampling: {spectra.method}, histories made "
         f"{spectra.upsampling_factor} times finer for the spectra"
     )
-    loads = study.prepared.loads
-    impulse = loads.impulse_error
     rows: list[tuple[str, float, str, str]] = [
-        ("impulse_error", impulse, "-", "of the resampling"),
+        ("impulse_error", loads.impulse_error, "-", "of the resampling"),
         ("points_per_cycle", spectra.points_per_cycle, "-", finer),
     ]
     if study.basis is not None:
@@ -227,9 +225,8 @@ def transient_scalars(study: TransientStudy, store: xr.Dataset) -> list[Scalar]:
     every = of_kind(known(store).isel(damping=0), "centre")
     for name in ("psa", "pfa") if every.sizes["probe"] else ():
         at = every[name].isel(every[name].argmax(...))
-        note = (
-            f"floor {at['probe_floor'].item()}, direction {at['component'].item()}; of all floors"
-        )
+        note = f"floor {at['probe_floor'].item()}, direction {at['component'].item()}"
+        note += "; of all floors"
         rows.append((f"{'frs' if name == 'psa' else name}.largest", float(at), "m/s2", note))
     for k, number in enumerate(centres["probe_floor"].values):
         one, name = centres.isel(probe=k), f"floor_{number}"

@@ -45,21 +45,16 @@ def density_tables(response: xr.Dataset) -> list[Table]:
             f"{response['component'].item()} at the middle of the impact edges (Welch's method, "
             "Hann windows)"
         )
-        of = (
-            "transient_edge_density",
-            title,
-            "(m/s2)2/Hz",
-            [f"floor {k}" for k in floors_of(response, "edge")],
-        )
-        tables.append((*of, frequency, density))
+        floors = [f"floor {k}" for k in floors_of(response, "edge")]
+        tables.append(("transient_edge_density", title, "(m/s2)2/Hz", floors, frequency, density))
     if len(force):
         spectra = force_spectra(force.values.T, step)
         title = (
             "One-sided power spectral density of the main impact force on each side, as the mean "
             f"power over {spectra.duration:.4g} s"
         )
-        of = ("transient_force_density", title, "N2/Hz", force["edge"].values.tolist())
-        tables.append((*of, spectra.frequency, spectra.density))
+        places, found = force["edge"].values.tolist(), (spectra.frequency, spectra.density)
+        tables.append(("transient_force_density", title, "N2/Hz", places, *found))
     return [
         Table(
             name,
