@@ -71,25 +71,15 @@ def pulses(time):
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """The frame on one rank.
-
-    Args:
-        case: Its case.
-        parts: Its mesh and sections.
-        model: Its matrices.
-        K: Its stiffness.
-        nodes: The nodes of the probes that are always there.
-        damping: α and β of the case.
-        light: α, and a fifth of β.
-    """
+    """The frame on one rank."""
 
     case: Case
-    parts: BuildingParts
-    model: BuildingModel
-    K: Any
-    nodes: Index
-    damping: Rayleigh
-    light: tuple[float, float]
+    parts: BuildingParts  #: its mesh and sections
+    model: BuildingModel  #: its matrices
+    K: Any  #: its stiffness
+    nodes: Index  #: of the probes that are always there
+    damping: Rayleigh  #: of the case
+    light: Rayleigh  #: with a fifth of its β
 
     def loads(self, time_step=TIME_STEP, steps=STEPS):
         """A ground motion along y with the impacts of `pulses`, both from one fine grid."""

@@ -9,6 +9,7 @@ import xarray as xr
 from impactfem.plot.curves import Curve, CurveFigure
 from impactfem.plot.floor_products import floor_page
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
+from impactfem.spectra.product import FloorSpectrumSet
 from impactfem.spectra.statistics import over_members
 from impactfem.stages.design.products import DesignProducts
 from impactfem.stages.design.store import largest_impact
@@ -36,7 +37,7 @@ def design_figures(folder: Path, products: DesignProducts) -> list[Path]:
     for x, d in np.ndindex(len(source.directions), len(source.damping)):
         files.append(_case_page(products, d, x).write(target))
         if products.members is not None:
-            files.append(_ensemble_page(products, d, x).write(target))
+            files.append(_ensemble_page(products, products.members, d, x).write(target))
     if "device" in products.store.dims:
         files.append(target / "design_device_force.svg")
         _force_figure(files[-1], products.store)
@@ -70,10 +71,10 @@ def _case_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
     return _page("design_spectra", products, d, x, caption, floors)
 
 
-def _ensemble_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
-    design, members = products.case, products.members
-    if members is None:
-        raise ValueError("the store has no ensemble")
+def _ensemble_page(
+    products: DesignProducts, members: FloorSpectrumSet, d: int, x: int
+) -> CurveFigure:
+    design = products.case
     caption = (
         f"over {len(members.motions)} motions, envelope of {_points(products)} of each floor of "
         "the 3D model: design spectra of the mean and of the 84 % fractiles, beside that of the "
