@@ -139,17 +139,11 @@ def point_records(
 
 
 def carry(carrier: Carrier, loads: Loads, impact_force: Array) -> Arrays:
-    """The results of one motion, by their names in `design.nc`.
+    """The results of one motion: the variables `member_...` of `design.nc` without the motions.
 
-    From loads and largest forces as of `motion_loads`; these are among the results.
-    `member_psa`, the envelope over the probes of each floor and the vertices that govern under this
-    motion, shape (n_dampings, n_floors, 3, n_f), and `member_zpa` of their peak accelerations,
-    shape (n_floors, 3) [m/s2]; `member_centre_peak`, the largest ordinate at the mass centres,
-    shape (n_dampings, n_floors, 3) [m/s2]; `member_vertices`, how many govern, shape (n_floors, 3);
-    `member_basis_error`, the largest estimated error of the transfer functions of the basis at the
-    probes and at the vertices that govern under the case's own motion [-]; with devices
-    `member_device_force` and `member_device_spectrum`, the largest force on each anchor in the 3D
-    model and by response spectrum analysis, shape (n_a, 6) [N, N m].
+    From loads and largest forces as of `motion_loads`; these are among the results. Points are the
+    probes and the vertices that govern under this motion; the error of the basis is that at the
+    probes and at the vertices that govern under the case's own motion.
 
     Raises:
         ImpactfemError: A spectrum does not reach a mode of a device, or the result is not finite.
