@@ -205,6 +205,10 @@ SHORT = "0.25 s"
 EARLY = (0.1, 0.21)
 
 
+def steps_of(run):
+    return {name.removeprefix("transient: ") for name in run.times if "transient" in name}
+
+
 def command(name, case, *options):
     """The stage of a case, killed while it writes a file of this name; none has the name "-"."""
     script = Path(__file__).with_name("interrupted.py")

@@ -11,7 +11,7 @@ import xarray as xr
 from impactfem import study
 from impactfem.system.errors import InputError, SolutionError
 
-from .conftest import no_pictures, write_forces
+from .conftest import no_pictures, steps_of, write_forces
 
 DAMPING_CASES = """
 [[damping_cases]]
@@ -56,10 +56,6 @@ def run(caplog):
 
 def loaded(run, name="transient.nc"):
     return xr.load_dataset(run.folder / name, engine="netcdf4")
-
-
-def steps_of(run):
-    return {name.removeprefix("transient: ") for name in run.times if "transient" in name}
 
 
 def scalars_of(run):

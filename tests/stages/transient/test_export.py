@@ -16,7 +16,7 @@ from impactfem.stages.transient import export
 from impactfem.stages.transient.export import exported_steps, write_motion
 from impactfem.system.errors import InputError, SolutionError
 
-from .conftest import no_pictures, seen_by_vtk
+from .conftest import no_pictures, seen_by_vtk, steps_of
 
 NAMES = ("displacement", "acceleration")
 FILES = ["transient_motion.vtkhdf", "transient_motion.xdmf"]
@@ -44,10 +44,6 @@ def seen(exported, tmp_path_factory):
 @pytest.fixture
 def store(exported):
     return xr.load_dataset(exported.folder / "transient.nc", engine="netcdf4")
-
-
-def steps_of(run):
-    return {name.removeprefix("transient: ") for name in run.times if "transient" in name}
 
 
 def test_what_is_written(exported, seen, frame):
@@ -155,13 +151,6 @@ def test_basis_without_the_nodes(whole, tmp_path):
     with pytest.raises(KeyError, match="not made for"):
         write_motion(path, asked, "key")
     assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
-
-
-def test_no_basis(whole, tmp_path):
-    asked = whole()
-    asked.basis = None
-    with pytest.raises(ValueError, match="only a case with a reduced basis"):
-        write_motion(tmp_path / "m.vtkhdf", asked, "key")
 
 
 @pytest.mark.parametrize(

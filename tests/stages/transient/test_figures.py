@@ -171,12 +171,10 @@ def drawn(transient_folder, monkeypatch):
             monkeypatch.setattr(Axes, method, kept(method))
         monkeypatch.setattr(floor_figures, "figure", figure)
         monkeypatch.setitem(style.SETTINGS, "figure.dpi", 40.0)
-        with (
-            xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
-            xr.open_dataset(folder / "transient_maps.nc", engine="netcdf4") as fields,
-        ):
-            stores = (shown(store), fields) if maps else (shown(store),)
-            getattr(floor_figures, name)(folder / "one.png", *stores)
+        given = [shown(xr.load_dataset(folder / "transient.nc", engine="netcdf4"))]
+        if maps:
+            given.append(xr.load_dataset(folder / "transient_maps.nc", engine="netcdf4"))
+        getattr(floor_figures, name)(folder / "one.png", *given)
         return asked, captions[0]
 
     return make

@@ -12,7 +12,8 @@ from matplotlib.colors import LogNorm
 from PIL import Image
 
 from impactfem.plot.scene import impact_view, screen_axes
-from impactfem.stages.transient.animation import LASTS, Filmed, _frames, wave_animation
+from impactfem.stages.transient import animation
+from impactfem.stages.transient.animation import LASTS, Filmed, wave_animation
 from impactfem.stages.transient.pictures import (
     AMPLIFICATION,
     PEAKS,
@@ -84,11 +85,9 @@ def test_others_take_a_straight_scale(values):
 
 def test_the_impact_edge_is_seen(transient_folder):
     for direction, along in (("x", 0), ("y", 1)):
-        with xr.open_dataset(
-            transient_folder(direction=direction) / "building.nc", engine="netcdf4"
-        ) as store:
-            view = impact_view(store)
-            none = impact_view(store.isel(edge=slice(0)))
+        path = transient_folder(direction=direction) / "building.nc"
+        store = xr.load_dataset(path, engine="netcdf4")
+        view, none = impact_view(store), impact_view(store.isel(edge=slice(0)))
         assert view[along] == pytest.approx(1.0) and view[2] > 0.0
         assert none[along] < 0.0
 
@@ -133,23 +132,19 @@ def test_a_film(transient_folder, direction):
 
 
 def test_frames_say_when(transient_folder, monkeypatch):
-    said = []
-    folder = transient_folder()
-    with (
-        xr.open_dataset(folder / "transient.nc", engine="netcdf4") as store,
-        xr.open_dataset(folder / "transient_maps.nc", engine="netcdf4") as maps,
-    ):
-        from impactfem.stages.transient import animation
+    said, title, folder = [], animation._title, transient_folder()
+    store, maps = (
+        xr.load_dataset(folder / name, engine="netcdf4")
+        for name in ("transient.nc", "transient_maps.nc")
+    )
 
-        title = animation._title
+    def kept(*given):
+        said.append(title(*given))
+        return said[-1]
 
-        def kept(response, names, time):
-            said.append(title(response, names, time))
-            return said[-1]
-
-        monkeypatch.setattr(animation, "_title", kept)
-        frames = _frames([Filmed(shown(store), maps.isel(frame=[0, 16]))])
-        first, second = next(frames), next(frames)
+    monkeypatch.setattr(animation, "_title", kept)
+    frames = animation._frames([Filmed(shown(store), maps.isel(frame=[0, 16]))])
+    first, second = next(frames), next(frames)
     assert first.dtype == np.uint8 and first.shape[2] == 3 and (first != second).any()
     assert said[-2].endswith("floor 3: t = 0.4900 s, 10.0 ms before the impact began; force 0.0 MN")
     assert said[-1].endswith("t = 0.5060 s, 6.0 ms after the impact began; force 20.0 MN")

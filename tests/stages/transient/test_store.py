@@ -109,10 +109,9 @@ def test_of_floors_and_edges(values, store):
         assert values[f"transient.pfa.edge_{k}"] == float(edge.pfa)
 
 
-def test_along_the_edges(reduced, values, store):
+def test_along_the_edges(values, store, maps):
     """Over all vertices at the level and in the plane of the edge; more than its middle has."""
-    with xr.open_dataset(reduced[1].folder / "transient_maps.nc", engine="netcdf4") as maps:
-        position, pfa = maps.node_position.values, maps.pfa.sel(component="y").values
+    position, pfa = maps.node_position.values, maps.pfa.sel(component="y").values
     for k in (1, 2):
         middle = store.probe_position.sel(probe=f"edge_{k}").values
         edge = np.isclose(position[:, 1:], middle[1:]).all(axis=1)
