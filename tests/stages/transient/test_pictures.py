@@ -13,7 +13,7 @@ from PIL import Image
 
 from impactfem.plot.scene import impact_view, screen_axes
 from impactfem.stages.transient import animation
-from impactfem.stages.transient.animation import LASTS, Filmed, wave_animation
+from impactfem.stages.transient.animation import LASTS, Filmed, write_film
 from impactfem.stages.transient.pictures import (
     AMPLIFICATION,
     PEAKS,
@@ -101,6 +101,13 @@ def test_axes_of_the_screen():
     assert right[0] > 0.0 and right[2] == pytest.approx(0.0) and up[2] > 0.0
 
 
+def filmed(folder, **some):
+    """The floor of the waves in the stores of a run."""
+    names = ("transient.nc", "transient_maps.nc")
+    store, maps = (xr.load_dataset(folder / name, engine="netcdf4") for name in names)
+    return [Filmed(shown(store), maps.isel(some))]
+
+
 def played(path):
     """What ffmpeg says of a film, and its frames, shape (n, height, width, 3)."""
     command = [get_ffmpeg_exe(), "-i", path, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
@@ -113,10 +120,9 @@ def played(path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("direction", ["x", "y"])
-def test_a_film(transient_folder, direction):
-    folder = transient_folder(direction=direction, floors=(2, 5), loads=(5,))
-    (path,) = wave_animation(folder)
-    assert path == folder / "figures" / "wave_floor_5.mp4"
+def test_a_film(transient_folder, tmp_path, direction):
+    path = tmp_path / "wave_floor_5.mp4"
+    write_film(path, filmed(transient_folder(direction=direction, floors=(2, 5), loads=(5,))))
     assert 5_000 < path.stat().st_size < 2_000_000
     assert path.read_bytes()[4:8] == b"ftyp"
     about, pictures = played(path)
@@ -132,33 +138,18 @@ def test_a_film(transient_folder, direction):
 
 
 def test_frames_say_when(transient_folder, monkeypatch):
-    said, title, folder = [], animation._title, transient_folder()
-    store, maps = (
-        xr.load_dataset(folder / name, engine="netcdf4")
-        for name in ("transient.nc", "transient_maps.nc")
-    )
+    said, title = [], animation._title
 
     def kept(*given):
         said.append(title(*given))
         return said[-1]
 
     monkeypatch.setattr(animation, "_title", kept)
-    frames = animation._frames([Filmed(shown(store), maps.isel(frame=[0, 16]))])
+    frames = animation._frames(filmed(transient_folder(), frame=[0, 16]))
     first, second = next(frames), next(frames)
     assert first.dtype == np.uint8 and first.shape[2] == 3 and (first != second).any()
     assert said[-2].endswith("floor 3: t = 0.4900 s, 10.0 ms before the impact began; force 0.0 MN")
     assert said[-1].endswith("t = 0.5060 s, 6.0 ms after the impact began; force 20.0 MN")
-
-
-@pytest.mark.parametrize(
-    "wanted",
-    [{"maps": False}, {"solver": "full", "maps": False}, {"loads": ()}, {"frames": False}],
-    ids=["no maps", "full solver", "no impact", "maps without frames"],
-)
-def test_no_film(transient_folder, wanted):
-    folder = transient_folder(**wanted)
-    assert wave_animation(folder) == []
-    assert not (folder / "figures").exists()
 
 
 def test_no_encoder(transient_folder, monkeypatch):
@@ -166,7 +157,7 @@ def test_no_encoder(transient_folder, monkeypatch):
         raise RuntimeError("No ffmpeg exe could be found")
 
     monkeypatch.setattr(imageio, "get_writer", none)
-    folder = transient_folder()
-    with pytest.raises(ImpactfemError, match=r"cannot write .*wave_floor_3\.mp4: No ffmpeg exe"):
-        wave_animation(folder)
-    assert list((folder / "figures").iterdir()) == []
+    path = transient_folder() / "figures" / "film.mp4"
+    with pytest.raises(ImpactfemError, match=r"cannot write .*film\.mp4: No ffmpeg exe"):
+        write_film(path, filmed(path.parents[1]))
+    assert list(path.parent.iterdir()) == []

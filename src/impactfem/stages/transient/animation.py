@@ -57,24 +57,6 @@ CUT = 0.03
 """Part of its values that is drawn in the last colours."""
 
 
-def wave_animation(folder: Path) -> list[Path]:
-    """Film the acceleration of a floor about the main impact, into `figures/wave_floor_N.mp4`.
-
-    H.264, 4:2:0: each computed time of the frames of `transient_maps.nc` with one scale of colours,
-    the floor in plan and the line across it. No file where there are no frames: no impact, no maps,
-    or no impact edge; an ImpactfemError where it cannot be written, or there is no encoder.
-    """
-    if not (folder / MAPS).is_file():
-        return []
-    with open_stores(folder) as opened:
-        response, maps = shown(opened("transient.nc")), opened(MAPS)
-        if not maps.sizes.get("frame", 0) or of_kind(response, "line").sizes["probe"] < 2:
-            return []
-        path = folder / "figures" / f"wave_floor_{wave_floor(response)}.mp4"
-        write_film(path, [Filmed(response, maps)])
-    return [path]
-
-
 @dataclass(frozen=True, eq=False)
 class Filmed:
     """A floor of a film."""
@@ -86,7 +68,11 @@ class Filmed:
 
 
 def write_film(path: Path, floors: Sequence[Filmed]) -> None:
-    """Film floors at the times of their frames, which are the same; as `wave_animation`."""
+    """Film the acceleration of floors at the times of their frames, which are the same.
+
+    H.264, 4:2:0: the floors in plan with one scale of colours, and the lines across them.
+    ImpactfemError where the file cannot be written, or there is no encoder.
+    """
     import imageio.v2 as imageio
 
     path.parent.mkdir(exist_ok=True)
