@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from impactfem.stages.device.analysis import DeviceResult, SpectrumChoice, Support
-from impactfem.stages.device.store import load_scalars, mode_ordinates, pulls
+from impactfem.stages.device.store import load_scalars, pulls
 
 from .device_store import WantedDevice, device_store
 
@@ -21,39 +21,26 @@ def response(**ordinates):
     return SimpleNamespace(inputs=inputs, columns=[COLUMNS[name] for name in ordinates])
 
 
-def result(factor, y, rx, support=PUMP):
-    y, rx = factor * np.array(y), factor * np.array(rx)
+def result(y, rx, support=PUMP):
     by_spectrum = {PLAIN: response(y=y, second_y=rx), TURNED: response(y=y, rx=rx)}
-    return SimpleNamespace(support=support, by_spectrum=by_spectrum)
+    return DeviceResult(support, None, np.zeros((6, 1)), (), None, by_spectrum)
 
 
-@pytest.fixture
-def cases():
-    """Two dampings, a device with three modes and one with one mode."""
-    pump, fan = ([1.0, 2.0, 3.0], [4.0, 5.0, 6.0]), ([7.0], [8.0])
-    return [
-        SimpleNamespace(results=[[result(k * i, *pump), result(k * i, *fan)] for i in (1.0, 10.0)])
-        for k in (1.0, 2.0)
-    ]
-
-
-def test_ordinates_by_component_and_mode(cases):
-    values = mode_ordinates(cases, TURNED, 3)
-    assert values.shape == (2, 2, 2, 6, 3)
-    assert values[0, 0, 0, 1].tolist() == [1.0, 2.0, 3.0]
-    assert values[1, 1, 0, 3].tolist() == [80.0, 100.0, 120.0]
-    # Beyond the modes of a device, and of what is no input.
-    assert values[0, 1, 1, 1] == pytest.approx([70.0, np.nan, np.nan], nan_ok=True)
-    assert np.isnan(values[..., [0, 2, 4, 5], :]).all()
-    straight = mode_ordinates(cases, PLAIN, 3)
-    assert np.isnan(straight[..., 3, :]).all() and np.isfinite(straight[0, 0, 0, 1]).all()
+def test_ordinates_by_component_and_mode():
+    """A device with two modes, of three that another one has; and a component that is no input."""
+    pump = result([1.0, 2.0], [4.0, 5.0])
+    values, nan = pump.ordinates(TURNED, 3), np.nan
+    assert values[1] == pytest.approx([1.0, 2.0, nan], nan_ok=True)
+    assert values[3] == pytest.approx([4.0, 5.0, nan], nan_ok=True)
+    assert np.isnan(values[[0, 2, 4, 5]]).all()
+    straight = pump.ordinates(PLAIN, 3)
+    assert np.isnan(straight[3]).all() and np.isfinite(straight[1, :2]).all()
 
 
 def test_ordinates_of_each_of_two_anchors():
     first, second = (Support(0, k, f"pipe_{k}", several=True) for k in (1, 2))
-    both = [result(1.0, [1.0], [4.0], support=one) for one in (first, second)]
-    values = mode_ordinates([SimpleNamespace(results=[both, both])], PLAIN, 1)[0, 0, :, :, 0]
-    assert values[0, 1] == 1.0 and values[1, 1] == 4.0 and np.isfinite(values).sum() == 2
+    values = [result([1.0], [4.0], one).ordinates(PLAIN, 1)[:, 0] for one in (first, second)]
+    assert (values[0][1], values[1][1]) == (1.0, 4.0) and np.isfinite(values).sum() == 2
 
 
 def test_net_tension_by_hand():

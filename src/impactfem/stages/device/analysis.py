@@ -239,6 +239,19 @@ class DeviceResult:
         found = self.by_spectrum[choice]
         return [found.value(self.support.quantity(word)) for word in WORDS]
 
+    def ordinates(self, choice: SpectrumChoice, modes: int) -> Array:
+        """Pseudo-accelerations of the anchor without the device, at its modes and their dampings.
+
+        Shape (6, modes) [m/s2, rad/s2]: nan beyond the device's modes, and where a component of the
+        anchor does not move or is no input of this analysis; 0 where it moves, but not the mode.
+        """
+        found = np.full((len(COMPONENTS), modes), np.nan)
+        response, first = self.by_spectrum[choice], self.support.rows.start
+        for one, column in zip(response.inputs, response.columns, strict=True):
+            if first <= column < first + len(COMPONENTS):
+                found[column - first, : one.ordinate.size] = one.ordinate
+        return found
+
     def with_detailed(self, histories: Sequence[MountedHistory]) -> DeviceResult:
         """The same with the detailed analysis of all devices by another model."""
         return replace(self, detailed=_at(histories[self.support.device], self.support))

@@ -27,7 +27,7 @@ from impactfem.device.anchor_force import own_weight, ring_tension
 from impactfem.device.device import Device
 from impactfem.device.modes import device_modes
 from impactfem.device.parts import solid_cylinder
-from impactfem.stages.device.analysis import DeviceResult, SpectrumChoice, SpectrumPlan, headline_of
+from impactfem.stages.device.analysis import DeviceResult, SpectrumPlan, headline_of
 from impactfem.stages.device.compute import DampedStudy, DeviceStudy
 from impactfem.stages.stores import Output, damping_outputs, damping_values, dataset, padded
 from impactfem.sticks.element import COMPONENTS, rigid_link
@@ -104,6 +104,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
     choices = list(dict.fromkeys(choice for _, choice, _ in every))
     best = headline_of(plans[0].rules)
     turned = replace(best, rotations=True)
+    shown = turned if turned in choices else best
     modes = _modes(study)
     count = modes["mode_frequency"].shape[1]
     force = _each(cases, lambda one: one.detailed.force)
@@ -133,7 +134,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
         "imbalance": _each(cases, lambda one: one.detailed.imbalance),
         "psa": _each(cases, lambda one: one.shown),
         "spectrum_force": by_spectrum,
-        "mode_psa": mode_ordinates(cases, turned if turned in choices else best, count),
+        "mode_psa": _each(cases, lambda one: one.ordinates(shown, count)),
         **modes,
         "anchor_position": [plate.point for plate in plates],
         "anchor_floor": [plate.floor for plate in plates],
@@ -162,25 +163,6 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
     }
     store = dataset(OUTPUTS, values, attributes=attributes)
     write_netcdf(path, with_scalars(store, device_scalars(study, store)))
-
-
-def mode_ordinates(cases: Sequence[DampedStudy], choice: SpectrumChoice, modes: int) -> Array:
-    """The variable `mode_psa` of `device.nc`: of the anchor without the device.
-
-    At the dampings of the modes, shape (n_cases, 2, n_devices, 6, n_modes) [m/s2, rad/s2]. Nan
-    beyond a device's modes, and where a component of the anchor does not move or is no input of
-    this analysis; 0 where it moves, but not the mode. Of each of several anchors, its own.
-    """
-
-    def ordinates(result: DeviceResult) -> Array:
-        found = np.full((len(COMPONENTS), modes), np.nan)
-        response, first = result.by_spectrum[choice], result.support.rows.start
-        for one, column in zip(response.inputs, response.columns, strict=True):
-            if first <= column < first + len(COMPONENTS):
-                found[column - first, : one.ordinate.size] = one.ordinate
-        return found
-
-    return _each(cases, ordinates)
 
 
 def pulls(force: Array, by_spectrum: Array, weight: Array, radius: Array) -> dict[str, Array]:
