@@ -198,6 +198,17 @@ class Support:
         """Name of a force at it, such as "force y", among those of the device."""
         return f"{word} at anchor {self.number}" if self.several else word
 
+    def of(self, history: MountedHistory) -> MountedHistory:
+        """The history of the device with the forces and motions of this anchor."""
+        return replace(
+            history,
+            name=self.name,
+            force=history.force[self.rows],
+            anchor_displacement=history.anchor_displacement[self.rows],
+            anchor_velocity=history.anchor_velocity[self.rows],
+            anchor_acceleration=history.anchor_acceleration[self.rows],
+        )
+
 
 def supports_of(plans: Sequence[SpectrumPlan]) -> tuple[Support, ...]:
     """All supports, device by device."""
@@ -251,10 +262,6 @@ class DeviceResult:
             if first <= column < first + len(COMPONENTS):
                 found[column - first, : one.ordinate.size] = one.ordinate
         return found
-
-    def with_detailed(self, histories: Sequence[MountedHistory]) -> DeviceResult:
-        """The same with the detailed analysis of all devices by another model."""
-        return replace(self, detailed=_at(histories[self.support.device], self.support))
 
 
 @dataclass(frozen=True, eq=False)
@@ -345,8 +352,7 @@ class Analyst:
                     method=self.spectra.method,
                     absolute=False,
                 ).psa[0]
-                one = supports[i]
-                detailed = _at(history, one)
+                one, detailed = supports[i], supports[i].of(history)
                 found.append(DeviceResult(one, detailed, motion, covering, shown, by_spectrum))
         return found
 
@@ -395,19 +401,6 @@ class Analyst:
             ]
             for case in cases
         ]
-
-
-def _at(history: MountedHistory, support: Support) -> MountedHistory:
-    """The history of a device with the forces and motions of one anchor."""
-    rows = support.rows
-    return replace(
-        history,
-        name=support.name,
-        force=history.force[rows],
-        anchor_displacement=history.anchor_displacement[rows],
-        anchor_velocity=history.anchor_velocity[rows],
-        anchor_acceleration=history.anchor_acceleration[rows],
-    )
 
 
 def _largest_apart(device: Device, points: Array, displacement: Array) -> Array:

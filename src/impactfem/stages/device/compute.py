@@ -204,7 +204,7 @@ def _study(
     if full is not None:
         reduced = cases[0].results
         without, with_impacts = (
-            [one.with_detailed(known) for one in load]
+            [replace(one, detailed=one.support.of(known[one.support.device])) for one in load]
             for load, known in zip(reduced, full, strict=True)
         )
         # The largest relative difference of a peak force, each along the axis of the largest one.
