@@ -90,10 +90,10 @@ def full_system(
     n = model.n_free
     rows = np.concatenate([(masters[:, None] + np.arange(DOFS)).ravel(), n + np.arange(modes)])
     room = _Room(model.mass, modes, rows)
-    shaken = room.scattered(-W.T @ attached.push)
+    shaken = (W.T @ attached.push)[room.mine]
     patterns = np.zeros((room.local, len(loads.names)))
     patterns[: room.building] = own
-    patterns[:, : len(loads.directions)] -= shaken[:, list(loads.directions)]
+    patterns[room.places, : len(loads.directions)] += shaken[:, list(loads.directions)]
     return FullSystem(
         K=room.joined(model.take_stiffness(storey_factor), W.T @ attached.K @ W),
         M=room.joined(model.mass, W.T @ attached.M @ W),
@@ -117,20 +117,16 @@ class _Room:
         self.local = self.building + (modes if last else 0)
         self.size = A.getSize()[0] + modes
         self.rows = rows
+        # Those of the devices' rows that are this rank's, and their places among its rows.
         self.mine = np.flatnonzero((rows >= self.start) & (rows < self.start + self.local))
-
-    def scattered(self, values: Array) -> Array:
-        """Values (N, k) of the devices' rows at this rank's rows, shape (n_local, k)."""
-        found = np.zeros((self.local, values.shape[1]))
-        found[self.rows[self.mine] - self.start] = values[self.mine]
-        return found
+        self.places = rows[self.mine] - self.start
 
     def matrix(self, D: Array) -> PETSc.Mat:
         """A matrix (N, N) of the devices' rows. Collective."""
         N = len(self.rows)
         # With its zeros: the pattern of the mass has to be part of the stiffness's.
         entries = D[self.mine].ravel()
-        i = np.repeat(self.rows[self.mine] - self.start, N)
+        i = np.repeat(self.places, N)
         j = np.tile(self.rows, len(self.mine))
         shape = (self.local, self.size)
         return self._created(scipy.sparse.csr_matrix((entries, (i, j)), shape=shape), self.local)
