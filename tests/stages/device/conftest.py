@@ -86,8 +86,9 @@ def scipy_matrix(matrix):
     return sp.csr_matrix((values, indices, indptr), shape=matrix.getSize())
 
 
-def average_acceleration(M, C, K, loads, h=STEP):
+def average_acceleration(M, C, K, loads):
     """Displacement and acceleration from rest after each of the loads, by sparse matrices."""
+    h = STEP
     factor = splu((M + 0.5 * h * C + 0.25 * h**2 * K).tocsc())
     u, v, a = np.zeros((3, loads.shape[1]))
     for load in loads:

@@ -73,8 +73,8 @@ def full_order(frame, base_plate, soil, loads, nodes):
     return np.array(found)
 
 
-def accelerations(building, loads, damping, nodes, scheme="newmark"):
-    history = modal_histories(building.basis, loads, damping, scheme=scheme)
+def accelerations(building, loads, damping, nodes):
+    history = modal_histories(building.basis, loads, damping, scheme="newmark")
     return node_response(building.basis, history, loads, nodes).acceleration
 
 
