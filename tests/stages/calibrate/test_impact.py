@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from impactfem.coupling import restitution
+from impactfem.stages.calibrate import impact
 from impactfem.stages.calibrate.experiment import WallExperiment, WallHistory, run_stick
 from impactfem.stages.calibrate.impact import WallImpact, compare, floor_impacts, penalty_parameters
 from impactfem.sticks.stick import mass_on_spring
@@ -82,21 +83,23 @@ def test_a_second_impact(history):
     )
 
 
-def test_residual_of_a_solver_is_no_force(history):
+def test_residual_of_a_solver_is_no_force(history, monkeypatch):
     noise = np.random.default_rng(1).uniform(-1.0, 1.0, 2000) * 1e-8 * 7e4
     with_noise = history(half_sine() + noise)
     assert floor_impacts(with_noise, 8).first_complete().start == pytest.approx(0.5, abs=DT)
+    monkeypatch.setattr(impact, "THRESHOLD", 0.0)
     with pytest.raises(SolutionError, match="inside the building"):
-        floor_impacts(with_noise, 8, threshold=0.0)
+        floor_impacts(with_noise, 8)
 
 
-def test_residual_is_measured_by_the_largest_force_of_all_floors(history):
+def test_residual_is_measured_by_the_largest_force_of_all_floors(monkeypatch):
     force = np.column_stack([half_sine(), 1e-9 * half_sine()])
     still = np.zeros_like(force)
     two = WallHistory((7, 8), np.ones(2), 0.01, DT, still, still, force)
     assert floor_impacts(two, 7).number == 1
     assert floor_impacts(two, 8).number == 0
-    assert floor_impacts(two, 8, threshold=1e-10).number == 1
+    monkeypatch.setattr(impact, "THRESHOLD", 1e-10)
+    assert floor_impacts(two, 8).number == 1
 
 
 @pytest.mark.parametrize("late", [0, 1])
@@ -173,12 +176,6 @@ def test_an_impact_that_the_window_cuts_short(history, n_t, complete):
 def test_a_force_at_the_start(history):
     with pytest.raises(SolutionError, match="floor 8 carries 5e\\+04 N at t = 0"):
         floor_impacts(history(np.full(10, 5e4)), 8)
-
-
-@pytest.mark.parametrize("bad", [{"separation": -1.0}, {"threshold": 1.0}, {"threshold": -0.1}])
-def test_arguments_out_of_range(history, bad):
-    with pytest.raises(ImpactfemError, match="separation must be at least 0 s and threshold"):
-        floor_impacts(history(half_sine()), 8, **bad)
 
 
 # The paper's own figures (section 3.2.2): floor 8, 829 kN s, 0.163 m/s, 16.5 ms.
@@ -321,8 +318,6 @@ def test_time_steps_may_differ():
 
 
 def test_runs_that_do_not_compare():
-    with pytest.raises(ImpactfemError, match="gaps of 0 and 1 mm"):
-        compare(run_before_wall(0.1), run_before_wall(0.1, gap=0.001), 1)
     with pytest.raises(ImpactfemError, match="floor 2 is none of those that may hit the wall: 1"):
         compare(run_before_wall(0.1), run_before_wall(0.1), 2)
     far = run_before_wall(0.1, gap=0.05)
