@@ -120,9 +120,9 @@ class Table:
         return stream.getvalue().rstrip()
 
 
-def cell(value: float, digits: int = 6) -> float | None:
-    """A number of a table with so many significant digits; None where it is not finite."""
-    return float(f"{value:.{digits}g}") if math.isfinite(value) else None
+def cell(value: float) -> float | None:
+    """A number of a table with six significant digits; None where it is not finite."""
+    return float(f"{value:.6g}") if math.isfinite(value) else None
 
 
 def heads(text: str) -> tuple[tuple[str, str], ...]:
@@ -140,18 +140,19 @@ def columns_of(
     that of the store.
     """
     chosen = tuple(columns)
-    cells = [_cells(store[variable], FACTORS.get(unit, 1.0)) for variable, _, unit in chosen]
+    cells: list[list[Cell]] = []
+    for variable, _, unit in chosen:
+        values, factor = store[variable].values, FACTORS.get(unit, 1.0)
+        kind, column = values.dtype.kind, values.tolist()
+        if kind == "f":
+            column = [value * factor if math.isfinite(value) else None for value in column]
+        elif kind == "b":
+            column = ["yes" if value else "no" for value in column]
+        elif kind not in "iu":
+            column = [str(value) for value in column]
+        cells.append(column)
     header = tuple((heading, unit) for _, heading, unit in chosen)
     return Table(name, title, header, tuple(zip(*cells, strict=True)))
-
-
-def _cells(values: xr.DataArray, factor: float) -> list[Cell]:
-    kind, cells = values.dtype.kind, values.values.tolist()
-    if kind == "f":
-        return [value * factor if math.isfinite(value) else None for value in cells]
-    if kind == "b":
-        return ["yes" if value else "no" for value in cells]
-    return [value if kind in "iu" else str(value) for value in cells]
 
 
 def write_tables(folder: Path, tables: Iterable[Table]) -> list[Path]:

@@ -98,7 +98,8 @@ def _sentence(panel: Axes, named: bool) -> str:
         text += ", logarithmic"
     if not count:
         return f"{text}."
-    (_, of_x), (_, of_y) = (_unit(one) for one in (x, y))
+    units = [re.search(r"\[(.*)\]$", one) for one in (x, y)]
+    of_x, of_y = (f" {unit[1]}" if unit and unit[1] not in ("", "-") else "" for unit in units)
     text += f", {count} curve{'s' if count > 1 else ''}; "
     text += f"the largest value is {value:.4g}{of_y} at {place:.4g}{of_x}"
     text += f" ({spoken(label)})" if label and count > 1 else ""
@@ -113,12 +114,6 @@ def _sentence(panel: Axes, named: bool) -> str:
         elif line.get_marker() == "|":  # a range
             text += f" from {across[0]:.4g} to {across[-1]:.4g}{of_x}"
     return f"{text}."
-
-
-def _unit(label: str) -> tuple[str, str]:
-    """Quantity and unit of a label as "time [s]"."""
-    found = re.fullmatch(r"(.*?)\s*\[(.*)\]", label)
-    return (label, "") if found is None else (found[1], f" {found[2]}" if found[2] != "-" else "")
 
 
 def _extreme(panel: Axes) -> tuple[float, float, str, int]:

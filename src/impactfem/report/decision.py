@@ -31,6 +31,7 @@ from impactfem.stages.transient.selection import known
 
 STICK, MODEL = "stick", "3D model"
 G = 9.80665
+MAIN_FORCE = "pounding.main_impact_force"
 KEY_RESULTS = 10
 """Number of results at the end of a run."""
 PLACES = {"centre": "mass centre", "edge": "impact edge", "line": "on the line across"}
@@ -279,7 +280,19 @@ def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
             text += f"largest ordinates {one.peak:.3g} against {one.still:.3g} m/s²"
             value = f"× {times:.3g} at {at:.3g} Hz"
             found.append(Answer("Over the case without impact", value, text, link="spectra"))
-    found += _gap(run) + _anchors(run) + _impacts(run)
+    found += _gap(run) + _anchors(run)
+    force = next((one for one in run.summary if one["name"] == MAIN_FORCE), None)
+    if force is not None and force["value"] is not None:
+        where = force["note"].replace("-", " and ").replace("_", " ")
+        value = quantity(force["value"], force["unit"], digits=4)
+        count = run.values.get("pounding.impacts", 0.0)
+        text = f"{where}; {count:.0f} impact{'s' if count > 1 else ''} in all"
+        if by_steps := _by_steps(run, "force"):
+            mean = quantity(run.values["pounding.mean_force_5ms"], "N", digits=3)
+            text += f"{by_steps}; largest mean over 5 ms {mean}"
+        found.append(Answer("Largest impact", value, text, link="stage_pounding"))
+    elif "pounding.required_separation" in run.values and untouched(run):
+        found.append(Answer("Largest impact", "none", "nothing touches", link="stage_pounding"))
     good = [check["good"] for check in run.checks]
     limits, missed = sum(one is not None for one in good), good.count(False)
     value = f"{missed} of {limits} not met" if missed else f"all {limits} met"
@@ -355,22 +368,6 @@ def _anchors(run: RunFiles) -> list[Answer]:
             f"up to {1e-3 * more:.3g} kN/n, at {name}"
         )
     return [Answer("Anchors", value, texts[key], mark, link)]
-
-
-def _impacts(run: RunFiles) -> list[Answer]:
-    for entry in run.summary:
-        if entry["name"] == "pounding.main_impact_force" and entry["value"] is not None:
-            where = entry["note"].replace("-", " and ").replace("_", " ")
-            force = quantity(entry["value"], entry["unit"], digits=4)
-            count = run.values.get("pounding.impacts", 0.0)
-            text = f"{where}; {count:.0f} impact{'s' if count > 1 else ''} in all"
-            if by_steps := _by_steps(run, "force"):
-                mean = quantity(run.values["pounding.mean_force_5ms"], "N", digits=3)
-                text += f"{by_steps}; largest mean over 5 ms {mean}"
-            return [Answer("Largest impact", force, text, link="stage_pounding")]
-    if "pounding.required_separation" in run.values and untouched(run):
-        return [Answer("Largest impact", "none", "nothing touches", link="stage_pounding")]
-    return []
 
 
 def _by_steps(run: RunFiles, what: str) -> str:

@@ -52,7 +52,15 @@ class RunFiles:
             )
             raise InputError([Fault(folder, "", None, expected)])
         # HDF5 may crash on a damaged store: nothing is opened before all are known to be whole.
-        made = self._made()
+        path = folder / PROVENANCE
+        try:
+            made = Provenance.model_validate_json(path.read_bytes())
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            where = ".".join(map(str, first["loc"]))
+            raise _damaged(path, f"{where}: {first['msg']}" if where else first["msg"]) from error
+        except OSError as error:
+            raise _damaged(path, error.strerror or str(error)) from error
         self._refuse_changed(made.files)
         for stage, inputs in made.inputs.items():
             manifest = self._manifest(stage)
@@ -156,17 +164,6 @@ class RunFiles:
         if part == "figures" and own == ("transient" if coloured else "building"):
             names = [*filter(self.has, [f"{start}{part}/{SCENE}"]), *names]
         return [self.folder / name for name in names]
-
-    def _made(self) -> Provenance:
-        path = self.folder / PROVENANCE
-        try:
-            return Provenance.model_validate_json(path.read_bytes())
-        except ValidationError as error:
-            first = error.errors(include_url=False)[0]
-            where = ".".join(map(str, first["loc"]))
-            raise _damaged(path, f"{where}: {first['msg']}" if where else first["msg"]) from error
-        except OSError as error:
-            raise _damaged(path, error.strerror or str(error)) from error
 
     def _manifest(self, stage: str) -> Manifest:
         try:

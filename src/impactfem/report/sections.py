@@ -181,7 +181,17 @@ def _section(
 ) -> Section:
     building, _, own = name.rpartition("/")
     stage = known.get(own)
-    title, about = _compared(run) if stage is None else (stage.title, stage.about)
+    if stage is not None:
+        title, about = stage.title, stage.about
+    else:
+        with run.store(COMPARED) as store:
+            # A comparison of an earlier version does not say it.
+            pounding = [str(store.attrs.get(f"{kind}pounding", "")) for kind in ("", "other_")]
+        chain = "sticks" in pounding and pounding[0] != pounding[1]
+        title = "Chain against direct pounding" if chain else "Comparison with another run"
+        about = (
+            "Impacts, forces of devices and floor spectra of both runs; a table names their cases."
+        )
     place = f"stage_{name}"
     drawn, tables = run.files_of(name, "figures"), run.files_of(name, "tables")
     own_drawn = [path for path in drawn if path.stem != DRAWING]
@@ -224,18 +234,6 @@ def _section(
         listed,
         [str(path.relative_to(run.folder)) for path in (*drawn, *tables)],
     )
-
-
-def _compared(run: RunFiles) -> tuple[str, str]:
-    """Title of the comparison with another run, and what it has."""
-    with run.store(COMPARED) as store:
-        # A comparison of an earlier version does not say it.
-        pounding = [str(store.attrs.get(f"{kind}pounding", "")) for kind in ("", "other_")]
-    title = "Comparison with another run"
-    if "sticks" in pounding and pounding[0] != pounding[1]:
-        title = "Chain against direct pounding"
-    about = "Impacts, forces of devices and floor spectra of both runs; a table names their cases."
-    return title, about
 
 
 def _groups(run: RunFiles, stage: str, place: str) -> list[Group]:

@@ -15,14 +15,11 @@ from typing import Any, NamedTuple
 
 import impactfem
 from impactfem.case import Case, motion_files
-from impactfem.case.buildings import structure_files
 from impactfem.system.cache import cache_folder
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_json
 
 ROOT = Path(impactfem.__file__).parent
-MATRICES = ("materials", "buildings", "structure")
-"""Sections that the matrices of the 3D model depend on."""
 
 
 @cache
@@ -97,34 +94,24 @@ def _module(name: str) -> Module:
     digest = hashlib.sha256(text).hexdigest()
     _, known = _known()
     if name not in known or known[name].digest != digest:
-        tree = ast.parse(text)
-        known[name] = Module(digest, _names(tree), _statements(tree))
+        tree, names = ast.parse(text), set()
+        for node in ast.walk(tree):
+            if isinstance(node, ast.Import):
+                names |= {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module is not None:
+                names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+            elif isinstance(body := getattr(node, "body", None), list):
+                # Without texts that stand alone, as docstrings do.
+                body[:] = [
+                    line
+                    for line in body
+                    if not (isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant))
+                    or not isinstance(line.value.value, str)
+                ]
+        own = sorted(n.removeprefix("impactfem.") for n in names if n.startswith("impactfem."))
+        statements = hashlib.sha256(ast.dump(tree).encode()).hexdigest()
+        known[name] = Module(digest, own, statements)
     return known[name]
-
-
-def _names(tree: ast.Module) -> list[str]:
-    names = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            names |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module is not None:
-            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-    prefix = "impactfem."
-    return sorted(name.removeprefix(prefix) for name in names if name.startswith(prefix))
-
-
-def _statements(tree: ast.Module) -> str:
-    for node in ast.walk(tree):
-        body = getattr(node, "body", None)
-        if isinstance(body, list):
-            # Without texts that stand alone, as docstrings do.
-            body[:] = [
-                line
-                for line in body
-                if not (isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant))
-                or not isinstance(line.value.value, str)
-            ]
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()
 
 
 def inputs_key(
@@ -158,13 +145,6 @@ def inputs_key(
     for file in (*records, *(one.file for one in loads), *files):
         digest.update(file.read_bytes())
     return digest.hexdigest()
-
-
-def matrices_key(case: Case, modules: tuple[str, ...], own: str) -> str:
-    """Hash of the inputs of the matrices of the 3D model and of a text."""
-    files = structure_files(case.structure) if case.structure is not None else ()
-    rest = inputs_key(case, MATRICES, modules, files)
-    return hashlib.sha256(f"{own}{rest}".encode()).hexdigest()
 
 
 def published_values(case: Case) -> dict[str, float]:

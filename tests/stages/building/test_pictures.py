@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.figure import Figure
 from PIL import Image
 
-from impactfem.stages.building.pictures import draw_pictures, open_side, side_panel
+from impactfem.stages.building.pictures import draw_pictures, open_side
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
 from impactfem.system.own_process import in_own_process
@@ -97,9 +96,6 @@ def test_the_side_with_most_openings():
     assert len(side.walls) == 4 and side.opened == pytest.approx(3.0)
     assert side.walls[..., 0].max() == 2.0 and side.walls[..., 1].max() == 3.0
     assert len(side.lines) == 0
-    panel = Figure().add_subplot()
-    side_panel(panel, side)
-    assert panel.get_xlabel() == "y [m]" and panel.get_ylabel() == "z [m]"
 
 
 def test_a_closed_side_has_no_opening():

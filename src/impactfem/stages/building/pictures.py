@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
@@ -80,23 +79,6 @@ def open_side(store: xr.Dataset) -> Side | None:
     return max(sides, key=lambda side: side.opened, default=None)
 
 
-def side_panel(panel: Axes, side: Side) -> None:
-    """Draw a side to scale."""
-    label, colour = FAMILIES["storey"]
-    look: dict[str, Any] = {"edgecolors": "0.35", "linewidths": 0.25, "label": label}
-    panel.add_collection(PolyCollection(list(side.walls), facecolors=colour, **look))
-    if len(side.lines):
-        columns = FAMILIES["column"][1]
-        panel.add_collection(LineCollection(list(side.lines), colors=columns, linewidths=1.5))
-    corners = np.concatenate([side.walls.reshape(-1, 2), side.lines.reshape(-1, 2)])
-    low, high = corners.min(axis=0), corners.max(axis=0)
-    beyond = 0.03 * float((high - low).max())
-    (x0, z0), (x1, z1) = low - beyond, high + beyond
-    across = "y" if side.axis == "x" else "x"
-    panel.set(xlim=(x0, x1), ylim=(z0, z1), aspect="equal", xlabel=f"{across} [m]", ylabel="z [m]")
-    panel.grid(False)
-
-
 def draw_pictures(folder: Path) -> list[Path]:
     """Draw the mesh and the first bending modes of `building.nc` into `figures/`.
 
@@ -151,7 +133,22 @@ def _mesh(store: xr.Dataset, path: Path) -> Path:
         for panel, picture in zip(axes, pictures, strict=False):
             show(panel, picture)
         if side is not None:
-            side_panel(axes[-1], side)
+            panel, (label, colour) = axes[-1], FAMILIES["storey"]
+            look: dict[str, Any] = {"edgecolors": "0.35", "linewidths": 0.25, "label": label}
+            panel.add_collection(PolyCollection(list(side.walls), facecolors=colour, **look))
+            if len(side.lines):
+                colour = FAMILIES["column"][1]
+                panel.add_collection(
+                    LineCollection(list(side.lines), colors=colour, linewidths=1.5)
+                )
+            ends = np.concatenate([side.walls.reshape(-1, 2), side.lines.reshape(-1, 2)])
+            low, high = ends.min(axis=0), ends.max(axis=0)
+            beyond = 0.03 * float((high - low).max())
+            (x0, z0), (x1, z1) = low - beyond, high + beyond
+            across = "y" if side.axis == "x" else "x"
+            panel.set(xlim=(x0, x1), ylim=(z0, z1), aspect="equal")
+            panel.set(xlabel=f"{across} [m]", ylabel="z [m]")
+            panel.grid(False)
         drawn.legend(handles=keys(legend), loc="outside upper center", ncols=len(legend))
         letter(axes)
     return path

@@ -128,47 +128,56 @@ def stick_checks(
     with open_store(folder / "pounding.nc") as store:
         scalars = scalars_of(store)
         values = {s.name: s.value for s in scalars if s.value is not None}
+        swinging = next((s.note for s in scalars if s.name == SWING_AT_END), "")
         pairs = [store[f"pair{of}"].values.tolist() for of in ("", "_rest_gap", "_distance")]
         restitution = store["impact_restitution"].dropna("impact").values.tolist()
         # With fewer steps an impact the speeds before and after say nothing.
         if values.get("pounding.steps_per_impact_min", 0.0) < points_per_impact:
             restitution = []
-        # How the motions stand to a reviewer's criteria: no limit, as no case asks for these.
-        criteria = {
-            s.name.removeprefix("motion.").replace("acceptance.", ""): s
-            for kind in (".acceptance.", ".correlation.")
-            for s in scalars
-            if kind in s.name
-        }
-        missed = [
-            f"{name.replace('_', ' ')} {digits(s.value or 0.0)} ({s.note.removeprefix('missed: ')})"
-            for name, s in criteria.items()
-            if s.note.startswith("missed")
-        ]
-        synthetic = any(".acceptance." in s.name for s in criteria.values())
-        what = f"SRP 3.7.1{'' if synthetic else ', independence of the components alone'}"
-        text = (
-            f"motion: {what} (for information): {len(criteria) - len(missed)} of "
-            f"{len(criteria)} criteria met{'; not met: ' if missed else ''}{', '.join(missed)}"
+        moving = store["pfa"].where(store["pfa"] > QUIET * store["pfa"].max())
+        ratio = store["psa"].isel(damping=0, frequency=-1) / moving
+        ended = end_check(
+            "pounding",
+            names_of(store, "station"),
+            names_of(store, "direction"),
+            ratio.transpose("station", "direction").values,
+            float(store["frequency"][-1]),
+            jumps=begins_with_jump(store),
         )
         return [
-            *([(None, text)] if criteria else []),
-            *_on_target(scalars),
+            *_motions(scalars),
             *_passage(values, pairs[1]),
             *distance_check(*pairs),
             *_calibration(store, values, tolerances),
             *_impacts(values, restitution),
-            *_swing(scalars),
-            *_accuracy(store, values, points_per_impact),
-            _ended(store),
+            *_accuracy(store, values, points_per_impact, swinging),
+            ended,
             *_linearity(values),
             *_foundations(store, values),
         ]
 
 
-def _on_target(scalars: Sequence[Scalar]) -> list[Check]:
-    """Whether synthetic motions are those of their targets, and not scaled away from them."""
-    lines: list[Check] = []
+def _motions(scalars: Sequence[Scalar]) -> list[Check]:
+    """A reviewer's criteria, and whether synthetic motions are not scaled away from targets."""
+    criteria = {
+        s.name.removeprefix("motion.").replace("acceptance.", ""): s
+        for kind in (".acceptance.", ".correlation.")
+        for s in scalars
+        if kind in s.name
+    }
+    missed = [
+        f"{name.replace('_', ' ')} {digits(s.value or 0.0)} ({s.note.removeprefix('missed: ')})"
+        for name, s in criteria.items()
+        if s.note.startswith("missed")
+    ]
+    synthetic = any(".acceptance." in s.name for s in criteria.values())
+    what = f"SRP 3.7.1{'' if synthetic else ', independence of the components alone'}"
+    text = (
+        f"motion: {what} (for information): {len(criteria) - len(missed)} of "
+        f"{len(criteria)} criteria met{'; not met: ' if missed else ''}{', '.join(missed)}"
+    )
+    # No limit, as no case asks for these.
+    lines: list[Check] = [(None, text)] if criteria else []
     for kind, words, (low, high) in (
         ("over_target", "spectrum", TARGET),
         ("pga_over_target", "peak ground acceleration", PEAK),
@@ -299,9 +308,20 @@ def _impacts(values: Mapping[str, float], restitution: list[float]) -> list[Chec
     return lines
 
 
-def _accuracy(store: xr.Dataset, values: Mapping[str, float], required: int) -> list[Check]:
-    """Energy, steps in an impact, what the time stepping takes in contact, spectra."""
-    lines = [limited("energy: discrete identity", values["pounding.energy_residual"], IDENTITY)]
+def _accuracy(
+    store: xr.Dataset, values: Mapping[str, float], required: int, swinging: str
+) -> list[Check]:
+    """Rest at the end, energy, steps in an impact, the time stepping in contact, spectra."""
+    lines: list[Check] = []
+    if SWING_AT_END in values:
+        text = f"pounding: in the last period of the run {swinging} still moves by"
+        swing = values[SWING_AT_END]
+        met, text = limited(text, swing, SWING, "% of its largest displacement")
+        if not met:
+            text += "; what comes after it is not computed: see duration of [pounding]"
+        lines.append((met, text))
+    residual = values["pounding.energy_residual"]
+    lines.append(limited("energy: discrete identity", residual, IDENTITY))
     if "pounding.steps_per_impact_min" in values:
         steps = values["pounding.steps_per_impact_min"]
         # Unilateral contact has no law that could take anything: its larger impacts count.
@@ -348,16 +368,6 @@ def _accuracy(store: xr.Dataset, values: Mapping[str, float], required: int) -> 
     return [*lines, limited(text, bound, BETWEEN, "%")]
 
 
-def _ended(store: xr.Dataset) -> Check:
-    """Whether the spectra of the floors end at the peak acceleration, where they move."""
-    pfa, names = store["pfa"], [str(name) for name in store["station"].values]
-    ratio = store["psa"].isel(damping=0, frequency=-1) / pfa.where(pfa > QUIET * pfa.max())
-    axes = [str(direction) for direction in store["direction"].values]
-    last = float(store["frequency"][-1])
-    ratio = ratio.transpose("station", "direction")
-    return end_check("pounding", names, axes, ratio.values, last, jumps=begins_with_jump(store))
-
-
 def begins_with_jump(store: xr.Dataset) -> bool:
     """Whether the force of a pair of `pounding.nc` begins with a jump."""
     return "pair" in store.dims and bool((store["pair_onset_force"] > 0.0).any())
@@ -380,19 +390,6 @@ def _foundations(store: xr.Dataset, values: Mapping[str, float]) -> list[Check]:
         if least < 0.0:
             lift += ": it would lift, and linear analysis overrates the soil there"
         lines += [(None, text), soil_check(name, off), (least >= 0.0, lift)]
-    return lines
-
-
-def _swing(scalars: Sequence[Scalar]) -> list[Check]:
-    """Whether the buildings have nearly come to rest when the run ends."""
-    lines: list[Check] = []
-    for one in scalars:
-        if one.name == SWING_AT_END and one.value is not None:
-            text = f"pounding: in the last period of the run {one.note} still moves by"
-            met, text = limited(text, one.value, SWING, "% of its largest displacement")
-            if not met:
-                text += "; what comes after it is not computed: see duration of [pounding]"
-            lines.append((met, text))
     return lines
 
 

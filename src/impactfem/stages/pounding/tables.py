@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -134,20 +133,13 @@ def stick_tables(folder: Path) -> list[Path]:
         if "facing" in store.dims:
             names.append("facing_floors")
             content["overlap"] = store["facing_distance_min"] < 0.0
-        tables = [
-            columns_of(_rows(content, columns), name, TITLES[name], columns)
-            for name, columns in COLUMNS.items()
-            if name in names
-        ]
-    return write_tables(folder, [modes, *tables])
-
-
-def _rows(store: xr.Dataset, columns: Sequence[tuple[str, str, str]]) -> xr.Dataset:
-    """The variables of columns, those over two dimensions with a row for each pair of places."""
-    chosen = store[[name for name, _, _ in columns]]
-    if len(chosen.dims) < 2:
-        return chosen
-    return xr.Dataset.from_dataframe(chosen.to_dataframe().reset_index())
+        tables = [modes]
+        for name in names:
+            rows = content[[variable for variable, _, _ in COLUMNS[name]]]
+            if len(rows.dims) > 1:  # a row for each pair of places
+                rows = xr.Dataset.from_dataframe(rows.to_dataframe().reset_index())
+            tables.append(columns_of(rows, name, TITLES[name], COLUMNS[name]))
+    return write_tables(folder, tables)
 
 
 def _modes(store: xr.Dataset) -> Table:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 from collections.abc import Iterable
@@ -13,7 +14,7 @@ from impactfem.case import Case
 from impactfem.case.transient import transient_files
 from impactfem.stages.building.stage import BUILDING, storey_factor
 from impactfem.stages.check import Check, limited
-from impactfem.stages.inputs import matrices_key
+from impactfem.stages.inputs import inputs_key
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import names_of, open_store
 from impactfem.system.files import atomic, read_archive
@@ -74,7 +75,9 @@ def model_key(case: Case) -> str:
     covered = any(anchor.envelope for device in case.devices for anchor in device.anchors)
     if covered and transient is not None:
         own += transient.model_dump_json(include={"probes"})
-    return matrices_key(case, REDUCE.modules, own)
+    # The matrices are those of the stage building.
+    rest = inputs_key(case, BUILDING.sections, REDUCE.modules, BUILDING.files(case))
+    return hashlib.sha256(f"{own}{rest}".encode()).hexdigest()
 
 
 def take_model(case: Case, folder: Path, others: Iterable[Path]) -> Path | None:
