@@ -120,12 +120,7 @@ def _motion(study: StickStudy) -> list[Row]:
                 "m",
                 f"largest way of the ground under it from that under {first}",
             ),
-            (
-                f"{name}.left",
-                abs(left),
-                "m",
-                "of it, by the velocity at the end",
-            ),
+            (f"{name}.left", abs(left), "m", "of it, by the velocity at the end"),
         ]
     return rows
 

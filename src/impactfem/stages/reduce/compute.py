@@ -54,10 +54,7 @@ class Prepared:
 
 
 def prepare(
-    case: Case,
-    mesh_file: Path,
-    storey_factor: float,
-    others: Mapping[str, Path] | None = None,
+    case: Case, mesh_file: Path, storey_factor: float, others: Mapping[str, Path] | None = None
 ) -> Prepared:
     """Read the mesh, and see what the case needs of the building. Not collective.
 
