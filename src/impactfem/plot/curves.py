@@ -123,13 +123,7 @@ class CurveFigure:
         return math.ceil(len(self.panels) / self.columns)
 
     def write(self, folder: Path) -> Path:
-        """Draw it into a folder.
-
-        ImpactfemError where it cannot be written.
-
-        Returns:
-            The file.
-        """
+        """Draw it into a folder; gives the file. ImpactfemError where it cannot be written."""
         path = folder / f"{self.name}.svg"
         layout = (self.rows, self.columns)
         with figure(path, layout, self.size, self.caption) as (drawn, axes):

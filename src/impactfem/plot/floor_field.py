@@ -25,11 +25,7 @@ PARTS = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
 
 
 class TopFloor:
-    """The slab of the top floor of `transient_maps.nc`.
-
-    Args:
-        maps: The open store.
-    """
+    """The slab of the top floor of `transient_maps.nc`, the open store."""
 
     def __init__(self, maps: xr.Dataset) -> None:
         self.position: Array = np.asarray(maps["wave_node_position"].values, dtype=np.float64)

@@ -85,8 +85,7 @@ def write_floor_design(
 ) -> list[Path]:
     """Write tables, workbook, store and figures of design spectra by their names; the files.
 
-    Raises:
-        ImpactfemError: A file cannot be written.
+    ImpactfemError where one cannot be written, as by `write_design_files`.
     """
     target, figures = folder / FOLDER, folder / "figures"
     target.mkdir(parents=True, exist_ok=True)
@@ -96,11 +95,7 @@ def write_floor_design(
 
 
 def write_design_files(stem: Path, design: DesignFloorSpectra, inputs: str) -> list[Path]:
-    """Write design spectra as workbook and store, at `stem` with their endings; gives the files.
-
-    Raises:
-        ImpactfemError: A file cannot be written.
-    """
+    """Write design spectra as workbook and store, at `stem` with their endings; gives the files."""
     book, store = (stem.with_name(f"{stem.name}.{ending}") for ending in ("xlsx", "nc"))
     write_workbook(book, design)
     write_netcdf(store, floor_store(design, inputs))
@@ -170,10 +165,7 @@ def read_floor_spectra(store: Path) -> tuple[FloorSpectrumSet, FloorSpectrumSet 
     """Floor spectra of `pounding.nc`, or of a store of the same form with the dimension `motion`.
 
     Those of translations, and of rotations where there are some; the hash of the inputs that the
-    store was made from.
-
-    Raises:
-        ImpactfemError: The file cannot be read, or holds no floor spectra.
+    store was made from. ImpactfemError where it cannot be read, or holds no floor spectra.
     """
     try:
         with xr.open_dataset(store, engine="netcdf4") as data:

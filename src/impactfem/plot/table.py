@@ -39,10 +39,7 @@ FACTORS = {
 def beside_published(
     name: str, title: str, scalars: Iterable[Scalar], published: Mapping[str, float]
 ) -> Table:
-    """Name, value, published value where one is known, their ratio, unit and note.
-
-    Published values are in SI by the name of the result.
-    """
+    """Scalars beside their published values, in SI by the name of the result, as far as known."""
     rows: list[tuple[Cell, ...]] = []
     for scalar in scalars:
         theirs = published.get(scalar.name)
@@ -67,11 +64,9 @@ class Table:
     rows: tuple[tuple[Cell, ...], ...]  #: the cells; None where there is no value
 
     def comparing(self, names: Collection[str], words: str = "") -> Table:
-        """The table without columns that have nothing to compare with: all of them, or none.
+        """The table without these columns where all of them are empty, as published values may be.
 
-        Args:
-            names: Columns that are empty where a case has no published values.
-            words: What the title says of them where one has a value.
+        Else with these words in its title.
         """
         places = [k for k, (name, _) in enumerate(self.columns) if name in names]
         if any(row[k] is not None for row in self.rows for k in places):

@@ -89,10 +89,8 @@ class Comparison:
         δ_peak(f) = |PSa(f) − PSa_other(f)| / max PSa_other
 
     The first is large, too, where a spectrum is small; the second shows what matters to a design.
-    Arrays have a row for each of the n spectra that count.
-
-    Args:
-        store: From `compare`, or the open `comparison.nc`.
+    Arrays have a row for each of the n spectra that count. The store is from `compare`, or the open
+    `comparison.nc`.
     """
 
     def __init__(self, store: xr.Dataset) -> None:

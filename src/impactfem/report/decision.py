@@ -105,10 +105,7 @@ class Spectrum:
         return float(both[0]), float(both[1])
 
     def largest_factor(self, least: float) -> tuple[float, float]:
-        """The largest ratio to that without impact of ordinates of at least so much, and where.
-
-        0 where there is none, as of points that impacts alone move.
-        """
+        """The largest ratio to that without impact of ordinates of at least so much, and where."""
         if self.free is None or self.still <= RESIDUAL * self.peak:
             return 0.0, math.nan
         counts = (self.psa >= least) & (self.free > RESIDUAL * self.psa)
@@ -125,10 +122,7 @@ class Spectrum:
 
 
 def governing(run: RunFiles) -> list[Spectrum]:
-    """The spectra that govern, of each stick and 3D model along each direction, the largest first.
-
-    Behind them those of anchors, whose damping is that of the device.
-    """
+    """Of each stick and 3D model along each direction, the largest first; then those of anchors."""
     largest: dict[tuple[str, str], Spectrum] = {}
     for floor in sorted(_of_sticks(run), key=lambda one: one.peak) if run.ran("pounding") else []:
         largest[floor.building, floor.direction] = floor
@@ -384,11 +378,7 @@ def at_wall(run: RunFiles) -> float | None:
 
 
 def spectra_figure(run: RunFiles, spectra: list[Spectrum]) -> Path | None:
-    """Draw `figures/decision_spectra.svg`: the governing spectra with and without impact.
-
-    Of the building with the largest ordinate its stick and its 3D model; of the anchor with the
-    largest one; of another building where there is no anchor.
-    """
+    """Draw `decision_spectra.svg`: of the building that governs, and an anchor or another one."""
     anchors = [one for one in spectra if one.at_anchor]
     buildings = dict.fromkeys(one.building for one in spectra if not one.at_anchor)
     panels = [_building_panel(run, spectra, name) for name in [*buildings][: 1 if anchors else 2]]

@@ -171,9 +171,8 @@ def _compared(value: Mapping[str, Any], entry: Mapping[str, Any] | None) -> Comp
 def write_report(folder: Path, stages: Sequence[Stage]) -> Path:
     """Make `report.html`, which needs no other file and no network, from the files of a run.
 
-    Raises:
-        InputError: A stage of the run is none of those given: the run is of another version.
-        ImpactfemError: The folder holds no run, or a file cannot be read or written.
+    InputError where the run is of another version, with a stage that is none of these;
+    ImpactfemError where the folder holds no run, or a file cannot be read or written.
     """
     run = RunFiles(folder)
     known = {stage.name: stage for stage in stages}

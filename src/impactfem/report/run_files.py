@@ -36,9 +36,7 @@ CASE, SUMMARY, PROVENANCE, CHECKS = "case.json", "summary.json", "provenance.jso
 class RunFiles:
     """The folder of a finished run whose files are as the run wrote them.
 
-    Raises:
-        InputError: It holds no finished run.
-        ImpactfemError: A file of it is missing, or was changed.
+    InputError where it holds no finished run, ImpactfemError where a file is missing or changed.
     """
 
     def __init__(self, folder: Path) -> None:

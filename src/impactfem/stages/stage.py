@@ -64,8 +64,7 @@ class Stage:
     def cases(self, case: Case) -> tuple[Case, ...]:
         """What it is done for: the whole case, or views of it, of each building that asks for it.
 
-        Args:
-            case: The case, or a view: where this has what the stage needs, it alone is meant.
+        Of a view that has what the stage needs, this alone.
         """
         if not self.each:
             return (case.whole,)

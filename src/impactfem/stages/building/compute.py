@@ -78,11 +78,8 @@ def analysed(
     """The results of the stage, with the matrices and all degrees of freedom. Collective.
 
     The mesh is written into the folder, unless it is known. Each step ("mesh", "matrices", "modes")
-    runs inside the context that `step` gives for its name.
-
-    Raises:
-        InputError: The mesh is not usable.
-        SolutionError: The structure is a mechanism, or no factor gives the frequency.
+    runs inside the context that `step` gives for its name. InputError where the mesh is not usable,
+    SolutionError where the structure is a mechanism, or no factor gives the frequency.
     """
     structure, path = case.modelled, mesh_of_run(case, folder)
 

@@ -37,8 +37,7 @@ def from_structure(case: Case) -> bool:
 def with_structure_targets(case: Case, folder: Path) -> Case:
     """The case with the modes of each `building.nc` in the place of the targets of its building.
 
-    Raises:
-        SolutionError: The 3D model has no such bending mode.
+    SolutionError where the 3D model has no such bending mode.
     """
     calibration = case.calibration
     if calibration is None or case.structure is None or not calibration.from_structure:

@@ -82,9 +82,7 @@ class CalibrationStudy:
 def prepare(case: Case, mesh_file: Path) -> Prepared:
     """Read the mesh, and make the experiment. Not collective.
 
-    Raises:
-        InputError: The mesh is not usable.
-        ImpactfemError: Edges and wall do not go together.
+    InputError where the mesh is not usable, ImpactfemError where edges and wall do not go together.
     """
     setup = case.wall_impact
     if setup is None:
@@ -108,9 +106,8 @@ def prepare(case: Case, mesh_file: Path) -> Prepared:
 def run_calibrate(case: Case, prepared: Prepared, model: WallModel, step: Step) -> CalibrationStudy:
     """Run the stage; "impact" and "stick" run inside the context of `step`. Not collective.
 
-    Raises:
-        ImpactfemError: The wall starts inside the building.
-        SolutionError: No impact in the window, or none that ends in it.
+    ImpactfemError where the wall starts inside the building, SolutionError where no impact ends in
+    the window.
     """
     experiment, separation = prepared.experiment, prepared.experiment.separation
     cases = []
@@ -145,11 +142,7 @@ def run_reduced(
 ) -> BuildingRun:
     """Run the experiment with the reduced model and the masses of the floors that may hit [kg].
 
-    Not collective.
-
-    Raises:
-        ImpactfemError: The wall starts inside the building.
-        SolutionError: The response is not finite.
+    Not collective; raises what `released` does.
     """
     z0 = model.start(experiment.displacement)
     body = body_before_walls(model.eigenvalue, model.contact, damping)

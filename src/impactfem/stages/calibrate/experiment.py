@@ -32,7 +32,6 @@ class WallExperiment:
     One floor is drawn aside, see `impactfem.reduction.wall`; at t = 0 what held it is gone
     and the building, at rest, is free. The wall is a plane at the gap g from the undeformed
     building, n the unit vector towards it: a point with displacement u touches where n · u = g.
-
     """
 
     floors: tuple[int, ...]  #: numbers of the floors that may hit the wall, each once

@@ -85,11 +85,7 @@ class FloorImpacts:
         return self.impacts[1] if self.number > 1 else None
 
     def first_complete(self) -> WallImpact:
-        """The first impact, seen to its end.
-
-        Raises:
-            SolutionError: The floor did not touch, or its first impact is not over in the window.
-        """
+        """The first impact; SolutionError where there is none, or it is not over in the window."""
         if not self.impacts:
             raise SolutionError(
                 f"no impact: floor {self.floor} does not touch the wall within "
@@ -194,10 +190,7 @@ def _impact(
 
 
 def _steps_to_wall(near: float, far: float, limits: tuple[float, float], unknown: float) -> float:
-    """Steps from the nearer of two distances in free motion to zero distance, by their difference.
-
-    `unknown` when the floor was not nearing the wall, or leaving it.
-    """
+    """Steps from the nearer of two distances in free motion to zero; `unknown` at rest."""
     return float(np.clip(near / (far - near), *limits)) if far > near else unknown
 
 
@@ -293,9 +286,7 @@ def compare(
 ) -> WallComparison:
     """Compare the histories of stick and model, each with any time step, at one floor.
 
-    Raises:
-        ImpactfemError: The floor is not in both.
-        SolutionError: One of them has no complete first impact.
+    ImpactfemError where it is not in both, SolutionError where one has no complete first impact.
     """
     found = [floor_impacts(history, floor, separation=separation) for history in (stick, model)]
     # Where they turn after the impact: away from the wall, then towards it [m].

@@ -50,10 +50,7 @@ mesh, rigid zones and joints."""
 
 
 def facing_checks(folder: Path, case: Case) -> list[Check]:
-    """Whether floors in no pair stay apart, and of which ones that is not known.
-
-    None where all floors that face each other are in pairs.
-    """
+    """Whether floors that face each other and are in no pair stay apart, as far as it is known."""
     checks: list[Check] = [(None, line) for line in facing_floors(case).unknown_lines]
     with open_store(folder / "pounding.nc") as store:
         if "facing" not in store.dims:

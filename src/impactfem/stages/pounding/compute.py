@@ -269,10 +269,7 @@ def moving(history: Array, dofs: Index) -> tuple[tuple[str, ...], tuple[str, ...
 def floor_spectra(
     case: Case, response: Response, directions: tuple[str, ...] | None = None
 ) -> FloorSpectra:
-    """Floor response spectra at the mass centres of all buildings.
-
-    Along the directions in which a floor moves, or along these, of `COMPONENTS`.
-    """
+    """Floor spectra at all mass centres along the directions in which a floor moves, or these."""
     dofs = station_dofs(response.system)
     if directions is None:
         directions = moving(response.absolute_acceleration, dofs)[0]
@@ -308,12 +305,8 @@ def pounded(
     """Run the pounding alone, of sticks or of 3D models, under given ground motions.
 
     The calibration does not depend on damping; damping and laws are those of the case. The duration
-    [s] is that of the case where it is None; `models` are the 3D models that pound, None where all
-    buildings are sticks.
-
-    Raises:
-        SolutionError: The start penetrates, the contact forces do not converge, or lagged ones
-            create energy.
+    [s] is that of the case where it is None; `models` are as of `run_sticks`. SolutionError where
+    the start penetrates, contact forces do not converge, or lagged ones create energy.
     """
     dt, system = case.pounding.time_step, system_of(case, calibration)
     n_t = None if duration is None else int(duration / dt) + 2

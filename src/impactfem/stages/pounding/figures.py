@@ -29,11 +29,9 @@ MARGIN = 0.15
 
 
 def stick_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[Path]:
-    """Draw figures 2, 3, 5, 8, 9, 10 and that of the damping into `figures/`; the files.
+    """Draw figures 2, 3, 5, 8, 9, 10, of damping and of edges that touch in 3D; the files.
 
-    Those about impacts are left out when nothing can touch, that of edges where no 3D model does,
-    figure 3 where no stick pounds.
-    Published values, in SI by the name of the result, are drawn with ours.
+    What the case does not have is left out. Published values are in SI by the name of the result.
     """
     target = folder / "figures"
     target.mkdir(exist_ok=True)

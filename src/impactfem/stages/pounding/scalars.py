@@ -150,11 +150,7 @@ def _over_target(study: StickStudy, motion: GroundMotion, name: str) -> list[Row
 
 
 def mode_rows(case: Case, sticks: Iterable[Stick], modes: Iterable[Modes]) -> list[Row]:
-    """Frequencies, effective masses and masses of sticks, of which the modes are given.
-
-    Modes are those along the direction of the calibration, else of the pounding; y where that is
-    vertical.
-    """
+    """Masses and modes of sticks along the direction of calibration or pounding; y for vertical."""
     direction = case.calibration.direction if case.calibration else case.shown_direction
     direction = direction if direction in DIRECTIONS else "y"
     axis, component = {"x": "y", "y": "x"}[direction], COMPONENTS.index(direction)

@@ -74,10 +74,7 @@ def _facing(case: Case) -> str:
 
 
 def _sticks_against_models(folder: Path, case: Case) -> list[Check]:
-    """Sticks compared with the 3D models of the same buildings in this run.
-
-    Where the forces are applied to the 3D model, the stage `transient` compares them.
-    """
+    """Sticks compared with 3D models of this run, where `transient` does not compare them."""
     found: list[Check] = []
     for view in case.views:
         path = folder / view.part / "building.nc"

@@ -105,10 +105,7 @@ def take_model(case: Case, folder: Path, others: Iterable[Path]) -> Path | None:
 def models_of_run(case: Case, folder: Path) -> Models3D | None:
     """The 3D models of a run that pound, and the lines along which they touch. Not collective.
 
-    None where all buildings are sticks.
-
-    Raises:
-        ImpactfemError: The folder, of the run or of a view, lacks a reduced building of this case.
+    None where all buildings are sticks; ImpactfemError where a reduced building is lacking.
     """
     if not case.pounding_in_3d:
         return None
