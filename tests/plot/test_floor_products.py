@@ -1,5 +1,3 @@
-import csv
-
 import numpy as np
 import openpyxl
 import pytest
@@ -10,6 +8,8 @@ from impactfem.spectra import FloorSpectrumSet, Station, broaden, rg_1_122_frequ
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, with_scalars
+
+from ..stages.figure_file import rows as rows_of
 
 # Debian's h5py 3.7 calls what numpy 1.25 deprecates.
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
@@ -55,11 +55,6 @@ def store(path, motions=0, directions="xy", title="a pair", *, turns=False):
     scalars = [Scalar("frs.points_per_cycle", 20.0, "-", "upsampled")]
     write_netcdf(path, with_scalars(data, scalars))
     return path
-
-
-def rows_of(path):
-    with path.open(newline="", encoding="utf-8") as stream:
-        return list(csv.DictReader(stream))
 
 
 def of_one(rows):

@@ -183,12 +183,6 @@ def test_wall_inside_the_building(frame, reduced):
         run_reduced(stretched, inside, MASS, damping)
 
 
-def test_floor_without_an_edge(frame):
-    model, _, mesh, _, _ = frame
-    with pytest.raises(KeyError):
-        WallPatterns.of(model, mesh, Wall((1, 2, 3), 2, "whole_floor"))
-
-
 LIGHT = DampingCase(name="light", mass_coefficient=0.838, stiffness_coefficient=2.12e-4)
 HEAVY = DampingCase(name="heavy", ratio=0.09, frequencies=(1.0, 20.0), restitution=0.5)
 

@@ -150,8 +150,11 @@ def test_static_state_of_a_cantilever(stick, experiment):
     assert force * flexibility == pytest.approx(experiment.displacement, rel=1e-9)
 
 
-@pytest.mark.parametrize("side", ["x-", "x+", "y-", "y+"])
-def test_the_wall_stands_on_the_side_asked(stick, experiment, side):
+@pytest.mark.parametrize(
+    ("side", "normal"),
+    [("x-", [-1, 0, 0]), ("x+", [1, 0, 0]), ("y-", [0, -1, 0]), ("y+", [0, 1, 0])],
+)
+def test_the_wall_stands_on_the_side_asked(stick, experiment, side, normal):
     there = replace(experiment, side=side)
     history = run_stick(stick, there, K=1e10, xi=XI)
     u = static_state(stick, there).reshape(3, 6)
@@ -165,6 +168,7 @@ def test_the_wall_stands_on_the_side_asked(stick, experiment, side):
     across = run_stick(
         stick, replace(there, side={"x": "y", "y": "x"}[side[0]] + side[1]), K=1e10, xi=XI
     )
+    assert there.normal.tolist() == normal
     assert np.allclose(history.force, opposite.force, rtol=1e-9, atol=1e-3)
     assert not np.allclose(history.force, across.force, rtol=1e-2, atol=1e3)
 
@@ -236,7 +240,7 @@ def test_gap_and_displacement_scaled_together_change_no_parameter(stick, experim
 def test_release_at_the_wall_is_no_force(stick, experiment):
     """Let go at the wall, with no gap left: it swings away first."""
     touching = replace(experiment, displacement=experiment.gap, floors=(3,))
-    history = run_stick(stick, touching, K=1e10, xi=XI)
+    history = run_stick(stick, touching, K=1e10, xi=XI)  # it may start there
     assert history.opening[0, 0] == pytest.approx(0.0, abs=1e-12)
     assert not history.force[:50].any()
 
@@ -268,6 +272,11 @@ def paper_stick():
 
 
 PAPER = WallExperiment((6, 7, 8), 8, -0.02, 0.01, 1.3, 0.34e-3)
+
+
+def test_times_of_the_paper():
+    assert PAPER.n_t == 3825
+    assert (PAPER.n_t - 1) * PAPER.time_step == pytest.approx(1.3, abs=0.17e-3)
 
 
 def test_the_experiment_of_the_paper(paper_stick):

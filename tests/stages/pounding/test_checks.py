@@ -262,9 +262,8 @@ def test_an_impact_that_other_forces_cut_short(checked, observed):
     assert (told in text) is (observed < 16.0)
 
 
-@pytest.mark.parametrize(("distance", "good"), [(0.0109, True), (0.02, False)])
-def test_the_gap_beside_axis_and_offset(checked, distance, good):
-    assert one(checked(distance=distance), "contact:")[0] is good
+def test_the_gap_beside_axis_and_offset(checked):
+    assert one(checked(distance=0.02), "contact:")[0] is False
 
 
 @pytest.mark.parametrize("missed", [False, True])

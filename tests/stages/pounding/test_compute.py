@@ -46,11 +46,6 @@ def two_motions(small_case, run):
     return run(small_case(extra=SECOND_MOTION, files={"record.csv": record()}))
 
 
-@pytest.fixture(scope="module")
-def no_contacts(study, run):
-    return run(study.case.model_copy(update={"contacts": ()}))
-
-
 def test_steps_are_reported_in_order(study):
     seen = []
 

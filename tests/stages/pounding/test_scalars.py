@@ -7,8 +7,9 @@ from impactfem.coupling.contact import UNILATERAL, kelvin_voigt
 from impactfem.coupling.impacts import largest_means
 from impactfem.stages.pounding.compute import Peaks
 from impactfem.stages.pounding.scalars import mode_rows, stick_scalars
-from impactfem.sticks.calibration import Calibration, Parameters, Target
 from impactfem.sticks.element import COMPONENTS
+
+from .conftest import CALIBRATION
 
 # The names that the first issue asks for, with the buildings and floors of the small case.
 REQUIRED = {
@@ -35,11 +36,6 @@ REQUIRED = {
 @pytest.fixture(scope="module")
 def scalars(study):
     return {scalar.name: scalar for scalar in stick_scalars(study)}
-
-
-@pytest.fixture(scope="module")
-def untouched(study, run):
-    return run(study.case.model_copy(update={"contacts": ()}))
 
 
 def test_required_names_and_units(scalars):
@@ -190,8 +186,8 @@ def test_floor_spectra(study, scalars):
     assert scalars["frs.points_per_cycle"].value >= 20
 
 
-def test_nothing_touches(untouched):
-    scalars = {scalar.name: scalar for scalar in stick_scalars(untouched)}
+def test_nothing_touches(no_contacts):
+    scalars = {scalar.name: scalar for scalar in stick_scalars(no_contacts)}
     for name in ("main_impact_time", "main_impact_duration", "steps_per_impact_min"):
         assert scalars[f"pounding.{name}"].value is None
     assert scalars["pounding.required_separation"].value is None
@@ -204,10 +200,7 @@ def test_nothing_touches(untouched):
 
 def test_calibration(study, scalars):
     assert not [name for name in scalars if name.startswith("sticks.storey_height")]
-    targets = (Target("west", 1, 2.0, 500e3), Target("west", 2, 8.0, None))
-    parameters = Parameters(0.4, np.array([3.5, 3.4, 3.6]), 0.3, 0.2)
-    calibration = Calibration(parameters, targets, np.array([2.1, 7.0]), np.array([4e5, 1e5]))
-    fitted = replace(study, calibration=calibration)
+    fitted = replace(study, calibration=CALIBRATION)
     found = {scalar.name: scalar.value for scalar in stick_scalars(fitted)}
     assert found["sticks.stiffness_factor"] == 0.4
     assert [found[f"sticks.storey_height.{k}"] for k in (1, 2, 3)] == [3.5, 3.4, 3.6]

@@ -1,4 +1,3 @@
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -6,11 +5,11 @@ import pytest
 import xarray as xr
 
 from impactfem.coupling.contact import hertz, jankowski
-from impactfem.run.loop import write_summary
 from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.stages.pounding.store import OUTPUTS, write_motion, write_sticks
-from impactfem.sticks.calibration import Calibration, Parameters, Target
 from impactfem.system.scalar import scalars_of
+
+from .conftest import CALIBRATION
 
 # Debian's h5py on the NumPy 1.26 of the virtual environment.
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
@@ -128,11 +127,8 @@ def test_what_the_summary_needs(study, sticks):
 
 def test_calibration_only_where_there_is_one(study, sticks, tmp_path):
     assert "target_frequency" not in sticks
-    targets = (Target("west", 1, 2.0, 500e3), Target("east", 2, 8.0, None))
-    parameters = Parameters(0.4, np.array([3.5, 3.4, 3.6]), 0.3, 0.2)
-    calibration = Calibration(parameters, targets, np.array([2.1, 7.0]), np.array([4e5, 1e5]))
     (tmp_path / "fitted").mkdir()
-    data = stored(write_sticks, replace(study, calibration=calibration), tmp_path / "fitted")
+    data = stored(write_sticks, replace(study, calibration=CALIBRATION), tmp_path / "fitted")
     assert list(data["target_building"].values) == ["west", "east"]
     assert list(data["target_mode"].values) == [1, 2]
     assert data["target_frequency"].values == pytest.approx([2.0, 8.0])
@@ -141,30 +137,18 @@ def test_calibration_only_where_there_is_one(study, sticks, tmp_path):
     assert masses[0] == 500e3 and np.isnan(masses[1])
 
 
-def at_rest(study):
-    """The study with its main impact alone, as if it had begun at rest."""
+def test_an_impact_that_begins_at_rest(study, tmp_path):
+    """The main impact alone."""
     k = study.impacts.index(study.main_impact)
     impact = replace(study.main_impact, approach=0.0)
-    return replace(study, impacts=(impact,), checks=(replace(study.checks[k], impact=impact),))
-
-
-def test_an_impact_that_begins_at_rest(study, tmp_path):
-    resting = at_rest(study)
+    checks = (replace(study.checks[k], impact=impact),)
+    resting = replace(study, impacts=(impact,), checks=checks)
     data = stored(write_sticks, resting, tmp_path)
     assert data["impact_approach"].values == [0.0]
     values = {scalar.name: scalar.value for scalar in stick_scalars(resting)}
     assert np.isnan(values["pounding.main_impact_restitution"])
-    write_summary(tmp_path / "summary.json", stick_scalars(resting), {})
-    text = (tmp_path / "summary.json").read_text(encoding="utf-8")
-    assert "NaN" not in text
-    summary = {entry["name"]: entry["value"] for entry in json.loads(text)}
-    assert summary["pounding.main_impact_restitution"] is None
-    assert summary["pounding.main_impact_approach_velocity"] == 0.0
-    assert summary["pounding.main_impact_duration"] == study.main_impact.duration
-    write_summary(tmp_path / "summary.json", stick_scalars(study), {})
-    written = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
-    sound = {entry["name"]: entry["value"] for entry in written}
-    assert sound["pounding.main_impact_restitution"] == study.main_impact.restitution
+    assert values["pounding.main_impact_approach_velocity"] == 0.0
+    assert values["pounding.main_impact_duration"] == study.main_impact.duration
 
 
 def test_laws_in_the_store(study, tmp_path):
@@ -212,9 +196,8 @@ def test_a_pair_that_never_touches_has_no_onset(study, tmp_path):
     assert list(np.isnan(data["pair_law_duration"].values)) == [False, True, False]
 
 
-def test_no_contacts(study, run, tmp_path):
-    alone = run(study.case.model_copy(update={"contacts": ()}))
-    data = stored(write_sticks, alone, tmp_path)
+def test_no_contacts(no_contacts, tmp_path):
+    data = stored(write_sticks, no_contacts, tmp_path)
     assert data.sizes["pair"] == 0 == data.sizes["impact"]
     assert data["gap"].shape == (8001, 0)
     assert np.array_equal(data["displacement"], data["displacement_free"])
