@@ -101,18 +101,18 @@ def _mesh(store: xr.Dataset, path: Path) -> Path:
     outside, legend = _drawn(store, outside=True)
     pictures = [outside]
     parts = ["3D mesh (a)"]
-    if store.sizes.get("line", 0):
+    if store.sizes["line"]:
         inside, lines = _drawn(store, outside=False)
         pictures.append(inside)
         legend += lines
         parts.append("beams and columns inside the outline of the shells (b)")
     if side is not None:
         parts.append(f"side at {side.axis} = {side.at:.4g} m ({chr(97 + len(pictures))})")
-    count = store.sizes["triangle"] + store.sizes.get("line", 0)
+    count = store.sizes["triangle"] + store.sizes["line"]
     area = areas(store["node_position"].values, store["triangle_node"].values).mean()
     size = float(np.sqrt(area * 4.0 / np.sqrt(3.0)))
     caption = (
-        f"Figure 1: Building {store.attrs.get('building', '')}: {', '.join(parts)}. {count:,} "
+        f"Figure 1: Building {store.attrs['building']}: {', '.join(parts)}. {count:,} "
         f"elements with {store.sizes['node']:,} nodes; triangles with sides of {size:.2g} m in the "
         "mean."
     )
@@ -203,16 +203,13 @@ def _mode(store: xr.Dataset, mode: int, number: int, path: Path) -> Path:
                 **SHADING,
             )
     picture = render(scene, np.concatenate([rest, moved]), MODE_VIEW)
-    direction = str(store.attrs.get("bending_direction", ""))
-    axis = {"x": "y", "y": "x"}.get(direction)
-    along = f" along $e_{direction}$" if direction else ""
-    along += f", about $e_{axis}$," if axis is not None else ""
+    direction = store.attrs["bending_direction"]
+    axis = {"x": "y", "y": "x"}[direction]
     start = {1: "Figure 3 (a): First", 2: "Second", 3: "Third"}[number]
-    frequency = float(store["frequency"].sel(mode=mode))
     caption = (
-        f"{start} mode of bending{along} of the 3D mesh of building "
-        f"{store.attrs.get('building', '')}: {frequency:.3f} Hz. Black lines: floors at rest; "
-        "displacement not to scale."
+        f"{start} mode of bending along $e_{direction}$, about $e_{axis}$, of the 3D mesh of "
+        f"building {store.attrs['building']}: {float(store['frequency'].sel(mode=mode)):.3f} Hz. "
+        "Black lines: floors at rest; displacement not to scale."
     )
     least, most = rest[np.argmin(length)], rest[np.argmax(length)]
     seen = (

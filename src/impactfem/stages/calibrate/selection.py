@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from scipy.integrate import cumulative_trapezoid
 
 from impactfem.case import Case, KelvinVoigtLaw
 from impactfem.case.damping import OWN
@@ -145,7 +146,6 @@ def damping_ratios(store: xr.Dataset, frequency: float) -> xr.DataArray:
 
 
 def running_impulse(history: WallHistory, floor: int) -> Array:
-    """∫ F dt of a floor from the start on, by the trapezoidal rule, shape (n_t,) [N s]."""
+    """∫ F dt of a floor from the start on, shape (n_t,) [N s]."""
     F = history.force[:, history.column(floor)]
-    steps = 0.5 * history.time_step * (F[:-1] + F[1:])
-    return np.concatenate([np.zeros(1), np.cumsum(steps)])
+    return np.asarray(cumulative_trapezoid(F, dx=history.time_step, initial=0.0))

@@ -105,8 +105,7 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
 
 def _histories(history: WallHistory, prefix: str) -> dict[str, Any]:
     names = ("displacement", "velocity", "force", "opening")
-    histories = {f"{prefix}{name}": getattr(history, name) for name in names}
-    return {name: values for name, values in histories.items() if values is not None}
+    return {f"{prefix}{name}": getattr(history, name) for name in names}
 
 
 def calibration_scalars(study: CalibrationStudy) -> list[Scalar]:

@@ -167,7 +167,7 @@ def stick_figure(path: Path, sticks: xr.Dataset) -> None:
     modes = modes.isel(
         station=modes["station_building"] == building.name, mode=modes["mode_family"] == direction
     )
-    axis = {"x": "y", "y": "x"}.get(direction, direction)
+    axis = {"x": "y", "y": "x"}[direction]
     caption = (
         f"Figure 3: Stick model of building {building.name} (b), with the rigid zones of the "
         "floors, their mass centres and the Timoshenko storeys between them, and its first mode "
