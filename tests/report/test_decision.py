@@ -89,6 +89,44 @@ def run_of(folder, **stores):
     return run
 
 
+def probed(psa, components, frequency, **probes):
+    """The response of probes of a 3D model by their kind and floor, meant up to 50 Hz."""
+    kinds, floors = zip(*probes.values(), strict=True)
+    return xr.Dataset(
+        {
+            "psa": (("damping", "probe", "component", "frequency"), psa[None]),
+            "pfa": (("probe", "component"), np.ones(psa.shape[:2])),
+        },
+        coords={
+            "damping": [0.05],
+            "component": list(components),
+            "frequency": frequency,
+            "probe": list(probes),
+            "probe_kind": ("probe", list(kinds)),
+            "probe_floor": ("probe", list(floors)),
+        },
+        attrs={"building": "B1", "maximum_frequency": 50.0},
+    )
+
+
+def designed(psa, elsewhere):
+    """The spectrum of the whole floor 1 along y at 10 Hz and 60 Hz."""
+    return xr.Dataset(
+        {
+            "psa": (("damping", "station", "direction", "frequency"), [[[psa]]]),
+            "zpa": (("station", "direction"), [[20.0]]),
+        },
+        coords={
+            "damping": [0.05],
+            "direction": ["y"],
+            "frequency": [10.0, 60.0],
+            "station_floor": ("station", [1]),
+            "elsewhere": elsewhere,
+        },
+        attrs={"building": "B1", "maximum_frequency": 50.0},
+    )
+
+
 def test_the_largest_one_of_each_body(tmp_path):
     """Along x nothing moves; factors are of the peak and at its frequency."""
     found = governing(run_of(tmp_path, pounding=sticks()))
@@ -272,43 +310,16 @@ def test_the_factor_is_that_of_any_floor_whose_ordinates_count(tmp_path, share, 
 @pytest.mark.parametrize("vertices", [0, 2])
 def test_whole_floors_govern_where_the_run_has_them(tmp_path, vertices):
     """And points on no floor; the probes of floors are among those of whole floors."""
-    peaks = xr.DataArray([[[3.0], [30.0]]], dims=("probe", "component", "frequency"))
-    probes = xr.Dataset(
-        {
-            "psa": xr.concat([peaks, 0.5 * peaks], "probe").expand_dims("damping"),
-            "pfa": (("probe", "component"), np.ones((2, 2))),
-        },
-        coords={
-            "damping": [0.05],
-            "component": ["x", "y"],
-            "frequency": [10.0],
-            "probe": ["centre", "wall"],
-            "probe_kind": ("probe", ["centre", "point"]),
-            "probe_floor": ("probe", [1, 0]),
-        },
-        attrs={"building": "B1", "maximum_frequency": 50.0},
-    )
+    peaks = np.array([[[3.0], [30.0]], [[1.5], [15.0]]])
+    probes = probed(peaks, "xy", [10.0], centre=("centre", 1), wall=("point", 0))
     found = governing(run_of(tmp_path, transient=probes))
     assert [(one.direction, one.peak, one.place) for one in found] == [
         ("y", 30.0, "mass centre"),
         ("x", 3.0, "mass centre"),
     ]
-    design = xr.Dataset(
-        {
-            # Above what the model is meant for there is more.
-            "psa": (("damping", "station", "direction", "frequency"), [[[[45.0, 90.0]]]]),
-            "zpa": (("station", "direction"), [[20.0]]),
-            **({"vertex_node": ("vertex", np.zeros(vertices, int))} if vertices else {}),
-        },
-        coords={
-            "damping": [0.05],
-            "direction": ["y"],
-            "frequency": [10.0, 60.0],
-            "station_floor": ("station", [1]),
-            "elsewhere": ["wall"],
-        },
-        attrs={"building": "B1", "maximum_frequency": 50.0},
-    )
+    design = designed([45.0, 90.0], ["wall"])  # above what the model is meant for there is more
+    if vertices:
+        design["vertex_node"] = ("vertex", np.zeros(vertices, int))
     first, second = governing(run_of(tmp_path, transient=probes, design=design))
     where = "over the floor" if vertices else "of its probes"
     assert first.words == f"B1, floor 1, largest {where}, 3D model"
@@ -390,42 +401,13 @@ def test_one_motion_of_many(tmp_path):
 
 def test_one_motion_of_many_in_3d(tmp_path):
     """The peak of the mass centre over that of this motion, whatever governs on the floor."""
-    peak = np.zeros((1, 2, 3, 2))
-    peak[0, 0, 1] = 10.0, 40.0  # above what the model is meant for
-    peak[0, 1, 1] = 30.0
-    probes = xr.Dataset(
-        {
-            "psa": (("damping", "probe", "component", "frequency"), peak),
-            "pfa": (("probe", "component"), np.ones((2, 3))),
-        },
-        coords={
-            "damping": [0.05],
-            "component": ["x", "y", "z"],
-            "frequency": [10.0, 60.0],
-            "probe": ["centre_1", "edge_1"],
-            "probe_kind": ("probe", ["centre", "edge"]),
-            "probe_floor": ("probe", [1, 1]),
-        },
-        attrs={"building": "B1", "maximum_frequency": 50.0},
-    )
-    design = xr.Dataset(
-        {
-            "psa": (("damping", "station", "direction", "frequency"), np.full((1, 1, 1, 1), 45.0)),
-            "zpa": (("station", "direction"), [[20.0]]),
-            "member_centre_peak": (
-                ("motion", "damping", "station", "direction"),
-                np.full((8, 1, 1, 1), 12.0),
-            ),
-        },
-        coords={
-            "damping": [0.05],
-            "direction": ["y"],
-            "frequency": [10.0],
-            "station_floor": ("station", [1]),
-            "elsewhere": np.zeros(0, dtype=str),
-        },
-        attrs={"building": "B1", "maximum_frequency": 50.0},
-    )
+    peak = np.zeros((2, 3, 2))
+    peak[0, 1] = 10.0, 40.0  # above what the model is meant for
+    peak[1, 1] = 30.0
+    probes = probed(peak, "xyz", [10.0, 60.0], centre_1=("centre", 1), edge_1=("edge", 1))
+    design = designed([45.0, 45.0], np.zeros(0, dtype=str))
+    dims = ("motion", "damping", "station", "direction")
+    design["member_centre_peak"] = (dims, np.full((8, 1, 1, 1), 12.0))
     run = run_of(tmp_path, transient=probes, design=design)
     (text,) = flags(run, governing(run))
     assert "8 motions" in text and "B1 along y (3D model, mass centre) is up to 1.20" in text

@@ -223,6 +223,14 @@ def test_numbers_and_quantities():
     assert [number(x) for x in values] == ["–", "0", "1.235e+06", "12346", "0.0001"]
 
 
+def case_of(buildings, **sections):
+    """A case of `case.json` with a 3D model of its first building, as assumptions are told from."""
+    none = {"pounding": {}, "wall_impact": None, "transient": None, "devices": []}
+    none |= {"contact_laws": {}, "report": {"assumptions": [], "reference": None}}
+    structure = {"building": buildings[0]["name"]}
+    return {"buildings": buildings, "structure": structure, **none, **sections}
+
+
 LAW = {"type": "kelvin-voigt", "stiffness": 1e11, "restitution": None, "damping_ratio": 0.12}
 TAKEN = "contact stiffness that the case calls calibrated come from one impact of the 3D model"
 
@@ -237,19 +245,12 @@ TAKEN = "contact stiffness that the case calls calibrated come from one impact o
     ],
 )
 def test_whether_a_law_takes_values_from_the_wall(laws, wall, taken):
-    case = {
-        "buildings": [
-            {"name": "B1", "damping": {}},
-            {"name": "B2", "damping": {"type": "table" if wall else "rayleigh"}},
-        ],
-        "structure": {"building": "B1"},
-        "pounding": {},
-        "wall_impact": {"floors": [8]} if wall else None,
-        "transient": None,
-        "devices": [],
-        "contact_laws": laws,
-        "report": {"assumptions": [], "reference": None},
-    }
+    buildings = [
+        {"name": "B1", "damping": {}},
+        {"name": "B2", "damping": {"type": "table" if wall else "rayleigh"}},
+    ]
+    wall_impact = {"floors": [8]} if wall else None
+    case = case_of(buildings, wall_impact=wall_impact, contact_laws=laws)
     found = "\n".join(one["text"] for _, group in assumptions(case) for one in group)
     unused = "those of the impact on a rigid wall are not used"
     assert (TAKEN in found, unused in found) == (taken is True, taken is False)
@@ -295,22 +296,18 @@ def test_the_reference_of_another_case():
 )
 def test_what_is_assumed_of_soil_and_contact(soils, models, held):
     every = {"clamped to it", "Rafts are rigid", "of a stick are rigid", "3D models pound"}
-    case = {
-        "buildings": [
-            {"name": name, "damping": {}, "soil": {"type": soil} if soil else None}
-            for name, soil in zip("AB", soils, strict=True)
-        ],
-        "structure": {"building": "A"},
-        "pounding": {"models": dict(zip("AB", models, strict=True))},
-        "wall_impact": None,
-        "transient": {"time_step": 1e-3},
-        "devices": [],
-        "contact_laws": {},
-        "report": {"assumptions": [], "reference": None},
-    }
+    buildings = [
+        {"name": name, "damping": {}, "soil": {"type": soil} if soil else None}
+        for name, soil in zip("AB", soils, strict=True)
+    ]
+    pounding = {"models": dict(zip("AB", models, strict=True))}
+    case = case_of(buildings, pounding=pounding, transient={"time_step": 1e-3})
     ((_, method),) = assumptions(case)
     text = "\n".join(one["text"] for one in method)
     assert {words for words in every | {"forces of the"} if words in text} == held
+
+
+REFERENCE = {"title": "A paper", "assumptions": [], "given": []}
 
 
 def beside_a_paper(run):
@@ -321,12 +318,9 @@ def beside_a_paper(run):
     values = [{"name": name, "tolerance": 0.1, "reason": None} for name in names]
     item = {"kind": "figure", "title": "it", "tells": None, "shows": [], "given": False}
     reason = "Ours was scaled to it."
-    case["report"]["reference"] = {
-        "title": "A paper",
-        "assumptions": [],
-        "given": [{"kind": "scaled", "names": ["motion.pga"], "reason": reason}],
-        "items": [item | {"number": str(k), "values": [v]} for k, v in enumerate(values)],
-    }
+    given = [{"kind": "scaled", "names": ["motion.pga"], "reason": reason}]
+    items = [item | {"number": str(k), "values": [v]} for k, v in enumerate(values)]
+    case["report"]["reference"] = REFERENCE | {"given": given, "items": items}
     about = {"unit": "m/s2", "relation": "=", "note": ""}
     summary = [
         {"name": name, "value": 1.0, "paper": 1.0 if name != "motion.duration_of_a_paper" else 3.0}
@@ -388,12 +382,7 @@ def test_links_between_figures_and_the_publication(run):
     case = json.loads((run / "case.json").read_text(encoding="utf-8"))
     item = {"kind": "figure", "number": "9", "title": "it", "tells": None, "given": False}
     item |= {"shows": ["figures/figure_09*", "figures/figure_99*"], "values": []}
-    case["report"]["reference"] = {
-        "title": "A paper",
-        "assumptions": [],
-        "given": [],
-        "items": [item],
-    }
+    case["report"]["reference"] = REFERENCE | {"items": [item]}
     page = rewritten(run, case=case)
     assert {"#figure_9", "#svg_figure_09_forces"} <= set(page.links) and page.faults == []
     assert "beside figure 9 of the publication" in page.words

@@ -28,31 +28,18 @@ XYZ = ["x", "y", "z"]
 
 @dataclass(frozen=True)
 class Wanted:
-    """What a set of stores is to have.
-
-    Args:
-        floors: Numbers of the floors.
-        direction: Of the first motion; the impact edge is at its upper end.
-        loads: Floors with impact forces.
-        solver: "reduced" or "full".
-        maps: Whether there are fields.
-        frames: Whether these have the frames of a film.
-        dampings: Damping ratios of the spectra.
-        frequencies: Number of frequencies.
-        plates: Whether a base plate is tied to the highest floor.
-        model: What pounds, "stick" or "structure".
-    """
+    """What a set of stores is to have."""
 
     floors: tuple[int, ...] = (1, 2, 3)
-    direction: str = "y"
-    loads: tuple[int, ...] = (2, 3)
-    solver: str = "reduced"
-    maps: bool = True
-    frames: bool = True
-    dampings: tuple[float, ...] = (0.05,)
-    frequencies: int = 41
-    model: str = "stick"
-    plates: bool = False
+    direction: str = "y"  #: of the first motion; the impact edge is at its upper end
+    loads: tuple[int, ...] = (2, 3)  #: floors with impact forces
+    solver: str = "reduced"  #: or "full"
+    maps: bool = True  #: whether there are fields
+    frames: bool = True  #: whether these have the frames of a film
+    dampings: tuple[float, ...] = (0.05,)  #: of the spectra
+    frequencies: int = 41  #: how many
+    model: str = "stick"  #: what pounds: or "structure"
+    plates: bool = False  #: whether a base plate is tied to the highest floor
 
 
 @pytest.fixture

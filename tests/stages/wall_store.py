@@ -41,29 +41,19 @@ WALL_SCALARS = {
 
 @dataclass(frozen=True)
 class WantedWall:
-    """What a store of the stage `calibrate` is to have.
+    """What a store of the stage `calibrate` is to have."""
 
-    Args:
-        hits: Start [s], duration [s] and impulse [N s] of each impact of the 3D model, by floor.
-        stick_hits: The same of the stick.
-        steps: Number of times.
-        separation: Shortest time without force between two impacts [s].
-        dampings: Number of damping cases.
-        durations: Durations of the first impact of the damping cases [s].
-        numerical: What the time stepping takes of the energy [J].
-        pull: How the floor was drawn aside.
-        scalars: Scalars that differ from `WALL_SCALARS`; None for one that does not exist.
-    """
-
+    #: Start [s], duration [s] and impulse [N s] of each impact of the 3D model, by floor.
     hits: Hits = field(default_factory=lambda: MODEL_HITS)
     stick_hits: Hits = field(default_factory=lambda: STICK_HITS)
     steps: int = 1201
-    separation: float = 5e-3
-    dampings: int = 3
-    durations: tuple[float, ...] = (0.016, 0.015, 0.017)
-    numerical: float = 0.0
+    separation: float = 5e-3  #: shortest time without force between two impacts [s]
+    dampings: int = 3  #: number of damping cases
+    durations: tuple[float, ...] = (0.016, 0.015, 0.017)  #: of their first impacts [s]
+    numerical: float = 0.0  #: what the time stepping takes of the energy [J]
+    #: Scalars that differ from `WALL_SCALARS`; None for one that does not exist.
     scalars: dict[str, float | None] = field(default_factory=dict)
-    pull: str = "whole_floor"
+    pull: str = "whole_floor"  #: how the floor was drawn aside
 
 
 def calibrate_store(asked):

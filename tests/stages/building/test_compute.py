@@ -196,18 +196,15 @@ def test_masses_that_parts_do_not_allow(frame, edited, mass, more, expected):
         read_parts(case, frame.with_name("frame.msh"))
 
 
-def test_mechanism_is_named_by_its_place(frame, edited, tmp_path):
+def test_mechanism_is_named_by_its_place(frame, tmp_path, monkeypatch):
     """Without its base the frame floats."""
     case = load_case(frame)
     parts, masses = read_parts(case, frame.with_name("frame.msh"))
     floating = replace(parts, mesh=replace(parts.mesh, base=np.empty(0, dtype=np.int64)))
 
-    from impactfem.stages.building import compute as stage
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(stage, "read_parts", lambda *_: (floating, masses))
-        with pytest.raises(SolutionError, match=r"mechanism: its node at \(.*\) m in \w+_[12]"):
-            analysed(case, tmp_path, MPI.COMM_SELF, nullcontext)
+    monkeypatch.setattr(compute, "read_parts", lambda *_: (floating, masses))
+    with pytest.raises(SolutionError, match=r"mechanism: its node at \(.*\) m in \w+_[12]"):
+        analysed(case, tmp_path, MPI.COMM_SELF, nullcontext)
 
 
 def test_a_rank_without_free_nodes(monkeypatch, tmp_path):
@@ -262,11 +259,9 @@ def test_factor_in_a_space_against_its_own_eigenvalue_problem(parts):
 
 
 def test_no_vectors_are_kept_beside_a_modal_analysis(parts, monkeypatch):
-    from impactfem.stages.building import compute as stage
-
     made, kept = [], []
 
-    class Basis(stage.KrylovBasis):
+    class Basis(compute.KrylovBasis):
         def __init__(self, *given):
             super().__init__(*given)
             made.append(weakref.ref(self.vectors))
@@ -276,8 +271,8 @@ def test_no_vectors_are_kept_beside_a_modal_analysis(parts, monkeypatch):
         kept.extend(vectors() is not None for vectors in made)
         return modes(*given)
 
-    monkeypatch.setattr(stage, "KrylovBasis", Basis)
-    monkeypatch.setattr(stage, "modes", analysis)
+    monkeypatch.setattr(compute, "KrylovBasis", Basis)
+    monkeypatch.setattr(compute, "modes", analysis)
     fit_storey_factor(assemble_building(MPI.COMM_SELF, parts), 4.0, 1, 0.3, 8)
     assert made and kept and not any(kept)
 
