@@ -385,10 +385,9 @@ def _sheet(book: Any, name: str, design: DesignFloorSpectra, building: str, x: i
     _append(sheet, ["frequency [Hz]", *titles], bold=True)
     # Frozen below the titles and right of the frequencies.
     sheet.freeze_panes = f"B{len(head) + 2}"
-    raw, psa = design.computed[d, :, x], design.psa[d, :, x]
-    for k, frequency in enumerate(design.frequency):
-        pairs = [value for s in numbers for value in (raw[s, k], psa[s, k])]
-        sheet.append([cell(frequency), *(cell(value) for value in pairs)])
+    pairs = [values[d, s, x] for s in numbers for values in (design.computed, design.psa)]
+    for row in curve_rows((), [design.frequency, *pairs]):
+        sheet.append(row)
 
 
 def _append(sheet: Any, cells: Sequence[Cell], bold: bool = False) -> None:

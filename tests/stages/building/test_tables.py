@@ -2,44 +2,51 @@
 
 import numpy as np
 import pytest
-import xarray as xr
 
 from impactfem.building.floor_properties import UNITS
 from impactfem.case.floors import Floor
 from impactfem.case.members import Bay
 from impactfem.stages.building.stage import building_checks
+from impactfem.stages.building.store import OUTPUTS
 from impactfem.stages.building.tables import building_tables
 from impactfem.stages.building.targets import LEAST_SHARE, bending_modes
+from impactfem.stages.stores import dataset
 from impactfem.system.files import write_netcdf
 
 from ..figure_file import rows
 
 
+def stored(folder, direction, **values):
+    """The store of two floors of 6 m by 4 m, as no model made it."""
+    common = {
+        "mode": np.arange(1, len(values["frequency"]) + 1),
+        "floor": [1, 2],
+        "direction": ["x", "y"],
+        "node_position": [[0.0, 0.0, 0.0], [6.0, 4.0, 3.0]],
+        "mesh_warning": [],
+    }
+    attributes = {"building": "B1", "bending_direction": direction}
+    store = dataset(OUTPUTS, common | values, attributes=attributes)
+    write_netcdf(folder / "building.nc", store)
+    return folder
+
+
 @pytest.fixture
 def folder(tmp_path):
-    modes, floors = np.arange(1, 4), np.array([1, 2])
-    mass = np.array([[8e3, 0.0], [0.0, 5e3], [1e3, 0.0]])
-    store = xr.Dataset(
-        {
-            "frequency": ("mode", np.array([2.0, 3.0, 7.0])),
-            "effective_mass": (("mode", "direction"), mass),
-            "participation": (("mode", "direction"), np.sqrt(mass)),
-            "residual": ("mode", np.full(3, 1e-12)),
-            "total_mass": ("direction", np.array([1e4, 1e4])),
-            "bending_mode": ("bending", np.array([1, 3])),
-            "floor_mass": ("floor", np.array([6e3, 4e3])),
-            "floor_added_mass": ("floor", np.array([1e3, 0.0])),
-            "base_mass": 0.0,
-            "mesh_warning": ("mesh_warning", np.array([], dtype=object)),
-            **{f"floor_{name}": ("floor", np.array([2.0, 1.1])) for name in UNITS},
-            **{f"floor_e{x}": ("floor", np.array([0.0, 0.03])) for x in "xy"},
-            "node_position": (("node", "xyz"), np.array([[0.0, 0.0, 0.0], [6.0, 4.0, 3.0]])),
-        },
-        coords={"mode": modes, "floor": floors, "direction": np.array(["x", "y"], dtype=object)},
-        attrs={"building": "B1", "bending_direction": "x"},
+    return stored(
+        tmp_path,
+        "x",
+        frequency=[2.0, 3.0, 7.0],
+        effective_mass=[[8e3, 0.0], [0.0, 5e3], [1e3, 0.0]],
+        residual=np.full(3, 1e-12),
+        total_mass=[1e4, 1e4],
+        bending_mode=[1, 3],
+        floor_added_mass=[1e3, 0.0],
+        base_mass=0.0,
+        floor_mass=[6e3, 4e3],
+        **{f"floor_e{x}": [0.0, 0.03] for x in "xy"},
+        **{f"floor_{name}": [2.0, 1.1] for name in UNITS if name != "mass"},
     )
-    write_netcdf(tmp_path / "building.nc", store)
-    return tmp_path
 
 
 def test_tables_beside_the_published_modes(folder):
@@ -108,28 +115,20 @@ def checked(tmp_path):
     """The checks of a store that no model made."""
 
     def check(*, total=4e5, residual=1e-12, bending=(1,), warnings=(), ey=0.0):
-        store = xr.Dataset(
-            {
-                "total_mass": ("direction", np.array([total, total])),
-                "floor_mass": ("floor", np.array([2e5, 1e5])),
-                "residual": ("mode", np.array([1e-14, residual])),
-                "frequency": ("mode", np.array([1.8, 5.22])),
-                "effective_mass": (("mode", "direction"), np.array([[0.0, 3e5], [3e5, 0.0]])),
-                "base_mass": 1e5,
-                "mesh_warning": ("mesh_warning", np.array(warnings, dtype=object)),
-                "bending_mode": ("bending", np.array(bending, dtype=np.int64)),
-                "floor_ex": ("floor", np.array([0.0, 0.05])),
-                "floor_ey": ("floor", np.array([0.0, ey])),
-                "node_position": (("node", "xyz"), np.array([[0.0, 0.0, 0.0], [6.0, 4.0, 3.0]])),
-            },
-            coords={
-                "direction": np.array(["x", "y"], dtype=object),
-                "mode": [1, 2],
-                "floor": [1, 2],
-            },
-            attrs={"bending_direction": "y"},
+        stored(
+            tmp_path,
+            "y",
+            total_mass=[total, total],
+            floor_mass=[2e5, 1e5],
+            base_mass=1e5,
+            residual=[1e-14, residual],
+            frequency=[1.8, 5.22],
+            effective_mass=[[0.0, 3e5], [3e5, 0.0]],
+            mesh_warning=warnings,
+            bending_mode=np.array(bending, dtype=np.int64),
+            floor_ex=[0.0, 0.05],
+            floor_ey=[0.0, ey],
         )
-        write_netcdf(tmp_path / "building.nc", store)
         return building_checks(tmp_path)
 
     return check

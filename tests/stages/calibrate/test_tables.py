@@ -1,8 +1,8 @@
 """The tables of the stage `calibrate`, and the paper's values beside its own equations."""
 
 import math
-from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -242,25 +242,16 @@ CASES = {
 }
 
 
-@dataclass
-class Drawn:
-    """What a run of the figures wrote and drew: curves by label, images."""
-
-    folder: object
-    files: list = field(default_factory=list)
-    curves: dict = field(default_factory=dict)
-    images: list = field(default_factory=list)
-
-
 @pytest.fixture(scope="module")
 def drawn(tmp_path_factory):
-    """Each case, drawn once and coarsely."""
+    """Each case, drawn once and coarsely: files, curves by label, and images."""
     found = {}
     plot, image = Axes.plot, Axes.pcolormesh
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(style.SETTINGS, "figure.dpi", 40.0)
         for name, (wanted, _) in CASES.items():
-            one = found[name] = Drawn(tmp_path_factory.mktemp("wall"))
+            one = SimpleNamespace(folder=tmp_path_factory.mktemp("wall"), curves={}, images=[])
+            found[name] = one
 
             def kept_plot(self, x, y, *args, one=one, **options):
                 one.curves.setdefault(options.get("label"), []).append((np.array(x), np.array(y)))

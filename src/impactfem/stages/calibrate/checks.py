@@ -44,10 +44,8 @@ def wall_checks(folder: Path) -> list[Check]:
         gap = float(store.attrs["gap"])
         if gap > 0.0:
             into = max(0.0, *(-found.closest for found in stick))
-            for who, depth, limit in (
-                ("3D model", value["penetration"], RIGID),
-                ("stick", into, PENALTY),
-            ):
+            model = value["penetration"]
+            for who, depth, limit in (("3D model", model, RIGID), ("stick", into, PENALTY)):
                 text = f"penetration of the {who}"
                 lines.append(limited(text, depth / gap, limit, "% of the gap"))
     return [(met, f"calibrate: {text}") for met, text in lines]
