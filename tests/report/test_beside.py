@@ -10,6 +10,7 @@ from impactfem.report.page import (
     SHOWN,
     UNPUBLISHED,
     compared_values,
+    count,
     farthest,
     places,
 )
@@ -79,11 +80,12 @@ def test_without_values(kind, written, status):
     assert list(found.lacking) == ([] if status == UNPUBLISHED else ["figures/figure_01*"])
 
 
-def test_places_without_a_number():
+def test_count_of_places_without_a_number():
     assert place([], kind="equation").status == SHOWN
     assert place([], given=True, kind="table").status == GIVEN
     reference = {"items": [item(number="1"), item(number="2"), item("table", "1")]}
-    assert [one.status for one in places(reference, [], [])] == [UNPUBLISHED] * 3
+    found = places(reference, [], [])
+    assert count(found, "figure") == {UNPUBLISHED: 2} and count(found, "table") == {UNPUBLISHED: 1}
 
 
 @pytest.mark.parametrize("kind", NOT_RESULTS)

@@ -118,6 +118,11 @@ def places(
     return made
 
 
+def count(found: Sequence[Place], kind: str) -> Counter[str]:
+    """How many places of a kind have each status."""
+    return Counter(place.status for place in found if place.item["kind"] == kind)
+
+
 def compared_values(found: Sequence[Place]) -> list[Compared]:
     """The compared values, each once."""
     return list({one.name: one for place in found for one in place.compared}.values())
@@ -206,10 +211,7 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
     written += [str(one.path.relative_to(run.folder)) for one in overall if one is not None]
     reference = run.case["report"]["reference"]
     compared = [] if reference is None else places(reference, run.summary, written)
-    tally = [
-        (f"{kind}s", Counter(one.status for one in compared if one.item["kind"] == kind))
-        for kind in KINDS
-    ]
+    tally = [(f"{kind}s", count(compared, kind)) for kind in KINDS]
     tally.append(("values", Counter(one.status for one in compared_values(compared))))
     for what, counts in tally if compared else []:
         found = ", ".join(f"{counts[status]} {status}" for status in STATUSES if counts[status])
