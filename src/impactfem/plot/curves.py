@@ -94,8 +94,7 @@ class Panel:
         if "x" not in self.log:
             axes.xaxis.set_major_locator(MaxNLocator(5))
             axes.ticklabel_format(axis="x", useOffset=False)
-        axes.set_xlabel(self.xlabel)
-        axes.set_ylabel(self.ylabel)
+        axes.set(xlabel=self.xlabel, ylabel=self.ylabel)
         axes.text(0.5, 0.5, self.note, ha="center", transform=axes.transAxes)
         handles, labels = axes.get_legend_handles_labels()
         if self.legend and labels:

@@ -98,11 +98,8 @@ def plan_axes(panel: Axes, floor: TopFloor, margin: float = MARGIN) -> None:
     """A plan to scale, with a margin in parts of its smaller side."""
     low, high = floor.position[:, :2].min(axis=0), floor.position[:, :2].max(axis=0)
     beyond = margin * float(floor.size.min())
-    panel.set_xlim(low[0] - beyond, high[0] + beyond)
-    panel.set_ylim(low[1] - beyond, high[1] + beyond)
-    panel.set_aspect("equal")
-    panel.set_xlabel("x [m]")
-    panel.set_ylabel("y [m]")
+    (x0, y0), (x1, y1) = low - beyond, high + beyond
+    panel.set(xlim=(x0, x1), ylim=(y0, y1), aspect="equal", xlabel="x [m]", ylabel="y [m]")
     panel.grid(False)
 
 

@@ -57,24 +57,31 @@ class Picture:
         return np.stack([x, y], axis=-1)
 
 
-def shell_grid(store: xr.Dataset, family: str | None = None) -> Any:
-    """Shells of a family of parts, or all, as quadratic triangles with all nodes of the mesh."""
-    import pyvista
+def shell_nodes(store: xr.Dataset, family: str | None = None) -> Index:
+    """Nodes of the shells of a family of parts, or of all, shape (n, 6): vertices, then middles."""
+    return _nodes(store, family, "shell_part_name", "triangle")
 
-    chosen = _chosen(store, "shell_part_name", "triangle_part", family)
-    cells = store["triangle_node"].values[chosen]
-    return pyvista.UnstructuredGrid(
-        {pyvista.CellType.QUADRATIC_TRIANGLE: cells}, store["node_position"].values
-    )
+
+def shell_grid(store: xr.Dataset, family: str | None = None) -> Any:
+    """The same shells as quadratic triangles with all nodes of the mesh."""
+    return _grid(store, "QUADRATIC_TRIANGLE", shell_nodes(store, family))
 
 
 def beam_grid(store: xr.Dataset, family: str | None = None) -> Any:
     """Beams of a family of parts, or all, as straight lines with all nodes of the mesh."""
+    return _grid(store, "LINE", _nodes(store, family, "beam_part_name", "line")[:, :2])
+
+
+def _nodes(store: xr.Dataset, family: str | None, names: str, cell: str) -> Index:
+    chosen = [family in (None, str(name).split("_")[0]) for name in store[names].values]
+    shown = np.array(chosen, dtype=bool)[store[f"{cell}_part"].values]
+    return np.asarray(store[f"{cell}_node"].values[shown])
+
+
+def _grid(store: xr.Dataset, kind: str, cells: Index) -> Any:
     import pyvista
 
-    chosen = _chosen(store, "beam_part_name", "line_part", family)
-    cells = store["line_node"].values[chosen][:, :2]
-    return pyvista.UnstructuredGrid({pyvista.CellType.LINE: cells}, store["node_position"].values)
+    return pyvista.UnstructuredGrid({pyvista.CellType[kind]: cells}, store["node_position"].values)
 
 
 def surface(grid: Any) -> Any:
@@ -228,11 +235,3 @@ def impact_view(building: xr.Dataset) -> tuple[float, float, float]:
     aside = np.array([-out[1], out[0]])
     x, y = 1.0 * out + 0.75 * aside
     return (float(x), float(y), 0.7)
-
-
-def _chosen(store: xr.Dataset, names: str, part: str, family: str | None) -> Index:
-    wanted = np.array(
-        [family is None or str(name).split("_")[0] == family for name in store[names].values],
-        dtype=bool,
-    )
-    return np.flatnonzero(wanted[store[part].values])

@@ -98,8 +98,7 @@ def flowchart_figure(folder: Path, stages: Sequence[Stage]) -> list[Path]:
             axes[0].plot(*zip(*line, strict=True), color="black", lw=1.0, zorder=1)
             arrow = {"arrowstyle": "-|>", "shrinkA": 0.0, "shrinkB": 0.0, "color": "black"}
             axes[0].annotate("", (end, top + half), xytext=line[-1], arrowprops=arrow, zorder=4)
-        axes[0].set_xlim(0.0, across)
-        axes[0].set_ylim(0.0, 100.0)
+        axes[0].set(xlim=(0.0, across), ylim=(0.0, 100.0))
         axes[0].set_axis_off()
     return [target / f"{FLOWCHART}.svg"]
 

@@ -27,6 +27,7 @@ from impactfem.plot.scene import (
     plotter,
     segments,
     shell_grid,
+    shell_nodes,
     surface,
 )
 from impactfem.plot.style import BLUE, GREEN, RED
@@ -130,9 +131,7 @@ def _slabs(scene: Any, notes: Notes, building: xr.Dataset, folder: Path) -> None
             peak[maps["node_number"].values] = maps["pfa"].sel(component=direction).values
         grid.point_data["peak"] = peak.astype(np.float32)
         # Of the level triangles, not of a parapet; of all where none is level.
-        names = names_of(building, "shell_part_name")
-        floors = np.array([name.split("_")[0] == "floor" for name in names], dtype=bool)
-        cells = building["triangle_node"].values[floors[building["triangle_part"].values]][:, :3]
+        cells = shell_nodes(building, "floor")[:, :3]
         level = np.ptp(building["node_position"].values[cells, 2], axis=1) < FLAT
         shown = peak[np.unique(cells[level] if level.any() else cells)]
         low, high = float(shown.min()), float(shown.max())

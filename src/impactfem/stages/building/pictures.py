@@ -24,11 +24,12 @@ from impactfem.plot.scene import (
     plotter,
     render,
     shell_grid,
+    shell_nodes,
     show,
     surface,
 )
 from impactfem.plot.style import figure, letter
-from impactfem.stages.stores import names_of, open_store
+from impactfem.stages.stores import open_store
 from impactfem.system.arrays import Array
 
 FLAT = 1e-6
@@ -59,9 +60,7 @@ class Side:
 def open_side(store: xr.Dataset) -> Side | None:
     """The side of `building.nc` with the largest area of openings; None where none has a wall."""
     nodes = np.asarray(store["node_position"].values, dtype=np.float64)
-    names = names_of(store, "shell_part_name")
-    storey = np.array([name.split("_")[0] == "storey" for name in names], dtype=bool)
-    cells = store["triangle_node"].values[storey[store["triangle_part"].values]][:, :3]
+    cells = shell_nodes(store, "storey")[:, :3]
     ends = store["line_node"].values[:, :2]
     sides = []
     for axis, outermost in product((0, 1), (np.min, np.max)):

@@ -225,10 +225,9 @@ def _damping(path: Path, store: xr.Dataset) -> Path:
                     continue
                 look = {"marker": MARKERS[k % len(MARKERS)], "ls": "none", "color": colours[k]}
                 panel.plot(float(ratio[k]), values[k], ms=6, label=case, **look)
-            panel.set_xlabel(f"damping ratio at {frequency:.3g} Hz [%]")
-            panel.set_ylabel(label)
-            panel.set_xlim(0.0, 1.15 * float(ratio.max()))
-            panel.set_ylim(0.0, 1.25 * float(values.max()))
+            panel.set(xlabel=f"damping ratio at {frequency:.3g} Hz [%]", ylabel=label)
+            right, top = 1.15 * float(ratio.max()), 1.25 * float(values.max())
+            panel.set(xlim=(0.0, right), ylim=(0.0, top))
         axes[0].set_ylim(0.0, 1.0)
         spare.legend(*axes[0].get_legend_handles_labels(), loc="center", title="damping")
         letter(axes)
