@@ -243,19 +243,12 @@ def _tables(design: DesignFloorSpectra, names: tuple[str, str]) -> list[Table]:
         f"elevation [m]; raw peak [{unit}]; frequency of the raw peak [Hz]; broadened peak [{unit}]"
         f"; zero-period acceleration [{unit}]; {WITHIN}"
     )
+    of_curves = (*LABELS, ("frequency", "Hz"), *((name, unit) for name in columns))
+    title = f"Floor response spectra; {design.broadening_text}"
+    of_peaks = "Peaks and zero-period accelerations of the floor response spectra"
     return [
-        Table(
-            names[0],
-            f"Floor response spectra; {design.broadening_text}",
-            (*LABELS, ("frequency", "Hz"), *((name, unit) for name in columns)),
-            tuple(curves),
-        ),
-        Table(
-            names[1],
-            "Peaks and zero-period accelerations of the floor response spectra",
-            (*LABELS, *numbers_of_peaks),
-            tuple(peaks),
-        ),
+        Table(names[0], title, of_curves, tuple(curves)),
+        Table(names[1], of_peaks, (*LABELS, *numbers_of_peaks), tuple(peaks)),
     ]
 
 
@@ -272,20 +265,13 @@ def floor_store(design: DesignFloorSpectra, inputs: str = "") -> xr.Dataset:
     """The products as a dataset, with the hash of what they were made from."""
     source = design.source
     curve = ("damping", "station", "direction")
-    si = {"units": source.unit}
-    stations = source.stations
+    si, stations = {"units": source.unit}, source.stations
+    within = f"raw stays within {100 * ZPA_TOLERANCE:g} % of zpa from here on"
     variables: dict[str, tuple[Any, ...]] = {
         "raw": ((*curve, "frequency"), design.raw, si | {"long_name": "as computed"}),
         "broadened": ((*curve, "design_frequency"), design.psa, si | {"long_name": "for design"}),
         "zpa": (curve[1:], design.zpa, si | {"long_name": "zero-period acceleration"}),
-        "rigid_frequency": (
-            curve,
-            design.rigid,
-            {
-                "units": "Hz",
-                "long_name": f"raw stays within {100 * ZPA_TOLERANCE:g} % of zpa from here on",
-            },
-        ),
+        "rigid_frequency": (curve, design.rigid, {"units": "Hz", "long_name": within}),
         "frequency": ("frequency", source.frequency, {"units": "Hz"}),
         "design_frequency": ("design_frequency", design.frequency, {"units": "Hz"}),
         "damping": ("damping", source.damping, {"units": "-"}),

@@ -29,14 +29,8 @@ from impactfem.system.files import atomic
 from impactfem.system.log import LOGGER
 
 REPORT = "report.html"
-REPRODUCED, DIFFERS, GIVEN, UNPUBLISHED, ABSENT, SHOWN = (
-    "reproduced",
-    "differs",
-    "given or fitted",
-    "no number published",
-    "not computed",
-    "shown",
-)
+REPRODUCED, DIFFERS, GIVEN = "reproduced", "differs", "given or fitted"
+UNPUBLISHED, ABSENT, SHOWN = "no number published", "not computed", "shown"
 STATUSES = (REPRODUCED, DIFFERS, GIVEN, UNPUBLISHED, SHOWN, ABSENT)
 KINDS = ("equation", "figure", "table")
 FARTHEST = 8
@@ -352,13 +346,8 @@ def assumptions(case: Mapping[str, Any]) -> list[tuple[str, Sequence[Mapping[str
     own, reference = case["report"]["assumptions"], case["report"]["reference"] or {}
     published = list(reference.get("assumptions", ()))
     if words := of_another_case(case):
-        published = [
-            {
-                "text": words,
-                "reason": "Differences from the publication may have other reasons here.",
-            },
-            *published,
-        ]
+        reason = "Differences from the publication may have other reasons here."
+        published.insert(0, {"text": words, "reason": reason})
     groups = (
         ("The method", sum((method[key] for key in keys), method["always"])),
         ("This case", own),

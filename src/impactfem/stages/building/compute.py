@@ -144,12 +144,8 @@ def _modes(model: BuildingModel, structure: Structure, known: Array | None) -> t
         factor, result, rounds = fit_storey_factor(
             model, fit.frequency, direction, factor, structure.modes
         )
-        LOGGER.debug(
-            "building: storey factor %.4g gives %.4g Hz (%d modal analyses)",
-            factor,
-            fit.frequency,
-            rounds,
-        )
+        text = "building: storey factor %.4g gives %.4g Hz (%d modal analyses)"
+        LOGGER.debug(text, factor, fit.frequency, rounds)
         return factor, result
     K = model.stiffness(factor)
     if known is None:

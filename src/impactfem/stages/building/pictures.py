@@ -192,15 +192,9 @@ def _mode(store: xr.Dataset, mode: int, number: int, path: Path) -> Path:
         if grid.n_cells:
             grid.points = moved
             grid.point_data["value"] = length / length.max()
-            scene.add_mesh(
-                surface(grid),
-                scalars="value",
-                cmap=COLOURS,
-                clim=(0.0, 1.0),
-                show_scalar_bar=False,
-                line_width=2.0,
-                **SHADING,
-            )
+            colours = {"scalars": "value", "cmap": COLOURS, "clim": (0.0, 1.0)}
+            look = colours | {"show_scalar_bar": False, "line_width": 2.0}
+            scene.add_mesh(surface(grid), **look, **SHADING)
     picture = render(scene, np.concatenate([rest, moved]), MODE_VIEW)
     direction = store.attrs["bending_direction"]
     axis = {"x": "y", "y": "x"}[direction]

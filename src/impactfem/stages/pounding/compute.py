@@ -229,21 +229,9 @@ def run_sticks(
             for name, other in others.items():
                 peaks[name] = Peaks.of(other, lines, floor_spectra(case, other, floors.directions))
     return StickStudy(
-        case,
-        motions,
-        calibration,
-        system,
-        all_modes,
-        response,
-        free,
-        found,
-        checks,
-        apart,
-        facing,
-        floors,
-        floors_free,
-        foundations(case, response),
-        **peaks,
+        *(case, motions, calibration, system, all_modes, response, free, found, checks, apart),
+        *(facing, floors, floors_free, foundations(case, response)),
+        *(peaks.get("peaks"), peaks.get("halved"), peaks.get("doubled")),
     )
 
 
@@ -274,18 +262,15 @@ def floor_spectra(
     if directions is None:
         directions = moving(response.absolute_acceleration, dofs)[0]
     columns = dofs[:, [COMPONENTS.index(name) for name in directions]]
-    records = response.absolute_acceleration[:, columns.ravel()].T
+    records, asked = response.absolute_acceleration[:, columns.ravel()].T, case.spectra
     spectra = response_spectra(
-        records,
-        response.time_step,
-        case.spectra.frequency_values,
-        case.spectra.damping,
-        points_per_cycle=case.spectra.points_per_cycle,
-        method=case.spectra.method,
+        *(records, response.time_step, asked.frequency_values, asked.damping),
+        points_per_cycle=asked.points_per_cycle,
+        method=asked.method,
         threads=threads(),
         absolute=False,
     )
-    shape = (len(case.spectra.damping), len(dofs), len(directions), spectra.frequency.size)
+    shape = (len(asked.damping), len(dofs), len(directions), spectra.frequency.size)
     return FloorSpectra(
         directions=directions,
         psa=spectra.psa.reshape(shape),

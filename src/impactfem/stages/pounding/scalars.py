@@ -42,13 +42,8 @@ MAIN_IMPACT = {
     "restitution": ("restitution", "-"),
 }
 """The same of the main impact."""
-DEMANDS = {
-    "bearing_pressure": "Pa",
-    "bearing_ratio": "-",
-    "storey_shear": "N",
-    "shear_stress": "Pa",
-    "cracking_ratio": "-",
-}
+DEMANDS = {"bearing_pressure": "Pa", "bearing_ratio": "-", "storey_shear": "N"}
+DEMANDS |= {"shear_stress": "Pa", "cracking_ratio": "-"}
 """What an impact asks of the buildings, with its unit."""
 LARGEST = "of the largest values"
 SHORT, LONG = 0.2, 2.0
@@ -112,14 +107,11 @@ def _motion(study: StickStudy) -> list[Row]:
     for building, moved in relative.items():
         name, later = f"motion.passage.{building}", delays[building] - delays[first]
         left = later * math.hypot(*(one.measures.end_velocity for one in study.motions))
+        apart = float(np.linalg.norm(moved[0], axis=1).max())
+        note = f"largest way of the ground under it from that under {first}"
         rows += [
             (f"{name}.delay", later, "s", f"of the waves after {first}; negative: before it"),
-            (
-                f"{name}.apart",
-                float(np.linalg.norm(moved[0], axis=1).max()),
-                "m",
-                f"largest way of the ground under it from that under {first}",
-            ),
+            (f"{name}.apart", apart, "m", note),
             (f"{name}.left", abs(left), "m", "of it, by the velocity at the end"),
         ]
     return rows

@@ -50,11 +50,9 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
 
 
 def _draw(case: Case, folder: Path) -> list[Path]:
+    store, design = folder / "pounding.nc", case.spectra
     products = write_floor_products(
-        folder,
-        folder / "pounding.nc",
-        broadening=case.spectra.broadening,
-        clipping=case.spectra.clipping,
+        folder, store, broadening=design.broadening, clipping=design.clipping
     )
     return [*stick_tables(folder), *stick_figures(folder, published_values(case)), *products]
 
@@ -99,18 +97,8 @@ POUNDING = Stage(
     ),
     steps={**STEPS, "stores": 2.0, DRAWING: 4.0},
     sections=(
-        "materials",
-        "damping",
-        "buildings",
-        "soil",
-        "calibration",
-        "motions",
-        "wave_passage",
-        "loads",
-        "contact_laws",
-        "contacts",
-        "pounding",
-        "spectra",
+        *("materials", "damping", "buildings", "soil", "calibration", "motions"),
+        *("wave_passage", "loads", "contact_laws", "contacts", "pounding", "spectra"),
     ),
     further=_facing,
     computed_by=("compute", "store"),
