@@ -123,10 +123,8 @@ class Spectrum:
 
 def governing(run: RunFiles) -> list[Spectrum]:
     """Of each stick and 3D model along each direction, the largest first; then those of anchors."""
-    largest: dict[tuple[str, str], Spectrum] = {}
-    for floor in sorted(_of_sticks(run), key=lambda one: one.peak) if run.ran("pounding") else []:
-        largest[floor.building, floor.direction] = floor
-    found = list(largest.values())
+    floors = sorted(_of_sticks(run), key=lambda one: one.peak) if run.ran("pounding") else []
+    found = list({(one.building, one.direction): one for one in floors}.values())
     for one in run.models.values():
         found += _of_model(one) if one.ran("transient") else []
         found += _of_anchors(one) if one.ran("device") else []

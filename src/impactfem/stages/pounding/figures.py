@@ -63,20 +63,15 @@ def _response(sticks: xr.Dataset) -> CurveFigure:
         moving.isel(station=moving["station_building"] == name).isel(station=-1)
         for name in sticks["building"].values
     ]
+    floors = [f"{t.station_building.item()}, floor {t.station_floor.item()}" for t in tops]
+    looks = list(zip(tops, floors, itertools.cycle(BUILDINGS), itertools.cycle(DASHES)))
     panels = [
         Panel(
             "time [s]",
             label,
             [
-                Curve(
-                    time,
-                    factor * top[name].values,
-                    f"{top.station_building.item()}, floor {top.station_floor.item()}",
-                    BUILDINGS[index % len(BUILDINGS)],
-                    DASHES[index % len(DASHES)],
-                    width=0.8,
-                )
-                for index, top in enumerate(tops)
+                Curve(time, factor * top[name].values, floor, colour, dash, width=0.8)
+                for top, floor, colour, dash in looks
             ],
             room=0.2,
             legend="" if name != "displacement" else "upper right",
