@@ -160,17 +160,13 @@ def released(
 ) -> BuildingRun:
     """The run of a model from the displacement that the building is held in. Collective.
 
-    Args:
-        motion: The model; its probes are the mass centres of the floors, and others after them.
-        experiment: The experiment.
-        mass: Masses of the floors that may hit, shape (n_floors,) [kg].
-        floor_of: Index of the floor of each constraint, shape (m,).
-        start: The state that it is released from, as `motion` takes it.
-        at_contacts: Displacement towards the wall of each constraint in it, shape (m,) [m].
+    The probes of `motion` are the mass centres of the floors that may hit, with their masses, shape
+    (n_floors,) [kg], and others after them. `floor_of` has the index of the floor of each
+    constraint, shape (m,), `start` the state that it is released from, as `motion` takes it, and
+    `at_contacts` the displacement of each constraint towards the wall in it, shape (m,) [m].
 
-    Raises:
-        ImpactfemError: The wall starts inside the building.
-        SolutionError: The response is not finite.
+    ImpactfemError where the wall starts inside the building, SolutionError where the response is
+    not finite.
     """
     count = len(experiment.floors)
     of_floor = [floor_of == k for k in range(count)]

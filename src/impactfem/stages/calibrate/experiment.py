@@ -147,17 +147,10 @@ def run_stick(
 ) -> WallHistory:
     """Run the experiment with the stick on the penalty law, K_Ceq [N/m] and ξ_c [-].
 
-    Args:
-        stick: The stick.
-        experiment: Gives the floors, the displacement, the gap and the direction.
-        K: Penalty stiffness K_Ceq [N/m].
-        xi: Damping ratio at contact ξ_c [-].
-        tension: Whether the contact may pull at its end, as in the paper.
-        update: "implicit", or "lagged": one step late, as equation 2 of the paper prints it.
-
-    Raises:
-        ImpactfemError: The stick has no such floor, or the wall starts inside the building.
-        SolutionError: The contact forces do not converge, or lagged ones create energy.
+    With `tension` the contact may pull at its end, as in the paper; the update is "implicit", or
+    "lagged": one step late, as equation 2 of the paper prints it. ImpactfemError where the stick
+    has no such floor, or the wall starts inside the building; SolutionError where the contact
+    forces do not converge, or lagged ones create energy.
     """
     system = wall_system(stick, experiment, K=K, xi=xi, tension=tension)
     # Pairs turn n · u of the stick into a change of the gap, of the other sign.

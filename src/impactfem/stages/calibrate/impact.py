@@ -115,14 +115,9 @@ def floor_impacts(
     impact: in the step in which the force begins or ends, or the one before, as a force may be a
     step late. Else they are the middles of these steps, and the duration is known to one step.
 
-    Args:
-        history: The histories.
-        floor: Number of the floor.
-        separation: Shortest time without force between two impacts [s].
-
-    Raises:
-        ImpactfemError: The floor is none of the history's.
-        SolutionError: There is a force from the start on: the wall stands inside the building.
+    `separation` is the shortest time without force between two impacts [s]. ImpactfemError where
+    the floor is none of the history's, SolutionError where there is a force from the start on: the
+    wall stands inside the building.
     """
     j = history.column(floor)
     F, dt = history.force[:, j], history.time_step
