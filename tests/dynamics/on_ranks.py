@@ -1,5 +1,7 @@
 """Dynamics on the ranks of this program, for test_ranks.py."""
 
+from copy import deepcopy
+
 import numpy as np
 import scipy.sparse as sp
 from mpi4py import MPI
@@ -88,7 +90,7 @@ def results():
             state,
             loads,
             probes=probes,
-            each_step=lambda now: middle.append(now.copy()) if now.step == 137 else None,
+            each_step=lambda now: middle.append(deepcopy(now)) if now.step == 137 else None,
         )
     with Newmark(K, M, 0.01, patterns, damping=Rayleigh(0.4, 1e-3)) as system:
         resumed = system.march(middle[0], loads, probes=probes)

@@ -4,7 +4,7 @@ from petsc4py import PETSc
 
 from impactfem.dynamics.columns import combined, inner, product, row_of_largest
 from impactfem.dynamics.energy import Energy
-from impactfem.dynamics.history import Recorder, State
+from impactfem.dynamics.history import Recorder, State, joined
 from impactfem.system.errors import SolutionError
 
 
@@ -33,11 +33,9 @@ def test_parts_and_history(recorder):
     recording.reduce(now)
     assert part.time.tolist() == [2.5, 3.0]
     assert part.motion["displacement"].tolist() == [[3.0, 1.0, 3.0], [4.0, 2.0, 4.0]]
-    history = recording.history()
-    assert history.time.tolist() == [2.5, 3.0, 3.5] and list(history.motion) == [
-        "acceleration",
-        "displacement",
-    ]
+    history = joined(recording.parts)
+    assert history.time.tolist() == [2.5, 3.0, 3.5]
+    assert list(history.motion) == ["acceleration", "displacement"]
     assert history.motion["acceleration"].tolist() == [[300, 100, 300], *[[400, 200, 400]] * 2]
     assert history.energy.kinetic.tolist() == [1.0, 5.0, 0.0]
     assert history.energy.elastic.tolist() == [2.0, 6.0, 0.0]

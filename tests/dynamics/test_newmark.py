@@ -1,3 +1,4 @@
+from copy import deepcopy
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -208,7 +209,7 @@ def test_goes_on_bitwise(system, building, stop):
     again, _ = of(system, building)
     checkpoint = again.start(amplitudes[0])
     first = again.march(checkpoint, amplitudes, last=stop, probes=[7])
-    kept = checkpoint.copy()
+    kept = deepcopy(checkpoint)
     # The checkpoint is a copy: what the state does later is no matter of its.
     again.march(checkpoint, amplitudes)
     third, _ = of(system, building)

@@ -9,13 +9,10 @@ from typing import Any
 
 from impactfem.dynamics.energy import Energy
 from impactfem.dynamics.history import History, State, joined
-from impactfem.dynamics.newmark import Newmark
+from impactfem.dynamics.newmark import CHUNK, Newmark
 from impactfem.system.arrays import Array, Index
 from impactfem.system.files import read_archive, write_archive, write_json
 from impactfem.system.log import LOGGER
-
-CHUNK = 100
-"""Most steps between two reports of the progress."""
 
 
 class Checkpoints:
@@ -34,7 +31,7 @@ class Checkpoints:
     def write(self, state: State, history: History) -> None:
         """Write a checkpoint of a state, each rank its rows; those before go. Collective.
 
-        The history is what was recorded from step 0 up to this step; that of rank 0 counts.
+        The history, of which that of rank 0 counts, goes from step 0 up to this step.
         ImpactfemError where a file cannot be written.
         """
         step = state.step
@@ -63,15 +60,11 @@ class Checkpoints:
         history = self._comm.bcast(history)
         whole = all(self._comm.allgather(state is not None and history is not None))
         if state is None or history is None or not whole:
-            self.remove()
+            if self._comm.rank == 0:
+                remove_checkpoints(self._folder)
+            self._comm.barrier()
             return None
         return state, history
-
-    def remove(self) -> None:
-        """Remove all checkpoints. Collective."""
-        if self._comm.rank == 0:
-            remove_checkpoints(self._folder)
-        self._comm.barrier()
 
     def _listed(self) -> int | None:
         try:
@@ -88,10 +81,8 @@ class Checkpoints:
         if content is None:
             return None
         numbers = {field.name: content[field.name] for field in fields(State)}
-        numbers["step"] = int(numbers["step"])
-        for total in ("damped", "input"):
-            numbers[total] = float(numbers[total])
-        return State(**numbers)
+        # Plain numbers come back as arrays without an axis.
+        return State(**{k: v if v.ndim else v.item() for k, v in numbers.items()})
 
     def _read_history(self, step: int) -> History | None:
         content = read_archive(self._history(step), self._key)

@@ -43,15 +43,6 @@ _PREFIX = "impactfem_"
 # The ordering stays MUMPS's own choice: PORD for a large matrix, whose factor on buildings has no
 # more entries, and up to 30 % fewer, than that of minimum degree (AMD, AMF, QAMD) or of nested
 # dissection by METIS or SCOTCH, which Debian's MUMPS lacks. PORD ends the program on tiny ones.
-_OPTIONS = {
-    "mat_mumps_icntl_27": BLOCK,  # right-hand sides at once
-}
-_INDEFINITE = {
-    "mat_mumps_icntl_24": 1,  # null pivots are counted; PETSc gives no inertia without
-}
-_SINGLE = {
-    "mat_mumps_icntl_15": 0,  # analysed entry by entry, not block by block
-}
 _ROOM = (20, 60, 200)
 """Work space beyond MUMPS's estimate in per cent, tried in turn for pivots that are put off."""
 
@@ -131,10 +122,18 @@ class Factorisation(Held):
                     f" are zero or negative, the first in row {rows[0]}",
                     int(rows[0]),
                 )
-        kind = {**({} if definite else _INDEFINITE), **({} if full_blocks else _SINGLE)}
-        self._F = _factor(A, kind)
-        failed, detail = self._F.getMumpsInfog(1), self._F.getMumpsInfog(2)
-        if definite and (failed in (-10, -40) or (failed == 0 and not self._is_definite(A))):
+        options = {"icntl_27": BLOCK}  # right-hand sides at once
+        if not definite:
+            options["icntl_24"] = 1  # null pivots are counted; PETSc gives no inertia without
+        if not full_blocks:
+            options["icntl_15"] = 0  # analysed entry by entry, not block by block
+        self._F = _factor(A, options)
+        failed, detail, negative = (self._F.getMumpsInfog(k) for k in (1, 2, 12))
+        # MUMPS goes on after a negative pivot; ScaLAPACK, on several ranks, does not.
+        if definite and (
+            failed in (-10, -40)
+            or (failed == 0 and (negative > 0 or _weakest(A, self)[0] > CONDITION))
+        ):
             self.destroy()
             A.setOption(PETSc.Mat.Option.SPD, False)
             raise _not_definite(A, name)
@@ -198,11 +197,6 @@ class Factorisation(Held):
         size = (self._rows, (None, columns.shape[1]))
         return PETSc.Mat().createDense(size, array=columns, comm=self._comm)
 
-    def _is_definite(self, A: PETSc.Mat) -> bool:
-        # MUMPS goes on after a negative pivot; ScaLAPACK, on several ranks, does not.
-        negative_pivots = self._F.getMumpsInfog(12)
-        return negative_pivots == 0 and _weakest(A, self)[0] <= CONDITION
-
 
 def _even(columns: int) -> int:
     """A number of columns, not less, with which the products of MUMPS's solution are fast."""
@@ -210,14 +204,13 @@ def _even(columns: int) -> int:
     return columns if columns < 3 else max(8, -(-columns // 4) * 4)
 
 
-def _factor(A: PETSc.Mat, kind: dict[str, int]) -> PETSc.Mat:
+def _factor(A: PETSc.Mat, wanted: dict[str, int]) -> PETSc.Mat:
     """The factor; whether MUMPS succeeded is to be asked from it."""
     options = PETSc.Options()
     for room in _ROOM:
-        wanted = {"mat_mumps_icntl_14": room, **_OPTIONS, **kind}
         # By the options database: what is set on the factor itself before its first use is lost in
         # PETSc 3.18. What the user has set there stays.
-        mine = {_PREFIX + key: value for key, value in wanted.items()}
+        mine = {f"{_PREFIX}mat_mumps_{k}": v for k, v in {"icntl_14": room, **wanted}.items()}
         mine = {key: value for key, value in mine.items() if not options.hasName(key)}
         pc = PETSc.PC().create(A.getComm())
         try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import deepcopy
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -28,10 +27,6 @@ class State:
     restoring: Array  #: K u, shape (n_local,).
     damped: float = 0.0  #: Energy that the damping has taken, of all ranks [J].
     input: float = 0.0  #: Work of the loads, of all ranks [J].
-
-    def copy(self) -> State:
-        """A state of its own, which does not move when this one does."""
-        return deepcopy(self)
 
 
 @dataclass(frozen=True)
@@ -104,10 +99,6 @@ class Recorder:
         self.filled = 0
         self.parts.append(part)
         return part
-
-    def history(self) -> History:
-        """All that was recorded."""
-        return joined(self.parts)
 
 
 def joined(parts: Sequence[History]) -> History:

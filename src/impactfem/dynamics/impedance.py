@@ -141,10 +141,7 @@ def _merged(values: Array, rates: Array) -> Pairs:
     there = np.flatnonzero(values > 0.0)
     groups = np.split(there, np.flatnonzero(np.diff(there) > 1) + 1) if there.size else []
     return tuple(
-        (
-            float(values[g].sum()),
-            float(np.exp(values[g] @ np.log(rates[g]) / values[g].sum())),
-        )
+        (float(values[g].sum()), float(np.exp(values[g] @ np.log(rates[g]) / values[g].sum())))
         for g in groups
     )
 
@@ -225,12 +222,10 @@ class _Fit:
         low = x - FAR
         if self.free and self.least > 0.0:
             low[0] = np.log(self.least) - NEGLIGIBLE  # where x may be already
-        bounds = low, x + FAR
-        return make(
-            scipy.optimize.least_squares(
-                lambda x: self.wrong(make(x)), x, slopes, bounds, max_nfev=50
-            ).x
+        found = scipy.optimize.least_squares(
+            lambda x: self.wrong(make(x)), x, slopes, (low, x + FAR), max_nfev=50
         )
+        return make(found.x)
 
 
 def hysteresis(ratio: float, low: float, high: float) -> Impedance:

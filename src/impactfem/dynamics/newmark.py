@@ -25,16 +25,16 @@ import numpy as np
 import scipy.sparse
 from petsc4py import PETSc
 
-from impactfem.dynamics.columns import combined, product, wrapped
+from impactfem.dynamics.columns import combined, product, summed, wrapped
 from impactfem.dynamics.damping import UNDAMPED, DampingLaw, ModeRatios, Rayleigh
 from impactfem.dynamics.factorisation import Factorisation, Held
-from impactfem.dynamics.history import QUANTITIES, History, Recorder, State
+from impactfem.dynamics.history import QUANTITIES, History, Recorder, State, joined
 from impactfem.dynamics.modes import modes, number_below
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 
 CHUNK = 100
-"""Steps between two sums over the ranks."""
+"""Steps between two sums over the ranks, and most steps between two reports of the progress."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,10 +127,6 @@ class Newmark(Held):
             S.destroy()
         return self._factor
 
-    def _total(self, of_rank: Array) -> Array:
-        """The sum over the ranks."""
-        return np.asarray(self._M.getComm().tompi4py().allreduce(of_rank), dtype=np.float64)
-
     def correct(self, w: Array) -> Array | None:
         """Correct w = S₀⁻¹ r, in place, for the part of low rank; gives that part of C₊ w."""
         if self._modal is None:
@@ -138,11 +134,10 @@ class Newmark(Held):
         U, g = self._modal.images, self._modal.excess
         if self._update is None:
             Z = self.factorise().solve_block(U)
-            inner = np.eye(len(g)) + g[:, None] * self._total(U.T @ Z)
+            inner = np.eye(len(g)) + g[:, None] * summed(self._M, U.T @ Z)
             self._update = np.linalg.solve(inner.T, Z.T).T * g
-        along = self._total(U.T @ w)
-        w -= self._update @ along
-        return np.asarray(U @ (g * self._total(U.T @ w)))
+        w -= self._update @ summed(self._M, U.T @ w)
+        return np.asarray(U @ (g * summed(self._M, U.T @ w)))
 
     def start(
         self, amplitude: Array, displacement: Array | None = None, velocity: Array | None = None
@@ -163,9 +158,9 @@ class Newmark(Held):
             out_of_balance -= product(self._C, v[:, None])[:, 0]
         if self._modal is not None:
             U = self._modal.images
-            out_of_balance -= U @ (self._modal.excess * self._total(U.T @ v))
+            out_of_balance -= U @ (self._modal.excess * summed(self._M, U.T @ v))
         acceleration: Array = np.zeros(n)
-        if self._M.getComm().tompi4py().allreduce(float(out_of_balance @ out_of_balance)) > 0.0:
+        if summed(self._M, out_of_balance @ out_of_balance) > 0.0:
             with Factorisation(self._M, full_blocks=False, name="the mass matrix") as factor:
                 acceleration = factor.solve_block(out_of_balance[:, None])[:, 0]
         return State(0, u, v, acceleration, momentum, restoring)
@@ -235,7 +230,7 @@ class Newmark(Held):
             if each_chunk is not None:
                 each_chunk(state, part)
         stepper.destroy()
-        return recorder.history()
+        return joined(recorder.parts)
 
 
 class _Stepper:
