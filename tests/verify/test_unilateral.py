@@ -116,7 +116,7 @@ def test_a_storey_that_stays_straight_is_seen(monkeypatch, failed):
 
 
 def test_a_wrong_period_is_seen(scaled, failed):
-    scaled(contact, "_on_column", "Ω", 1.01)
+    scaled(contact, "simulate", "time_step", 1.01)
     assert failed(contact.missing_pair()) >= {"smallest distance", "its time"}
 
 

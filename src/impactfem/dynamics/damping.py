@@ -61,11 +61,7 @@ class DampingLaw(ABC):
 
     @property
     def rayleigh(self) -> Rayleigh:
-        """Itself, where only Rayleigh's will do.
-
-        Raises:
-            ImpactfemError: It is another law.
-        """
+        """Itself, where only Rayleigh's will do; ImpactfemError where it is another law."""
         raise ImpactfemError(f"{self}: expected Rayleigh damping")
 
     @property
@@ -107,11 +103,7 @@ class DampingLaw(ABC):
 
 @dataclass(frozen=True, order=True)
 class Rayleigh(DampingLaw):
-    """Coefficients of C = α M + β K.
-
-    Raises:
-        ImpactfemError: A coefficient is negative or not finite.
-    """
+    """Coefficients of C = α M + β K; ImpactfemError where one is negative or not finite."""
 
     alpha: float = 0.0  #: Mass coefficient α, not negative [1/s].
     beta: float = 0.0  #: Stiffness coefficient β, not negative [s].
@@ -128,11 +120,7 @@ class Rayleigh(DampingLaw):
         """The damping with one ratio ξ, 0 <= ξ < 1, at two frequencies, the lower first [Hz].
 
         α = 2 ξ ω₁ ω₂ / (ω₁ + ω₂), β = 2 ξ / (ω₁ + ω₂), the solution of ξ(ω) = (α / ω + β ω) / 2 at
-        both.
-
-        Raises:
-            ImpactfemError: The ratio is negative or 100 % and more, or the frequencies do not
-                ascend.
+        both. ImpactfemError where the ratio is none, or the frequencies do not ascend.
         """
         checked_ratio(ratio)
         if not 0.0 < low < high < math.inf:
@@ -179,11 +167,8 @@ class RatioTable(DampingLaw):
     """A ratio by frequency: linear in log f between its points, and constant outside of them.
 
     One point is a constant ratio. From 100 % on, as Rayleigh damping has it at high frequencies,
-    modes creep back.
-
-    Raises:
-        ImpactfemError: There is no point, the frequencies do not ascend above zero, or a ratio is
-            negative.
+    modes creep back. ImpactfemError where there is no point, the frequencies do not ascend above
+    zero, or a ratio is negative.
     """
 
     frequency: tuple[float, ...]  #: of the points, ascending [Hz]
@@ -194,11 +179,7 @@ class RatioTable(DampingLaw):
 
     @classmethod
     def constant(cls, ratio: float) -> RatioTable:
-        """One ratio at all frequencies.
-
-        Raises:
-            ImpactfemError: The ratio is none.
-        """
+        """One ratio at all frequencies; ImpactfemError where it is none."""
         return cls((1.0,), (checked_ratio(ratio),))
 
     def ratio(self, frequency: npt.ArrayLike) -> Array:
@@ -213,10 +194,8 @@ class Caughey(DampingLaw):
     """Caughey's series C = M Σ_j a_j (M⁻¹ K)ʲ, j = 0 to n - 1, through n ratios at n frequencies.
 
     2 ξ_i ω_i = Σ_j a_j ω_i²ʲ; with two terms it is Rayleigh's. Raising the number of terms, the
-    curve may leave its points far, and above the last one it grows with ω²ⁿ⁻³.
-
-    Raises:
-        ImpactfemError: As of `RatioTable`, or the ratio is negative at some frequency.
+    curve may leave its points far, and above the last one it grows with ω²ⁿ⁻³. ImpactfemError as of
+    `RatioTable`, and where the ratio is negative at some frequency.
     """
 
     frequency: tuple[float, ...]  #: of the points, ascending [Hz]
@@ -273,8 +252,7 @@ class Caughey(DampingLaw):
 class ModeRatios(DampingLaw):
     """A ratio for each of the first modes, by ascending frequency; another law for all others.
 
-    Raises:
-        ImpactfemError: A ratio is negative or 100 % and more.
+    ImpactfemError where a ratio is negative, or 100 % and more.
     """
 
     ratios: tuple[float, ...]  #: ξ of the first modes [-]
@@ -302,11 +280,7 @@ class ModeRatios(DampingLaw):
 
 
 def as_law(damping: DampingLaw | float) -> DampingLaw:
-    """A law as it is, or that of one ratio for all modes.
-
-    Raises:
-        ImpactfemError: The ratio is none.
-    """
+    """A law as it is, or that of one ratio for all modes; ImpactfemError where it is none."""
     return damping if isinstance(damping, DampingLaw) else RatioTable.constant(damping)
 
 
@@ -323,11 +297,7 @@ def _check_points(frequency: Sequence[float], ratios: Sequence[float]) -> None:
 
 
 def checked_ratio(ratio: float) -> float:
-    """Give a damping ratio back; refuse one that is none.
-
-    Raises:
-        ImpactfemError: It is not 0 <= ξ < 1.
-    """
+    """Give a damping ratio back; ImpactfemError where it is not 0 <= ξ < 1."""
     if not 0.0 <= ratio < 1.0:
         raise ImpactfemError(
             f"a damping ratio of {ratio!r}: expected 0 <= ratio < 1 (2 % is 0.02); from 100 % on"

@@ -57,12 +57,7 @@ _FAILURES = {
 
 
 class SingularMatrixError(SolutionError):
-    """The matrix is singular: the model is a mechanism.
-
-    Args:
-        message: For the user.
-        row: Global row that moves most.
-    """
+    """The matrix is singular: the model is a mechanism; `row` is the global row that moves most."""
 
     def __init__(self, message: str, row: int) -> None:
         super().__init__(message)
@@ -246,9 +241,9 @@ def _unlocked(function: str, *objects: Any) -> None:
 def _weakest(A: PETSc.Mat, factor: Factorisation) -> tuple[float, Array]:
     """Largest eigenvalue in size of S⁻¹, S = D^-½ A D^-½ with D the diagonal of A, and its vector.
 
-    The scaling makes translations and rotations, stiff and soft parts comparable. Inverse
-    iteration from a random vector: where S has an eigenvalue next to zero, one step shows it.
+    Inverse iteration: where S has an eigenvalue next to zero, one step shows it.
     """
+    # The scaling makes translations and rotations, stiff and soft parts comparable.
     diagonal = A.getDiagonal()
     root = np.sqrt(np.abs(diagonal.getArray()))
     diagonal.destroy()

@@ -86,8 +86,7 @@ class Newmark(Held):
         C: C₊, symmetric (AIJ); for damping by part. It is multiplied at each step.
         modal: The part of C₊ of low rank.
 
-    Raises:
-        SolutionError: The step is not positive.
+    SolutionError where the step is not positive.
     """
 
     def __init__(
@@ -160,7 +159,7 @@ class Newmark(Held):
             U = self._modal.images
             out_of_balance -= U @ (self._modal.excess * summed(self._M, U.T @ v))
         acceleration: Array = np.zeros(n)
-        if summed(self._M, out_of_balance @ out_of_balance) > 0.0:
+        if summed(self._M, np.dot(out_of_balance, out_of_balance)) > 0.0:
             with Factorisation(self._M, full_blocks=False, name="the mass matrix") as factor:
                 acceleration = factor.solve_block(out_of_balance[:, None])[:, 0]
         return State(0, u, v, acceleration, momentum, restoring)

@@ -171,8 +171,7 @@ def soil_of(
 def raft_mass(mass: float, thickness: float, gyration: tuple[float, float]) -> Array:
     """Mass of a raft about the middle of its top, shape (6, 6) [kg, kg m, kg m2].
 
-    By its mass [kg], its thickness [m] and the squares of the radii of gyration of its plan about x
-    and y [m2].
+    By mass [kg], thickness [m] and squares of the radii of gyration of its plan about x and y [m2].
     """
     (x, y), z = gyration, -0.5 * thickness
     up = thickness**2 / 12.0 + z**2
@@ -185,11 +184,7 @@ def raft_mass(mass: float, thickness: float, gyration: tuple[float, float]) -> A
 
 @lru_cache(maxsize=32)
 def _pais_kausel(r: float, d: float, ν: float) -> tuple[tuple[Impedance, float], ...]:
-    """Impedances in G B and G B³ at a₀, by L/B and D/B, and errors of the fits.
-
-    Along the longer side, across it, vertical; about the longer side, about the shorter one,
-    torsion.
-    """
+    """Impedances in G B and G B³ at a₀, by L/B and D/B, with errors of the fits, as `rectangle`."""
     ψ = min(math.sqrt(2.0 * (1.0 - ν) / (1.0 - 2.0 * ν)), SPEEDS)
     sway, pitch = 1.0 + (0.33 + 1.34 / (1.0 + r)) * d**0.8, 1.0 + d
     # Static stiffness of the raft on the surface (table 2-2a) and embedded (table 2-2b).

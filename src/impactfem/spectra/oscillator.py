@@ -55,11 +55,8 @@ class StepCoefficients:
 
     @property
     def acceleration_gain(self) -> Complex:
-        """G with absolute acceleration x'' + a = Re(G z), shape (n,) [1/s].
-
-        From (1), x'' + a = -2ξω x' - ω² x; with (2) that is
-        -2ξω Re z - ω² (1 - 2ξ²) / ω_d Im z.
-        """
+        """G with absolute acceleration x'' + a = Re(G z), shape (n,) [1/s]."""
+        # From (1), x'' + a = -2ξω x' - ω² x; by (2) it is -2ξω Re z - ω² (1 - 2ξ²) / ω_d Im z.
         real = -2.0 * self.xi * self.omega
         imag = self.omega**2 * (1.0 - 2.0 * self.xi**2) / self.omega_d
         return np.asarray(real + 1j * imag, dtype=np.complex128)
@@ -95,7 +92,6 @@ def step_coefficients(
             "damping ratios must be a list of numbers with 0 <= ratio < 1 (5 % is 0.05);"
             " critically and over-damped oscillators have no response spectrum here"
         )
-    # The dampings are outside, the frequencies inside.
     omega = np.tile(2.0 * np.pi * f, d.size)
     xi = np.repeat(d, f.size)
     omega_d = omega * np.sqrt((1.0 - xi) * (1.0 + xi))
@@ -103,16 +99,7 @@ def step_coefficients(
     y = rate * h
     phi1 = np.array([phi(one, 1) for one in y], dtype=np.complex128)
     phi2 = np.array([phi(one, 2) for one in y], dtype=np.complex128)
-    return StepCoefficients(
-        omega=omega,
-        xi=xi,
-        omega_d=omega_d,
-        time_step=h,
-        rate=rate,
-        propagator=np.exp(y),
-        input_gain=np.asarray(-h * phi1**2, dtype=np.complex128),
-        feedthrough=np.asarray(-h * phi2, dtype=np.complex128),
-    )
+    return StepCoefficients(omega, xi, omega_d, h, rate, np.exp(y), -h * phi1**2, -h * phi2)
 
 
 @njit(nogil=True, cache=True)

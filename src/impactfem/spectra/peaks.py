@@ -55,9 +55,6 @@ def peak_responses(
 
     Returns:
         max |x|, shape (n_r, n_o) [m], and max |x'' + a|, shape (n_r, n_o) [m/s2].
-
-    Raises:
-        ImpactfemError: The number of threads is below 1.
     """
     if threads < 1:
         raise ImpactfemError(f"the number of threads must be at least 1, got {threads}")
@@ -120,15 +117,11 @@ def free_vibration_peak(z: Complex, rate: Complex, gain: Complex) -> Array:
 
 @njit(nogil=True, cache=True, fastmath=FUSED)
 def displacement_kernel(acceleration: Array, rows: Array, state: Array, peaks: Array) -> None:
-    """Find max |Im z| at the samples of each record.
+    """Raise the peaks, shape (1, n_r, n_o), to max |Im z| at the samples of each record [m/s].
 
-    Args:
-        acceleration: Shape (n_r, n) [m/s2].
-        rows: The coefficients as `peak_responses` lays them out, the first six of them, shape
-            (6 or more, n_o).
-        state: Re and Im of the shifted state w at the first sample on entry, of the state z at
-            the last sample on return, shape (2, n_r, n_o) [m/s].
-        peaks: Raised to max |Im z|, shape (1, n_r, n_o) [m/s].
+    `acceleration` has the shape (n_r, n) [m/s2], `rows`, as `peak_responses` lays them out, (6 or
+    more, n_o). `state`, shape (2, n_r, n_o) [m/s], has Re and Im of the shifted state w at the
+    first sample on entry, of the state z at the last one on return.
     """
     n_records, n = acceleration.shape
     for record in range(n_records):
@@ -165,13 +158,9 @@ def displacement_kernel(acceleration: Array, rows: Array, state: Array, peaks: A
 
 @njit(nogil=True, cache=True, fastmath=FUSED)
 def both_kernel(acceleration: Array, rows: Array, state: Array, peaks: Array) -> None:
-    """Find max |Im z| and max |Re(G z)| at the samples of each record.
+    """Raise the peaks, shape (2, n_r, n_o), to max |Im z| [m/s] and max |Re(G z)| [m/s2].
 
-    Args:
-        acceleration: Shape (n_r, n) [m/s2].
-        rows: The coefficients as `peak_responses` lays them out, shape (9, n_o).
-        state: As in :func:`displacement_kernel`, shape (2, n_r, n_o) [m/s].
-        peaks: Raised to max |Im z| [m/s] and max |Re(G z)| [m/s2], shape (2, n_r, n_o).
+    As :func:`displacement_kernel`, with rows of the shape (9, n_o).
     """
     n_records, n = acceleration.shape
     for record in range(n_records):
@@ -217,21 +206,11 @@ def in_step_peak_responses(
     """
     c = coefficients
     gains = np.array([-1j / c.omega_d, c.acceleration_gain])
-    peaks = np.zeros((2, acceleration.shape[0], c.omega.size))
+    peaks = np.zeros((2, len(acceleration), c.omega.size))
     end = np.empty(peaks.shape[1:], dtype=np.complex128)
-    _in_step_kernel(
-        acceleration,
-        c.time_step,
-        c.rate,
-        c.propagator,
-        c.input_gain,
-        c.feedthrough,
-        gains,
-        peaks,
-        end,
-    )
-    sd = np.maximum(peaks[0], free_vibration_peak(end, c.rate, gains[0]))
-    sa = np.maximum(peaks[1], free_vibration_peak(end, c.rate, gains[1]))
+    step = c.rate, c.propagator, c.input_gain, c.feedthrough
+    _in_step_kernel(acceleration, c.time_step, *step, gains, peaks, end)
+    sd, sa = np.maximum(peaks, [free_vibration_peak(end, c.rate, gain) for gain in gains])
     return sd, sa
 
 

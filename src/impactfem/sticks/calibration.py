@@ -92,8 +92,7 @@ def assess(
 ) -> Calibration:
     """What given parameters make of the targets; nothing is fitted. Arguments as `calibrate`.
 
-    Raises:
-        ImpactfemError: A target names a mode that its building has not.
+    ImpactfemError where a target names a mode that its building has not.
     """
     names = sorted({t.building for t in targets})
     found = {name: family_modes(make(name, parameters), direction) for name in names}

@@ -38,12 +38,9 @@ class Modes:
 
 
 def modes(stick: Stick) -> Modes:
-    """All modes with mass of a stick.
+    """All modes with mass of a stick; its points without mass, inside storeys, have none.
 
-    Points without mass (inside storeys) have no modes.
-
-    Raises:
-        SolutionError: The stiffness is not positive definite (the stick is a mechanism).
+    SolutionError where the stiffness is not positive definite (the stick is a mechanism).
     """
     mechanism = f"building {stick.name}: the stiffness matrix is not positive definite"
     if not np.all(np.diag(stick.K) > 0.0):

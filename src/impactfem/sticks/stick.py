@@ -73,11 +73,7 @@ class Stick:
         return int(self.M.shape[0])
 
     def floor_master(self, number: int) -> int:
-        """Index of the master that is the mass centre of the floor with this number.
-
-        Raises:
-            ImpactfemError: The stick has no such floor.
-        """
+        """Index of the master at the mass centre of a floor; ImpactfemError where it is none."""
         numbers = [floor.number for floor in self.floors]
         if number in numbers:
             return numbers.index(number)
@@ -87,7 +83,7 @@ class Stick:
     def translation(self, master: int, offset: Sequence[float] = (0.0, 0.0, 0.0)) -> Array:
         """Operator from the displacements to the translation of a point, shape (3, n).
 
-        A rigid link ties the point to the master of this index; the offset to it is in m.
+        A rigid link ties the point to the master of this index, at an offset from it [m].
         """
         B = np.zeros((3, self.n))
         B[:, 6 * master : 6 * master + 6] = rigid_link(offset)[:3]

@@ -59,8 +59,7 @@ def minima(
         total: a and b of the condition a · x = b; None for none.
         tolerance: Relative change of the cost below which a search ends.
 
-    Raises:
-        SolutionError: No start led to a result.
+    SolutionError where no start led to a result.
     """
     found, (a, b) = [], total or (np.zeros_like(low), 0.0)
     condition = {"type": "eq", "fun": lambda x: float(a @ x - b), "jac": lambda x: a}

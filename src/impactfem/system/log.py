@@ -124,8 +124,7 @@ def quiet(*, warnings: bool = True) -> Iterator[None]:
 def in_file_only() -> Iterator[set[str]]:
     """Reports go to files only while the block runs, but for lines of progress and for `-v`.
 
-    Yields:
-        The warnings of the block, each once.
+    Yields the warnings of the block, each once.
     """
     warnings: set[str] = set()
 

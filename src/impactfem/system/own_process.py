@@ -40,13 +40,9 @@ def read_in_own_process(read: Callable[[Path], T], path: Path, what: str) -> T:
 def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
     """Run a function in a new Python process and give its result. Not collective.
 
-    Args:
-        function: A function of a module that can be imported; it may import gmsh or pyvista.
-        arguments: Its arguments; they and the result must be picklable.
-
-    Raises:
-        ImpactfemError: From the function, `InputError` with all its faults.
-        OwnProcessError: The process ended without a result, as when a library crashes.
+    The function is of a module that can be imported; it may import gmsh or pyvista. Its arguments
+    and result must be picklable. An ImpactfemError of it is raised here, `InputError` with all its
+    faults; OwnProcessError where the process ended without a result, as when a library crashes.
     """
     # -P: a file gmsh.py or numpy.py in the working folder is not taken for the package.
     with subprocess.Popen(

@@ -262,13 +262,8 @@ def meanwhile(work: Callable[[], T]) -> Iterator[Callable[[], T]]:
     """Work in a second thread while the block runs, where a second core is for this process.
 
     Where there is none, and on several ranks, the work is done before: MPI may be used by one
-    thread alone, so the block is not to use it on one rank either.
-
-    Args:
-        work: The work; it holds Python's lock rarely.
-
-    Yields:
-        A function that waits for the work, and gives its result or raises its error.
+    thread alone, so the block is not to use it on one rank either. The work holds Python's lock
+    rarely. Yields a function that waits for it, and gives its result or raises its error.
     """
     if world() is not None or threads() == 1:
         done = work()
@@ -292,11 +287,8 @@ def workers(count: int | None = None, *, logging_here: bool = False) -> Iterator
     """An executor over all ranks, or over as many processes as there are threads. Collective.
 
     Rank 0 gets the executor. The other ranks work inside this call until rank 0 leaves the block,
-    and get None: `mpirun -n 3` keeps two cores busy. In `alone` the executor is a thread.
-
-    Args:
-        count: Number of processes without ranks; `threads` when None.
-        logging_here: Whether this process logs what they do, without ranks.
+    and get None: `mpirun -n 3` keeps two cores busy. In `alone` the executor is a thread. Without
+    ranks there are `count` processes, `threads` when None, whose logs come here on request.
     """
     comm = world()
     if _alone:

@@ -384,10 +384,12 @@ def missing_pair(rows: Rows) -> None:
         found = facing_floors(case).pairs
         response = simulate(system_of(case, None), ground, float(time[1]))
         nearest = min(approaches(response, found), key=lambda one: one.distance)
-        b, c = (_on_column(one, time, a, Ω) for one in listed.buildings[1:])
+        columns = listed.buildings[1:]
+        flexibility = [_flexibility(one, one.floors[0].storey_height) for one in columns]
+        ω = [(one.floors[0].mass * f) ** -0.5 for one, f in zip(columns, flexibility, strict=True)]
+        b, c = (-a / (w**2 - Ω**2) * (np.sin(Ω * time) - Ω / w * np.sin(w * time)) for w in ω)
         if height == z:
-            column = listed.buildings[1]
-            b *= _flexibility(column, z) / _flexibility(column, 3.0)
+            b *= _flexibility(columns[0], z) / flexibility[0]
         quantities = [f"places in no pair, with the pair {word}" for word in ("missing", "listed")]
         places = [len(found), len(facing_floors(listed).pairs)]
         rows.add(quantities, [1, 0], places, "-", 0.0, "the row as it is made", absolute=True)
@@ -437,14 +439,6 @@ def _flexibility(building: Building, z: float) -> float:
     if z <= low:
         return (h * z**2 / 2.0 - z**3 / 6.0) / EI + z / GA
     return (h**3 - (h - low) ** 3) / (3.0 * EI) + low / GA
-
-
-def _on_column(building: Building, time: Array, a: float, Ω: float) -> Array:
-    """Displacement of the mass under the ground acceleration a sin Ωt."""
-    (floor,) = building.floors
-    ω = (floor.mass * _flexibility(building, floor.storey_height)) ** -0.5
-    u = -a / (ω**2 - Ω**2) * (np.sin(Ω * time) - Ω / ω * np.sin(ω * time))
-    return np.asarray(u, dtype=np.float64)
 
 
 def _tower(name: str, heights: tuple[float, ...], points: tuple[tuple[int, float], ...]) -> Stick:

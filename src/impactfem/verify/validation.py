@@ -49,11 +49,7 @@ class Instant(Section):
 
 
 def cases() -> dict[str, Callable[[], Rows]]:
-    """The benchmarks of the folder, by the names of the files.
-
-    Raises:
-        ImpactfemError: The program runs without its source tree.
-    """
+    """The benchmarks of the folder, by the names of the files; ImpactfemError without them."""
     files = sorted(in_source_tree(FOLDER).glob("*.toml"))
     return {path.stem: _benchmark(path) for path in files if not path.stem.endswith(REPORT)}
 
@@ -73,8 +69,7 @@ def _benchmark(path: Path) -> Callable[[], Rows]:
 def compared(path: Path) -> Rows:
     """Run the sticks of a case and compare their results with what its source prints.
 
-    Raises:
-        InputError: The case or its tables are not usable, or there is nothing to compare.
+    InputError where the case or its tables are not usable, or there is nothing to compare.
     """
     case = load_case(path)
     study = run_sticks(case, lambda _: nullcontext())

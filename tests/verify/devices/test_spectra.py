@@ -7,7 +7,6 @@ from impactfem.device.combination import combine_modes
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.verify import devices
 from impactfem.verify.devices import spectra as module
-from impactfem.verify.devices.spectra import close_pair
 
 
 def test_a_wrong_coefficient_is_seen(wrong, failed):
@@ -117,11 +116,6 @@ def test_srss_fails_for_close_modes(monkeypatch, failed):
     assert failed(module.device_under_noise()) == {
         "CQC of mean squares, two close modes, over direct integration"
     }
-
-
-def test_the_pair_is_close():
-    f = module.device_modes(close_pair()).frequency
-    assert f[1] / f[0] < 1.11
 
 
 def test_displacements_of_supports_are_not_lost(monkeypatch, failed):

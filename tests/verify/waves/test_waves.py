@@ -37,10 +37,9 @@ def test_rows_by_hand_and_of_the_solver(strip):
     from impactfem.building.floor import floor_bar
 
     with_beams = floor_bar(benchmark._strip(beams=True), 1, 1)
-    assert not failed(benchmark._by_hand, with_beams)
-    assert not failed(benchmark._solver_rows)
-    # Without its beams, or without what it carries, it is another bar.
-    assert len(failed(benchmark._by_hand, strip[1])) == 2
+    assert not failed(benchmark._bar_rows, with_beams)
+    # Without its beams it is another bar.
+    assert len(failed(benchmark._bar_rows, strip[1])) == 2
 
 
 def test_pulse(strip):

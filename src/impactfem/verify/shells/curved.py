@@ -66,10 +66,8 @@ class Cylinder:
         """Amplitudes under the load term sin(n π x / L).
 
         Around the panel u, w and β_x are sums of the functions `even`, v and β_φ of `odd`; the
-        pressure gives the amplitudes of the load along v and w at some angles [N/m2].
-
-        Returns:
-            Coefficients of v and of w, and the work of the load amplitudes around the panel [N].
+        pressure gives the amplitudes of the load along v and w at some angles [N/m2]. Gives the
+        coefficients of v and of w, and the work of the load amplitudes around the panel [N].
         """
         s, weights = roots_legendre(POINTS)
         phi, dA = 0.5 * self.span * (s + 1.0), 0.5 * self.span * self.radius * weights
@@ -104,9 +102,8 @@ class Cylinder:
 def weighed(roof: Cylinder, weight: float, terms: int = 20, count: int = 24) -> tuple[float, float]:
     """A roof under a weight on its area [N/m2], from its crown φ = 0 to its free edge.
 
-    Returns:
-        By `terms` along x, and `count` even and odd functions around φ, the deflection of the
-        middle of the free edge [m], and the work of the load on a quarter of the roof [J].
+    By `terms` along x, and `count` even and odd functions around φ: the deflection of the middle of
+    the free edge [m], and the work of the load on a quarter of the roof [J].
     """
     # The first even and the first odd Legendre polynomials of φ / span.
     degree = np.arange(2 * count)

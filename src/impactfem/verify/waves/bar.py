@@ -93,10 +93,8 @@ class Bar:
         """The bar meets a rigid wall with its lower end, all of it at one speed [m/s].
 
         Each step first goes free; where the end would then be behind the wall, an impulse stops it
-        there. What moves the end has the mass of its element, which loses its energy.
-
-        Returns:
-            Largest impulse on the wall [N s], and time from the touch to the last of it [s].
+        there. What moves the end has the mass of its element, which loses its energy. Gives the
+        impulse on the wall [N s], and the time from the touch to the last of it [s].
         """
         size, h = len(self.M), step
         factor = scipy.linalg.cho_factor(self.M + h / 2.0 * self.C + h * h / 4.0 * self.K)

@@ -74,8 +74,7 @@ def floor_as_a_bar(rows: Rows) -> None:
 
     parts, bare = _strip(beams=True), _strip(beams=False)
     bar = floor_bar(parts, 1, 1)
-    _by_hand(rows, bar)
-    _solver_rows(rows)
+    _bar_rows(rows, bar)
     _pulse_rows(rows, bare, floor_bar(bare, 1, 1))
     _wall_rows(rows, parts, bar)
 
@@ -114,17 +113,14 @@ def _strip(*, beams: bool) -> BuildingParts:
     return BuildingParts(mesh, sections, materials, masses.on_triangles)
 
 
-def _by_hand(rows: Rows, bar: FloorBar) -> None:
+def _bar_rows(rows: Rows, bar: FloorBar) -> None:
+    """The bar by hand; of its solver an end mass by an equation, the wall by d'Alembert."""
     columns = 6 * RHO * 0.04 * 2.5
     stiffness = YOUNG * (WIDTH * SLAB + 2 * 0.3 * 0.5)
     speed = math.sqrt(stiffness * LENGTH / (MASS - columns))
     rows.source = "by hand: slab and beams, 250 t less half of the columns"
     quantities = ["EA' of the mesh", "√(EA'/m') of the mesh"]
     rows.add(quantities, [stiffness, speed], [bar.stiffness, bar.speed], ["N", "m/s"], 1e-9)
-
-
-def _solver_rows(rows: Rows) -> None:
-    """The bar's solver: an end mass against its equation, the wall against d'Alembert."""
     EA, m, end = 6e11, 2.6e6, 0.2e6
     c = math.sqrt(EA * LENGTH / m)
     # u = cos kx − (k L μ) sin kx, μ = end mass over m, with the same mass at x = L.

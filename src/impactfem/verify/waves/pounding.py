@@ -11,10 +11,10 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse
 
+from impactfem.building.shell_model import csr, petsc_matrix
 from impactfem.case import Case, load_case
 from impactfem.coupling.from_case import system_of
 from impactfem.coupling.unilateral import ContactHistory, ModalMotion, unilateral_response
-from impactfem.dynamics.damping import Rayleigh
 from impactfem.spectra import response_spectra
 from impactfem.system.arrays import Array
 from impactfem.system.files import in_source_tree
@@ -68,10 +68,11 @@ def pounding_reduced_against_full(
     ground = PULSE * np.sin(2.0 * np.pi * time / LASTS) * (time < LASTS)
     with tempfile.TemporaryDirectory() as folder:
         pair = FullPair(case, Path(folder))
-    fewest = min(model.n_free for model in pair.models.values())
+    sizes = [model.n_free for model in pair.models.values()]
+    fewest = min(sizes)
     rows.add(f"free degrees of freedom, at least {least} (yes = 1)", 1.0, fewest >= least, "-", 0.0)
     reduced = pair.reduced(h, ground)
-    LOGGER.info("pounding: %d steps of %d rows", len(time) - 1, sum(pair.sizes))
+    LOGGER.info("pounding: %d steps of %d rows", len(time) - 1, sum(sizes))
     full = pair.full(h, ground)
     points = pair.pounding.pair_of
     lines = [line.name for line in pair.lines]
@@ -113,15 +114,8 @@ def pounding_reduced_against_full(
 class FullPair:
     """The 3D models of a case that touch nothing but each other or walls, on one rank.
 
-    Args:
-        case: The case; its buildings have one Rayleigh damping.
-        folder: Where meshes are made.
-
-    Attributes:
-        lines: The lines along which they touch.
-        models: Their models in full order, by building.
-        pounding: Their reduced models.
-        names: What is recorded: "floor" at its mass centre along y, "edge" in the mean of a hat.
+    The buildings have one Rayleigh damping; meshes are made in a folder. What is recorded has
+    `names`: "floor" at its mass centre along y, "edge" in the mean of a hat.
     """
 
     def __init__(self, case: Case, folder: Path) -> None:
@@ -140,7 +134,7 @@ class FullPair:
         laws = {case.building(name).damping.law for name in structures}
         if set(structures) != {one.name for one in case.buildings} or len(laws) != 1:
             raise ValueError(f"{case.path}: expected 3D models of all buildings and one damping")
-        self._damping, files = laws.pop(), dict[str, Path]()
+        self._damping, files = laws.pop().rayleigh, dict[str, Path]()
         for view in case.views:
             name = view.modelled.building
             files[name] = folder / f"{name}.msh"
@@ -167,11 +161,6 @@ class FullPair:
             *(f"edge of {name}, {k}" for name in reduced for k in range(len(self._forces(name)))),
         ]
 
-    @property
-    def sizes(self) -> list[int]:
-        """Degrees of freedom of each in full order."""
-        return [model.n_free for model in self.models.values()]
-
     def _forces(self, name: str) -> list[Any]:
         return [force for line in self.lines for force in line.forces_on(name)]
 
@@ -189,20 +178,10 @@ class FullPair:
 
     def full(self, h: float, ground: Array) -> ContactHistory:
         """The same in full order."""
-        from petsc4py import PETSc
-
         from impactfem.stages.calibrate.unilateral_full import FullMotion
 
-        def joined(matrices: list[Any]) -> Any:
-            csr = [
-                scipy.sparse.csr_matrix(one.getValuesCSR()[::-1], shape=one.getSize())
-                for one in matrices
-            ]
-            A = scipy.sparse.block_diag(csr, format="csr")
-            return PETSc.Mat().createAIJ(
-                A.shape, csr=(A.indptr, A.indices, A.data), comm=PETSc.COMM_SELF
-            )
-
+        # Index of the first point of each line.
+        firsts = np.cumsum([0, *(len(line) for line in self.lines[:-1])])
         floors, edges, closing, load = [], [], [], []
         for name, model in self.models.items():
             mesh = self._meshes[name]
@@ -214,7 +193,7 @@ class FullPair:
             # Forces push inwards, which opens: the rows of closing are those with the other sign.
             at = [
                 first + k
-                for first, line in zip(self._firsts, self.lines, strict=True)
+                for first, line in zip(firsts, self.lines, strict=True)
                 for k in range(len(line))
                 if line.forces_on(name)
             ]
@@ -225,23 +204,16 @@ class FullPair:
         probes = scipy.sparse.hstack(
             [scipy.sparse.block_diag(floors), scipy.sparse.block_diag(edges)]
         )
-        K = joined(list(self._stiffness.values()))
-        M = joined([model.mass for model in self.models.values()])
+        K, M = (
+            petsc_matrix(scipy.sparse.block_diag([csr(one) for one in matrices], format="csr"))
+            for matrices in (self._stiffness.values(), [m.mass for m in self.models.values()])
+        )
         contact, gaps = scipy.sparse.vstack(closing), self.pounding.assembly.gaps
-        pattern = np.concatenate(load)[:, None]
-        damping = self._damping
-        if not isinstance(damping, Rayleigh):
-            raise ValueError(f"expected Rayleigh damping, got {damping}")
+        pattern, amplitudes = np.concatenate(load)[:, None], ground[:, None]
         with FullMotion(
-            K, M, contact, h, damping=damping, patterns=pattern, probes=probes
+            K, M, contact, h, damping=self._damping, patterns=pattern, probes=probes
         ) as motion:
-            amplitudes = ground[:, None]
             found = unilateral_response(motion, gaps, len(ground) - 1, amplitudes=amplitudes)
         K.destroy()
         M.destroy()
         return found
-
-    @property
-    def _firsts(self) -> Array:
-        """Index of the first point of each line."""
-        return np.cumsum([0, *(len(line) for line in self.lines[:-1])])
