@@ -4,7 +4,6 @@ import pytest
 from impactfem.spectra import oscillator_response
 from impactfem.spectra.oscillator import step_coefficients
 from impactfem.spectra.peaks import free_vibration_peak, in_step_peak_responses, peak_responses
-from impactfem.system.errors import ImpactfemError
 
 H = 0.01
 FREQUENCIES = [0.02, 1.0, 20.0, 49.0, 130.0, 300.0]  # Nyquist is 50 Hz
@@ -62,16 +61,6 @@ def test_free_vibration_peak_in_closed_form():
     root = np.sqrt(1 - xi**2)
     assert peak[0, 0] == pytest.approx(np.exp(-xi / root * np.arccos(xi)) / w, rel=1e-14)
     assert free_vibration_peak(np.array([[0.0j]]), c.rate, -1j / c.omega_d) == 0.0
-
-
-def test_threads_change_nothing():
-    a = np.random.default_rng(2).standard_normal((5, 300))
-    c = step_coefficients(0.01, np.geomspace(0.5, 50.0, 40), [0.05])
-    one, four = peak_responses(a, c), peak_responses(a, c, threads=4)
-    assert np.array_equal(one[0], four[0])
-    assert np.array_equal(one[1], four[1])
-    with pytest.raises(ImpactfemError, match="threads must be at least 1"):
-        peak_responses(a, c, threads=0)
 
 
 @pytest.fixture(scope="module")

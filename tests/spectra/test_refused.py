@@ -22,6 +22,7 @@ from impactfem.spectra import (
     rigid_frequency,
 )
 from impactfem.spectra.oscillator import step_coefficients
+from impactfem.spectra.peaks import peak_responses
 from impactfem.spectra.response_spectrum import upsample
 from impactfem.spectra.statistics import over_members
 from impactfem.system.errors import ImpactfemError
@@ -83,6 +84,7 @@ REFUSED = [
     *of(over_members, "one of median, mean, p84, p84_lognormal, got p95", (ONE, "p95")),
     *of(over_members, "lognormal fractile needs", (np.zeros((3, 2)), "p84_lognormal")),
     *of(upsample, "whole number >= 1", (np.ones((1, 4)), 0)),
+    (partial(peak_responses, ONE, None, threads=0), "threads must be at least 1"),
     *of(step_coefficients, "time step must be positive",
         *((step, 1.0, 0.05) for step in (0.0, -0.01, NAN))),
     *of(step_coefficients, "positive finite numbers in Hz",
