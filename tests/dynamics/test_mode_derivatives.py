@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from impactfem.dynamics.mode_derivatives import mode_derivatives
 from impactfem.dynamics.modes import Modes, modes
 from impactfem.system.errors import SolutionError

@@ -59,21 +59,15 @@ def test_a_peak_of_another_program():
     assert broaden(x, y, 0.10, [8.5, 11.5])[0] < 5.0
 
 
-def test_zero_ratio_changes_nothing():
-    np.testing.assert_allclose(broaden(F, PEAK, 0.0), PEAK, rtol=1e-14)
-    np.testing.assert_array_equal(corner_frequencies(F, [(F, PEAK)], 0.0), F)
-
-
-def test_zero_spectrum_stays_zero():
-    assert not broaden(F, np.zeros(5)).any()
-    np.testing.assert_array_equal(corner_frequencies(F, [(F, np.zeros(5))]), F)
+@pytest.mark.parametrize(("s", "ratio"), [(PEAK, 0.0), (np.zeros(5), 0.15)])
+def test_what_stays_as_it_is(s, ratio):
+    """With a ratio of zero, a spectrum of zeros, one frequency, and the end of the list."""
+    np.testing.assert_allclose(broaden(F, s, ratio), s, rtol=1e-14)
+    np.testing.assert_array_equal(corner_frequencies(F, [(F, s)], ratio), F)
     assert broaden([3.0], [2.0]).tolist() == [2.0]
-
-
-def test_end_of_the_list_is_kept():
     # The zero-period acceleration at the high end is neither raised nor lost.
-    f = np.array([1.0, 10.0, 50.0, 60.0, 100.0])
-    assert broaden(f, [1.0, 8.0, 2.0, 2.0, 2.0])[-1] == pytest.approx(2.0)
+    ends = broaden([1.0, 10.0, 50.0, 60.0, 100.0], [1.0, 8.0, 2.0, 2.0, 2.0])
+    assert ends[-1] == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -105,13 +99,6 @@ def test_narrow_peak_is_cut_flat():
     assert broaden(f, s, 0.15, [8.5, 11.5]) == pytest.approx([7.65, 7.65])
 
 
-def test_wide_peak_is_left():
-    f, s, peaks = clip_peaks([1.0, 2.0, 10.0, 50.0, 100.0], [1.0, 1.0, 2.0, 1.0, 1.0])
-    assert peaks == ()
-    assert s.max() == 2.0
-    assert f.size == 5
-
-
 def test_limit_of_the_bandwidth():
     # Vertical to the eye: between 0.8 P at f1 and f2, B = (f2 - f1) / ((f1 + f2) / 2).
     for width, narrow in ((0.29, True), (0.31, False)):
@@ -123,35 +110,35 @@ def test_limit_of_the_bandwidth():
             assert peaks[0].bandwidth == pytest.approx(width, abs=1e-6)
 
 
-def test_summits_of_one_peak_count_once():
-    f = [1.0, 9.0, 9.8, 10.0, 10.2, 11.0, 100.0]
-    _, s, peaks = clip_peaks(f, [1.0, 1.0, 10.0, 9.0, 9.6, 1.0, 1.0])
-    assert [peak.frequency for peak in peaks] == [9.8]
-    assert s.max() == pytest.approx(8.5)
+SUMMITS = [1.0, 9.0, 9.8, 10.0, 10.2, 11.0, 100.0]
+TWO = [1.0, 4.0, 5.0, 6.0, 20.0, 22.0, 24.0, 100.0]
 
 
-def test_two_peaks_are_two():
-    f = [1.0, 4.0, 5.0, 6.0, 20.0, 22.0, 24.0, 100.0]
-    _, _, peaks = clip_peaks(f, [1.0, 1.0, 6.0, 1.0, 1.0, 10.0, 1.0, 1.0])
-    assert [(peak.frequency, peak.before) for peak in peaks] == [(5.0, 6.0), (22.0, 10.0)]
-
-
-def test_peak_at_the_end_of_the_list_has_no_width():
-    for s in ([1.0, 1.0, 9.0], [9.0, 1.0, 1.0], [8.0, 9.0, 8.0]):
-        assert clip_peaks([1.0, 2.0, 3.0], s)[2] == ()
-
-
-def test_not_below_the_zero_period_acceleration():
-    _, s, peaks = clip_peaks(F, PEAK, zpa=8.0)
-    assert peaks[0].after == 8.0
-    assert s.max() == 8.0
-    assert clip_peaks(F, PEAK, zpa=9.0)[2] == ()
-
-
-def test_zero_beside_a_peak():
-    f, s, peaks = clip_peaks([1.0, 9.0, 10.0, 11.0, 20.0], [0.0, 0.0, 4.0, 0.0, 0.0])
-    assert peaks[0].after == pytest.approx(3.4)
-    assert interpolate_frequency(f, s, [10.0])[0] == pytest.approx(3.4)
+@pytest.mark.parametrize(
+    ("f", "s", "zpa", "peaks", "largest"),
+    [
+        # A wide peak is left, and one at the end of the list, which has no width.
+        ([1.0, 2.0, 10.0, 50.0, 100.0], [1.0, 1.0, 2.0, 1.0, 1.0], 0.0, [], 2.0),
+        *(([1.0, 2.0, 3.0], s, 0.0, [], max(s)) for s in ([1, 1, 9], [9, 1, 1], [8, 9, 8])),
+        # Summits of one peak count once, two peaks are two.
+        (SUMMITS, [1.0, 1.0, 10.0, 9.0, 9.6, 1.0, 1.0], 0.0, [(9.8, 10.0, 8.5)], 8.5),
+        (
+            *(TWO, [1.0, 1.0, 6.0, 1.0, 1.0, 10.0, 1.0, 1.0], 0.0),
+            *([(5.0, 6.0, 5.1), (22.0, 10.0, 8.5)], 8.5),
+        ),
+        # Not below the zero-period acceleration; with zeros beside it.
+        (F, PEAK, 8.0, [(10.0, 9.0, 8.0)], 8.0),
+        (F, PEAK, 9.0, [], 9.0),
+        ([1, 9, 10, 11, 20], [0.0, 0.0, 4.0, 0.0, 0.0], 0.0, [(10.0, 4.0, 3.4)], 3.4),
+    ],
+)
+def test_which_peaks_are_cut(f, s, zpa, peaks, largest):
+    at, values, found = clip_peaks(f, s, zpa=zpa)
+    rows = [(one.frequency, one.before, one.after) for one in found]
+    assert np.ravel(rows) == pytest.approx(np.ravel(peaks))
+    assert values.max() == pytest.approx(largest) and (peaks or len(at) == len(f))
+    for place, _, after in peaks:
+        assert interpolate_frequency(at, values, [place])[0] == pytest.approx(after)
 
 
 def test_first_frequency_from_which_on_it_stays():
@@ -161,11 +148,6 @@ def test_first_frequency_from_which_on_it_stays():
     # Another tolerance, another frequency.
     np.testing.assert_array_equal(rigid_frequency(RIGID, spectra, [2.0] * 3, 0.2), [10.0, 1.0, 1.0])
     np.testing.assert_array_equal(rigid_frequency(RIGID, spectra, [2.0] * 3, 0.01)[:1], [50.0])
-
-
-def test_list_that_ends_too_early():
+    # A list that ends too early, and a floor at rest.
     assert np.isnan(rigid_frequency(RIGID, [1.0, 2.0, 3.0, 4.0, 5.0], 2.0))
-
-
-def test_floor_at_rest_is_rigid():
     assert rigid_frequency(RIGID, np.zeros(5), 0.0) == 1.0

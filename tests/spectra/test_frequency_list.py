@@ -11,18 +11,15 @@ from impactfem.spectra import (
 )
 
 
-def test_whole_decades():
-    f = logarithmic_frequencies(1.0, 100.0, 100)
-    assert f.size == 201
-    assert (f[0], f[100], f[-1]) == (1.0, pytest.approx(10.0), 100.0)
-
-
-def test_other_ranges_keep_both_ends_and_at_least_the_density():
-    f = logarithmic_frequencies(0.5, 500.0, 7)
-    assert (f[0], f[-1]) == (0.5, 500.0)
+@pytest.mark.parametrize(
+    ("low", "high", "per_decade", "size"), [(1.0, 100.0, 100, 201), (0.5, 500.0, 7, 22)]
+)
+def test_both_ends_and_at_least_the_density(low, high, per_decade, size):
+    f = logarithmic_frequencies(low, high, per_decade)
+    assert (f.size, f[0], f[-1]) == (size, low, high)
     steps = np.diff(np.log10(f))
     assert steps == pytest.approx(steps[0])
-    assert steps[0] <= 1 / 7 + 1e-12
+    assert steps[0] <= 1 / per_decade + 1e-12
 
 
 def test_list_of_the_regulatory_guide():

@@ -26,15 +26,12 @@ def test_the_naive_form_would_not_pass_that_check():
     assert abs(naive - phi(y, 2)) > 1e-6
 
 
-def test_undamped_free_vibration_neither_grows_nor_decays():
-    c = step_coefficients(0.01, [0.01, 1.0, 30.0, 400.0], [0.0])
-    assert np.abs(c.propagator) == pytest.approx(1.0, abs=4e-16)
-
-
 def test_dampings_are_outside_and_frequencies_inside():
-    c = step_coefficients(0.01, [1.0, 2.0, 3.0], [0.0, 0.5])
+    c = step_coefficients(0.01, [1.0, 2.0, 300.0], [0.0, 0.5])
     assert c.xi.tolist() == [0.0, 0.0, 0.0, 0.5, 0.5, 0.5]
-    assert c.omega / (2 * np.pi) == pytest.approx([1, 2, 3, 1, 2, 3])
+    assert c.omega / (2 * np.pi) == pytest.approx([1, 2, 300, 1, 2, 300])
+    # Undamped free vibration neither grows nor decays.
+    assert np.abs(c.propagator[:3]) == pytest.approx(1.0, abs=4e-16)
 
 
 def exact_history(a, h, frequency, damping):
@@ -61,16 +58,9 @@ def test_exact_on_piecewise_linear_input(frequency, damping):
     h = 0.005
     a = np.random.default_rng(3).standard_normal(60)
     response = oscillator_response(a, h, [frequency], [damping])
-    exact = exact_history(a, h, frequency, damping)
-    for got, reference in zip(
-        (
-            response.relative_displacement,
-            response.relative_velocity,
-            response.absolute_acceleration,
-        ),
-        exact,
-        strict=True,
-    ):
+    names = ("relative_displacement", "relative_velocity", "absolute_acceleration")
+    for name, reference in zip(names, exact_history(a, h, frequency, damping), strict=True):
+        got = getattr(response, name)
         assert got.shape == (1, 1, a.size)
         assert np.abs(got[0, 0] - reference).max() <= 1e-12 * np.abs(reference).max()
 

@@ -27,14 +27,18 @@ def test_lognormal_fractile_against_scipy():
     assert lognormal[0, 0] != pytest.approx(fractile(VALUES, 0.84)[0, 0], rel=1e-3)
 
 
-def test_combine_by_name():
-    np.testing.assert_array_equal(combine(VALUES, "envelope"), VALUES.max(axis=0))
-    np.testing.assert_allclose(combine(VALUES, "mean"), VALUES.mean(axis=0))
-    np.testing.assert_allclose(combine(VALUES, 0.5), np.median(VALUES, axis=0))
-
-
-def test_words():
-    assert [statistic_words(s) for s in ("mean", 0.5, 0.84)] == ["mean", "median", "84 % fractile"]
+@pytest.mark.parametrize(
+    ("statistic", "words", "expected"),
+    [
+        ("envelope", "envelope", VALUES.max(axis=0)),
+        ("mean", "mean", VALUES.mean(axis=0)),
+        (0.5, "median", np.median(VALUES, axis=0)),
+        (0.84, "84 % fractile", np.quantile(VALUES, 0.84, axis=0, method="hazen")),
+    ],
+)
+def test_combine_by_name(statistic, words, expected):
+    assert statistic_words(statistic) == words
+    np.testing.assert_allclose(combine(VALUES, statistic), expected)
 
 
 def test_lognormal_sample():
