@@ -115,11 +115,6 @@ def test_a_storey_that_stays_straight_is_seen(monkeypatch, failed):
     assert failed(contact.missing_pair()) == {"smallest distance"}
 
 
-def test_a_wrong_period_is_seen(scaled, failed):
-    scaled(contact, "simulate", "time_step", 1.01)
-    assert failed(contact.missing_pair()) >= {"smallest distance", "its time"}
-
-
 def test_pairs_that_are_not_looked_for_are_seen(wrong, failed):
     """Contacts that the search does not know: all places are in no pair."""
     wrong(
