@@ -126,11 +126,8 @@ def resumable_march(
 
     The amplitudes of the loads have the shape (n_t, m), the global rows that are recorded (n,).
     `every` is the most steps between two checkpoints, `stage` names the stage in messages, and
-    `progress` is called with the part of the work that is done.
-
-    Raises:
-        SolutionError: The response is not finite.
-        ImpactfemError: A checkpoint cannot be written.
+    `progress` is called with the part of the work that is done. SolutionError where the response is
+    not finite; ImpactfemError where a checkpoint cannot be written.
     """
     last = len(amplitudes) - 1
     # Checkpoints come at the end of a chunk, so that a whole number of chunks lies between them.

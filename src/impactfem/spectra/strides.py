@@ -55,15 +55,10 @@ class Strides:
         return (n - 1) // self.length * self.length
 
     def follow(self, a: Array, state: Array, peak: Array) -> Array:
-        """Raise the peaks of |Im z| at the samples of a record, up to the end of its last stride.
+        """Raise the peaks of |Im z|, shape (k,) [m/s], up to the end of a record's last stride.
 
-        Args:
-            a: Accelerations, shape (n,) [m/s2].
-            state: Re and Im of the shifted state w at the first sample, shape (2, k) [m/s].
-            peak: max |Im z|, shape (k,) [m/s].
-
-        Returns:
-            The state at the end of the last stride.
+        From accelerations (n,) [m/s2] and Re and Im of the shifted state w at the first sample,
+        shape (2, k) [m/s]; gives the state at the end of the last stride.
         """
         m, last = self.length, self.end(len(a))
         count, size, state = last // m, np.abs(a[: last + 1]), np.ascontiguousarray(state)

@@ -128,8 +128,7 @@ def read_archive(path: Path, key: str) -> dict[str, Any] | None:
 def read_bytes(path: Path, what: str, largest: float = float("inf")) -> bytes | Fault:
     """The content of a file, or the fault that says why there is none.
 
-    `what` it is expected to be is for the message, as ``a case file (TOML)``; `largest` is in
-    bytes.
+    `what` is expected, for the message, as ``a case file (TOML)``; `largest` is in bytes.
     """
 
     def fault(reason: str) -> Fault:
@@ -142,10 +141,9 @@ def read_bytes(path: Path, what: str, largest: float = float("inf")) -> bytes | 
             return fault("this is a directory")
         if not stat.S_ISREG(status.st_mode):
             return fault("this is not an ordinary file")
-        size = status.st_size
-        if size > largest:
-            expected = f"{1e-6 * size:.3g} MB; expected at most {1e-6 * largest:g} MB: {what}"
-            return Fault(path, "", None, expected)
+        if status.st_size > largest:
+            found = f"{1e-6 * status.st_size:.3g} MB"
+            return Fault(path, "", None, f"{found}; expected at most {1e-6 * largest:g} MB: {what}")
         content = path.read_bytes()
     except (FileNotFoundError, NotADirectoryError):
         return fault("no such file")

@@ -153,18 +153,11 @@ def in_file_only() -> Iterator[set[str]]:
 
 
 class Steps:
-    """The named steps of a stage, and how far it is.
+    """The named steps of a stage in order, with their expected share of the time.
 
-    A terminal shows a bar with the remaining time; elsewhere a line comes every half minute, also
-    where a step does not report how far it is. The log file has the lines in any case.
-
-    Args:
-        names: The steps in order, with their expected share of the time.
-        title: What they are the steps of, for the lines.
-        quiet: Whether nothing is shown, as on all ranks but the first.
-        bar: Whether a bar is shown on a terminal.
-        every: Time between two lines [s].
-        clock: Gives the time [s].
+    A terminal shows a `bar` with the remaining time; elsewhere a line with the title comes `every`
+    so many seconds, also where a step does not report how far it is. The log file has the lines in
+    any case. `quiet` shows nothing, as on all ranks but the first; the clock gives the time [s].
     """
 
     def __init__(

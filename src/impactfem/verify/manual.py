@@ -50,17 +50,12 @@ def verify(
     full: bool = False,
     validation_cases: bool = False,
 ) -> list[Row]:
-    """Run the benchmarks.
+    """Run the benchmarks, those with `only` in their name where it is given.
 
-    Args:
-        only: Only those with this in their name; all when None.
-        json_file: Where to write the rows as JSON.
-        full: Whether the heavy ones run, too.
-        validation_cases: Whether only the cases against other programs and experiments run.
-
-    Raises:
-        InputError: No benchmark has `only` in its name; a case of these is not usable.
-        ImpactfemError: The file cannot be written; these cases are not there.
+    `full` adds the heavy ones, `validation_cases` runs the cases against other programs and
+    experiments in their place, and `json_file` gets the rows as JSON. InputError where no benchmark
+    has `only` in its name, or a case is not usable; ImpactfemError where the file cannot be
+    written, or the cases are not there.
     """
     known = {**BENCHMARKS, **FULL} if full else BENCHMARKS
     if validation_cases:

@@ -66,12 +66,8 @@ class Row:
 class Rows(list[Row]):
     """The table of a benchmark, written line by line or column by column.
 
-    Args:
-        name: The benchmark, in lines that say no other.
-        source: Where the reference comes from, in lines that say no other.
-
-    Attributes:
-        where: Ends the quantity of the lines that follow, after a comma.
+    Name and source are those of lines that say no other; `where` ends the quantity of the lines
+    that follow, after a comma.
     """
 
     def __init__(self, name: str = "", source: str = "") -> None:
@@ -111,13 +107,8 @@ class Rows(list[Row]):
     ) -> None:
         """Write a line of a fitted order of convergence against a lower bound from theory.
 
-        Args:
-            quantity: What the errors are of.
-            bound: Least order.
-            sizes: Steps or sizes of elements.
-            errors: Errors with them.
-            source: Where the bound comes from.
-            margin: What may be missing to the bound in a fit over these sizes.
+        The errors of a quantity are those with steps or elements of these sizes, the source is that
+        of the bound, and the margin what may be missing to it in a fit over these sizes.
         """
         quantity = f"fitted order of {quantity}, at least {bound:g}"
         order = fitted_order(sizes, errors)

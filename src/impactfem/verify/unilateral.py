@@ -39,25 +39,19 @@ of order 2/3 in its size. Damping spreads it over √(β c/2L) of the contact, 2
 which a rule of second order makes an error of (1/200)² or so; ε counts it more than twice."""
 DAMPINGS = (0.02, 0.05)
 """β over the time of contact of the undamped bar: ε = 0.78 and 0.65."""
-TERMS = 3000
 ACARY = "Acary, ZAMM 96 (2016) 585: Moreau's stepping dissipates"
 
-HEAD_ON = (12, 25, 50, 100)
-"""Elements of the shorter one of two bars."""
-
+HEAD_ON = (12, 25, 50, 100)  # elements of the shorter one of two bars
 OSCILLATORS = np.array([[3.0e6, 1.5e6], [3.0e6 * 11.0**2, 1.5e6 * 8.0**2]])
 """Masses [kg] and stiffnesses [N/m] of two oscillators that hit each other."""
 AMPLITUDE, SHAKEN, APART, RESTITUTION = 3.0, 9.0, 0.02, 0.6
 """Ground acceleration [m/s2] and its angular frequency [rad/s]; gap [m]; e."""
 OSCILLATORS_END = 3.0
-OSCILLATORS_STEPS = (2000, 16000)
 
 MASS, INERTIA = 2.0, 0.3
 """Of the block [kg, kg m2]."""
-LEFT, RIGHT = 0.5, 0.8
-"""Distances of its mass centre from the corners [m]."""
-CORNERS = np.array([[-1.0, -1.0], [LEFT, -RIGHT]])
-"""Columns: how far heave y and (small) rotation bring each corner down."""
+CORNERS = np.array([[-1.0, -1.0], [0.5, -0.8]])
+"""Columns: how far heave y and (small) rotation bring each corner down; distances in m."""
 NEAR = np.array([[-1.0, -1.0], [0.15, -0.2]])
 """Corners so near the mass centre that an impulse on one lifts the other, too."""
 GRAVITY = 9.81
@@ -137,7 +131,7 @@ def held_bar(beta: float) -> Impact:
 
         F = 2 E S v₀/L Σ (g + β ġ),   momentum = 2 ρ S v₀/L Σ ġ/κ².
     """
-    kappa = (np.arange(1, TERMS + 1, dtype=np.float64) - 0.5) * math.pi / L
+    kappa = (np.arange(1, 3001, dtype=np.float64) - 0.5) * math.pi / L
     omega = SPEED * kappa
     decay = 0.5 * beta * omega**2
     s2 = -decay - np.sqrt(decay**2 - omega**2 + 0j)
@@ -285,7 +279,7 @@ def head_on(
 def colliding_oscillators(rows: Rows) -> None:
     """Two oscillators on shaking ground, 2 cm apart, that bounce off each other with e = 0.6."""
     u, v, count = collided(OSCILLATORS_END, RESTITUTION)
-    found = [_colliding(steps) for steps in OSCILLATORS_STEPS]
+    found = [_colliding(steps) for steps in (2000, 16000)]
     errors = np.zeros(len(found))
     for k, (what, exact) in enumerate((("displacement", u), ("velocity", v))):
         size = np.abs(exact).max()

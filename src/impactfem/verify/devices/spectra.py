@@ -33,8 +33,6 @@ from impactfem.verify.devices import in_line, mass_between, paper_device
 from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.spectra import SDLD25_FREQUENCY, SDLD25_SOURCE, SDLD25_SPECTRA
 
-SDLD30_FREQUENCY = (2.18815, 5.30485)  # Hz, of the modes, at which its spectra are given
-SDLD30_SPECTRA = ((7.0, 5.0), (12.0, 6.0))  # m/s2, of the supports NO1 and NO4
 SDLD30_SHIFTS = (0.04, 0.06)  # m, of the two supports
 SDLD30_TABLE = (
     # Quantity, part of the inertia, part of the supports' displacements, both.
@@ -43,17 +41,14 @@ SDLD30_TABLE = (
     ("reaction at NO1", "N", 41.2562, 34.3386, 53.6769),
     ("reaction at NO4", "N", 66.0152, 34.3386, 74.412),
 )
-NO_END = np.array([1e-3, 1e5])  # Hz, for flat spectra
 
 
 def flat(
     component: str, value: float, anchor: int = 1, displacement: float = 0.0
 ) -> AnchorSpectrum:
-    """A spectrum with one ordinate, its zero-period acceleration."""
-    damping = np.array([0.0, 0.99])
-    return AnchorSpectrum(
-        component, NO_END, damping, np.full((2, 2), value), value, anchor, displacement
-    )
+    """A spectrum with one ordinate, its zero-period acceleration, at all frequencies."""
+    at, damping, psa = np.array([1e-3, 1e5]), np.array([0.0, 0.99]), np.full((2, 2), value)
+    return AnchorSpectrum(component, at, damping, psa, value, anchor, displacement)
 
 
 @benchmark("SDLD25 as a device")
@@ -310,10 +305,11 @@ def sdld30(rows: Rows) -> None:
     """
     springs, masses = [1000.0, 1000.0, 10000.0], [0.0, 10.0, 10.0, 0.0]
     device = in_line("SDLD30", springs, masses, {0: 0, 3: 6}, 0.05, ("NO2 x", "NO3 x"))
-    at, xi = np.array(SDLD30_FREQUENCY), np.array([0.05])
+    # Spectra of the supports NO1 and NO4 [m/s2] at the frequencies of the modes.
+    at, xi = np.array([2.18815, 5.30485]), np.array([0.05])
     spectra = [
         AnchorSpectrum("x", at, xi, np.array([psa]), psa[-1], anchor, shift)
-        for anchor, psa, shift in zip((1, 2), SDLD30_SPECTRA, SDLD30_SHIFTS, strict=True)
+        for anchor, psa, shift in zip((1, 2), ((7.0, 5.0), (12.0, 6.0)), SDLD30_SHIFTS, strict=True)
     ]
     names, zero = ("displacement of NO2", "displacement of NO3"), np.zeros((2, 12))
     moved = Quantities(names, ("m", "m"), np.eye(2), zero, device.r)

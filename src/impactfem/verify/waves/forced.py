@@ -29,10 +29,8 @@ SPEEDS = (0.25, 0.5, 1.0)
 """Speeds of the force over that of resonance, at which it crosses in half of the first period."""
 STEPS = 2000
 """Time steps of a crossing."""
-SINES, SHIFT, VECTORS = 16, 5.0, 48
-"""Of the reduced model: load patterns, frequency of the shift [Hz], fewest vectors."""
-WAVE_NUMBERS = np.pi / LENGTH * np.arange(1.0, SINES + 1.0)
-"""Of the patterns [rad/m]."""
+WAVE_NUMBERS = np.pi / LENGTH * np.arange(1.0, 17.0)
+"""Of the load patterns of the reduced model [rad/m]."""
 
 
 @benchmark("modal equation under a pulse")
@@ -178,7 +176,7 @@ def travelling_force(rows: Rows) -> None:
     model = model.hold(x >= 0.0, UX, UY, RX, RZ).hold((x == 0.0) | (x == LENGTH), UZ)
     waves = pressures(model, np.sin(np.outer(x, WAVE_NUMBERS)), CONCRETE.rho * DEPTH**2)
     moving = MovingModel(model, loads, np.array(probes))
-    basis = MovingModel(model, waves, np.array(probes)).reduced(SHIFT, VECTORS)
+    basis = MovingModel(model, waves, np.array(probes)).reduced(shift=5.0, vectors=48)
     for ratio in SPEEDS:
         speed = ratio * float(_omega(1.0)) * LENGTH / np.pi
         dt = LENGTH / speed / STEPS

@@ -37,12 +37,9 @@ What is left out are short waves, which count in the acceleration by their frequ
 OF_BASIS = {"displacement": 1e-8, "acceleration": 2e-5}
 """Of the reduced model beside the full one, for the same reason."""
 
-
 BAND_STEP, BAND_END, BAND_PULSE, BAND_SHIFT = 0.5e-3, 0.4, 0.006, 60.0
 BASES = (54, 66, 78, 90)
 """Vectors of the bases: from poor ones to good ones."""
-LIGHTER = 0.2
-"""β of the second damping over that of the case."""
 FREQUENCY: Array = np.asarray(np.geomspace(2.0, 250.0, 100), dtype=np.float64)
 ENOUGH = 0.95
 """Least share of the thirds of octaves at which band over error is between 1 and 10."""
@@ -50,14 +47,12 @@ ENOUGH = 0.95
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """The frame under a pulse on the edge of floor 1, on that of floor 2, and under the ground.
-
-    The weights are each probe's share in the mean motion of the edges of floor 1 and of floor 2, as
-    the loads' shares of the nodes, shape (2, n_probes).
-    """
+    """The frame under a pulse on the edge of floor 1, on that of floor 2, and under the ground."""
 
     moving: MovingModel
     damping: Rayleigh
+    #: Each probe's share in the mean motion of the two edges, as the loads' shares of the nodes,
+    #: shape (2, n_probes).
     weights: Array
 
 
@@ -116,11 +111,10 @@ def error_band(rows: Rows) -> None:
 
     frame = shipped_frame()
     amplitudes = _amplitudes(BAND_STEP, BAND_END, BAND_PULSE, (0.1, 0.2))
-    ground = np.sin(np.pi * np.linspace(0.0, 1.0, len(amplitudes))) ** 2
-    amplitudes[:, 2] *= ground
+    amplitudes[:, 2] *= np.sin(np.pi * np.linspace(0.0, 1.0, len(amplitudes))) ** 2
     own = frame.damping
     found: list[Effectivity] = []
-    for damping in (own, Rayleigh(own.alpha, LIGHTER * own.beta)):
+    for damping in (own, Rayleigh(own.alpha, 0.2 * own.beta)):
         full = frame.moving.full(amplitudes, BAND_STEP, damping)
         truth = _spectra(full.motion["acceleration"])
         for vectors in BASES:

@@ -17,9 +17,6 @@ RAYLEIGH = Rayleigh(alpha=0.299, beta=1.339e-3)
 CELLS = 20
 """Cells a side of a quarter of the plate."""
 STEP, END = 1e-3, 0.4
-SHIFT, VECTORS = 10.0, 40
-"""Of the reduced model: frequency of the shift [Hz], fewest vectors for the two loads."""
-
 STRIP = (6.0, 1.2, 0.3, 0.6)
 """Length, width, thickness and size of the elements of the strip [m]."""
 STRIP_RAYLEIGH = Rayleigh(alpha=1.5, beta=1e-3)
@@ -60,7 +57,7 @@ def nafems_13t(rows: Rows) -> None:
     }
     full = {modes: moving.full(load, STEP, RAYLEIGH) for modes, load in loads.items()}
     found = {"full": {m: one.motion["displacement"][:, 0] for m, one in full.items()}}
-    basis = moving.reduced(SHIFT, VECTORS)
+    basis = moving.reduced(shift=10.0, vectors=40)
     for scheme in ("newmark", "exact"):
         found[f"reduced, {scheme}"] = {
             modes: basis.motion(load, STEP, RAYLEIGH, scheme)["displacement"][:, 0]

@@ -35,8 +35,7 @@ WINDOW, PULSE, LASTS = 0.4, 3.0, 0.6
 LEAST_FREE, SIZE = 60_000, 2.5
 """Free degrees of freedom that each mesh has at least, and the size of its elements here [m]: the
 default mesh has 340,000."""
-LOW, HIGH, DAMPING = 5.0, 100.0, 0.05
-"""Frequencies of the spectra [Hz], and their damping."""
+LOW, HIGH = 5.0, 100.0  # frequencies of the spectra [Hz]
 MATTERS = 0.1
 """Part of the largest ordinate of any floor or edge from which on one is compared."""
 WITHIN = 0.005
@@ -93,7 +92,7 @@ def pounding_reduced_against_full(
             np.diff(one.velocity, axis=0).T / h,
             h,
             np.geomspace(LOW, HIGH, 1 + round(30.0 * np.log10(HIGH / LOW))),
-            [DAMPING],
+            [0.05],
             absolute=False,
         ).psa
         for one in (reduced, full)

@@ -39,8 +39,6 @@ STRIP, WIDE, FINE = 15.6, 0.6, 0.2
 HALF_SINE = 6e-3
 """Duration of the force on it [s], in which a wave crosses 1.4 times."""
 STEP, CROSSINGS = 2e-5, 6
-SHIFT, VECTORS = 120.0, 120
-DALEMBERT = "d'Alembert's solution with the reflections at both free edges"
 
 
 @dataclass(frozen=True)
@@ -136,7 +134,9 @@ def _pulse(wave: Wave) -> tuple[float, float]:
     return delay, float(second.max())
 
 
-@benchmark("slab strip hit on its edge", DALEMBERT)
+@benchmark(
+    "slab strip hit on its edge", "d'Alembert's solution with the reflections at both free edges"
+)
 def slab_strip_impact(rows: Rows) -> None:
     """A strip of 15.6 m, as the paper's slab is wide, with its four edges free to move along x.
 
@@ -160,7 +160,7 @@ def slab_strip_impact(rows: Rows) -> None:
     time = STEP * np.arange(round(CROSSINGS * STRIP / PLATE.speed / STEP) + 1, dtype=np.float64)
     force = _half_sine(time)[:, None]
     full = moving.full(force, STEP, UNDAMPED).motion
-    basis = moving.reduced(SHIFT, VECTORS)
+    basis = moving.reduced(shift=120.0, vectors=120)
     newmark, exact = (
         basis.motion(force, STEP, UNDAMPED, scheme) for scheme in ("newmark", "exact")
     )
