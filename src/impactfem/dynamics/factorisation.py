@@ -47,12 +47,9 @@ _ROOM = (20, 60, 200)
 """Work space beyond MUMPS's estimate in per cent, tried in turn for pivots that are put off."""
 
 _FAILURES = {
-    -5: "not enough memory for the analysis",
-    -7: "not enough memory for the analysis",
-    -8: "work space too small",
-    -9: "work space too small",
-    -13: "not enough memory",
-    -19: "not enough memory",
+    **dict.fromkeys((-5, -7), "not enough memory for the analysis"),
+    **dict.fromkeys((-8, -9), "work space too small"),
+    **dict.fromkeys((-13, -19), "not enough memory"),
 }
 
 

@@ -238,11 +238,8 @@ class _Stepper:
     def __init__(self, system: Newmark, factor: Factorisation, state: State) -> None:
         self.system, self.factor, self.state = system, factor, state
         patterns = scipy.sparse.csr_matrix(system._patterns)
-        self.F = PETSc.Mat().createAIJ(
-            patterns.shape,
-            csr=(patterns.indptr, patterns.indices, patterns.data),
-            comm=PETSc.COMM_SELF,
-        )
+        csr = patterns.indptr, patterns.indices, patterns.data
+        self.F = PETSc.Mat().createAIJ(patterns.shape, csr=csr, comm=PETSc.COMM_SELF)
         n, m = patterns.shape
         self.sum = np.zeros(m)
         self.f, self.r, self.w, self.Mw, self.Cw = (np.zeros(n) for _ in range(5))

@@ -226,8 +226,5 @@ def _pais_kausel(r: float, d: float, ν: float) -> tuple[tuple[Impedance, float]
     return (
         (Impedance(K_x, 4.0 * (r + d * (ψ + r))), 0.0),
         (Impedance(K_y, 4.0 * (r + d * (1.0 + ψ * r))), 0.0),
-        fit(K_z, "z"),
-        fit(K_xx, "xx"),
-        fit(K_yy, "yy"),
-        fit(K_zz, "zz"),
+        *(fit(K, name) for K, name in ((K_z, "z"), (K_xx, "xx"), (K_yy, "yy"), (K_zz, "zz"))),
     )

@@ -176,14 +176,8 @@ def oscillator_response(
     gain = c.acceleration_gain[:, None]
     absolute = gain.real * z.real - gain.imag * z.imag
     shape = (d.size, f.size, a.size)
-    return OscillatorResponse(
-        time=np.asarray(np.arange(a.size) * float(time_step), dtype=np.float64),
-        frequency=f,
-        damping=d,
-        relative_displacement=x.reshape(shape),
-        relative_velocity=v.reshape(shape),
-        absolute_acceleration=absolute.reshape(shape),
-    )
+    time = np.arange(a.size) * float(time_step)
+    return OscillatorResponse(time, f, d, *(one.reshape(shape) for one in (x, v, absolute)))
 
 
 @njit(nogil=True, cache=True)

@@ -63,17 +63,11 @@ def minima(
     """
     found, (a, b) = [], total or (np.zeros_like(low), 0.0)
     condition = {"type": "eq", "fun": lambda x: float(a @ x - b), "jac": lambda x: a}
+    ends = dict.fromkeys(("ftol", "xtol", "gtol"), tolerance)
     for start in starts:
         if total is None:
             ended = scipy.optimize.least_squares(
-                residuals,
-                start,
-                jacobian or "2-point",
-                (low, high),
-                ftol=tolerance,
-                xtol=tolerance,
-                gtol=tolerance,
-                max_nfev=200,
+                residuals, start, jacobian or "2-point", (low, high), **ends, max_nfev=200
             )
             one = Minimum(ended.x, float(ended.cost), bool(ended.success))
         else:

@@ -206,18 +206,6 @@ def test_the_window_holds_what_matters():
     assert found[0] == pytest.approx(0.5) and found[-1] > paper.HIGHEST
 
 
-def test_errors_of_spectra():
-    truth = np.ones((2, 3, 4))
-    spectra = truth.copy()
-    spectra[0, 1, 2] = 1.006
-    spectra[1, 0] = 0.0
-    moved = np.ones((2, 3), dtype=bool)
-    moved[1, 0] = False
-    errors = paper.spectrum_errors(spectra, truth, moved)
-    assert errors[0, 1] == pytest.approx(0.006) and errors[0, 1] > paper.WITHIN
-    assert np.count_nonzero(errors) == 1
-
-
 @pytest.mark.slow
 def test_on_a_coarse_mesh(monkeypatch, wrong, tmp_path):
     """A few steps of one damping; then with another one of the reduced model."""

@@ -87,16 +87,9 @@ def pounding_reduced_against_full(
     largest = (full.force @ joined).max(axis=0), (reduced.force @ joined).max(axis=0)
     main = int(largest[0].argmax())
     rows.add(f"largest force, {lines[main]}", largest[0][main], largest[1][main], "N", 0.01, FULL)
-    spectra = [
-        response_spectra(
-            np.diff(one.velocity, axis=0).T / h,
-            h,
-            np.geomspace(LOW, HIGH, 1 + round(30.0 * np.log10(HIGH / LOW))),
-            [0.05],
-            absolute=False,
-        ).psa
-        for one in (reduced, full)
-    ]
+    frequency = np.geomspace(LOW, HIGH, 1 + round(30.0 * np.log10(HIGH / LOW)))
+    changes = (np.diff(one.velocity, axis=0).T / h for one in (reduced, full))
+    spectra = [response_spectra(a, h, frequency, [0.05], absolute=False).psa for a in changes]
     exact = spectra[1].reshape(len(pair.names), -1)
     apart = np.abs(spectra[0].reshape(exact.shape) / exact - 1.0)
     apart[exact < MATTERS * exact.max()] = 0.0
