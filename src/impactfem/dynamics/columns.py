@@ -51,25 +51,21 @@ def summed(A: PETSc.Mat, local: Array) -> Array:
 
 
 def random_column(A: PETSc.Mat, stream: int = 0) -> Array:
-    """Standard normal numbers at this rank's rows, the same for a global row on any ranks.
-
-    Another stream gives other columns.
-    """
+    """Standard normal numbers of a stream at this rank's rows, the same for a row on any ranks."""
     start, end = A.getOwnershipRange()
     every = np.random.default_rng([SEED, stream]).standard_normal(A.getSize()[0])
-    mine: Array = every[start:end].copy()
-    return mine
+    return np.array(every[start:end])
 
 
-def row_of_largest(A: PETSc.Mat, size: Array, slack: float = 1e-6) -> int:
+def row_of_largest(A: PETSc.Mat, size: Array) -> int:
     """Global row of the largest entry of sizes, not negative, shape (n_local,). Collective.
 
-    The first row on ties: entries within the slack, a fraction of the largest. Rounding, which
-    differs with the number of ranks, shall not decide between them.
+    The first row on ties, of entries within 1e-6 of the largest: rounding, which differs with the
+    number of ranks, shall not decide between them.
     """
     comm = A.getComm().tompi4py()
     start = A.getOwnershipRange()[0]
     largest = max(comm.allgather(float(np.max(size, initial=0.0))))
-    among = np.flatnonzero(size >= (1.0 - slack) * largest)
+    among = np.flatnonzero(size >= (1.0 - 1e-6) * largest)
     first = start + int(among[0]) if among.size else A.getSize()[0]
     return int(min(comm.allgather(first)))

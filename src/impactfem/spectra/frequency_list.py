@@ -53,9 +53,7 @@ def logarithmic_frequencies(minimum: float, maximum: float, per_decade: int = 10
         raise ImpactfemError(f"a frequency list needs at least 1 point a decade, got {per_decade}")
     # The small allowance keeps 1 Hz to 100 Hz at 100 a decade at 200 intervals, not 201.
     intervals = max(1, math.ceil(per_decade * math.log10(maximum / minimum) - 1e-9))
-    frequencies = np.geomspace(minimum, maximum, intervals + 1)
-    frequencies[0], frequencies[-1] = minimum, maximum
-    return np.asarray(frequencies, dtype=np.float64)
+    return np.asarray(np.geomspace(minimum, maximum, intervals + 1), dtype=np.float64)
 
 
 def rg_1_122_frequencies(maximum: float | None = None, per_decade: int = 100) -> Array:

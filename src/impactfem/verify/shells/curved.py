@@ -99,14 +99,14 @@ class Cylinder:
         return found[v], found[w], float(load @ found)
 
 
-def weighed(roof: Cylinder, weight: float, terms: int = 20, count: int = 24) -> tuple[float, float]:
+def weighed(roof: Cylinder, weight: float) -> tuple[float, float]:
     """A roof under a weight on its area [N/m2], from its crown φ = 0 to its free edge.
 
-    By `terms` along x, and `count` even and odd functions around φ: the deflection of the middle of
-    the free edge [m], and the work of the load on a quarter of the roof [J].
+    The deflection of the middle of the free edge [m], and the work of the load on a quarter of the
+    roof [J], by 20 terms along x, and 24 even and 24 odd functions around φ.
     """
-    # The first even and the first odd Legendre polynomials of φ / span.
-    degree = np.arange(2 * count)
+    # The first Legendre polynomials of φ / span.
+    degree = np.arange(48)
     # P′_n = (2 n − 1) P_{n−1} + (2 n − 5) P_{n−3} + ...
     below = degree[None, :] - degree[:, None]
     derivative = np.where((below > 0) & (below % 2 == 1), 2 * degree[:, None] + 1, 0)
@@ -122,7 +122,7 @@ def weighed(roof: Cylinder, weight: float, terms: int = 20, count: int = 24) -> 
     def downwards(phi: Array) -> tuple[Array, Array]:
         return np.sin(phi), -np.cos(phi)
 
-    for n in range(1, 2 * terms, 2):
+    for n in range(1, 40, 2):
         q = 4.0 * weight / (n * np.pi)  # of the sine series of a uniform load
         v, w, work = roof.term(n, even, odd, downwards)
         at_edge = float(odd(edge)[0][0] @ v) * np.sin(roof.span)

@@ -333,7 +333,7 @@ def plate_forces(rows: Rows) -> None:
             rows.order(quantity, least, 1.0 / np.array(CELLS), error, source, 0.2)
 
 
-def navier(points: Array, count: int = 200) -> Array:
+def navier(points: Array) -> Array:
     """M11, M22, M12, Q1, Q2 of Navier's plate of 1 m under a unit pressure, shape (n, 5).
 
     With w ~ Σ q_mn / (D k⁴) sin(m π x) sin(n π y), q_mn = 16 / (π² m n), k² = π² (m² + n²), odd m
@@ -341,11 +341,11 @@ def navier(points: Array, count: int = 200) -> Array:
     the normal are positive where the plate arches towards it.
     """
     nu = STEEL.nu
-    odd = 2.0 * np.arange(count) + 1.0
+    odd = 2.0 * np.arange(200) + 1.0
     a, b = np.pi * odd[:, None], np.pi * odd[None]
     load = 16.0 / (np.pi**2 * np.outer(odd, odd))
     k2 = a**2 + b**2
-    x, y = (np.outer(p, np.pi * odd) for p in np.asarray(points, dtype=np.float64).T[:2])
+    x, y = (np.outer(p, np.pi * odd) for p in points.T[:2])
     sx, cx, sy, cy = np.sin(x), np.cos(x), np.sin(y), np.cos(y)
     w = load / k2**2
     terms = (

@@ -38,16 +38,10 @@ class MovingModel:
         """Displacement of the probes under each load at rest, shape (n_probes, m) [m, rad]."""
         return np.column_stack([self.model.static(load)[self.rows] for load in self.patterns.T])
 
-    def full(
-        self, amplitudes: Array, time_step: float, damping: Rayleigh, start: Array | None = None
-    ) -> History:
-        """Newmark's average acceleration in full order, by amplitudes of the loads (n_t, m).
-
-        It starts with a velocity of all rows, or from rest (`ShellModel.transient`).
-        """
-        loads = list(self.patterns.T)
+    def full(self, amplitudes: Array, time_step: float, damping: Rayleigh) -> History:
+        """Average acceleration in full order from rest, by amplitudes of the loads (n_t, m)."""
         return self.model.transient(
-            loads, amplitudes, time_step, damping=damping, probes=self.rows, velocity=start
+            list(self.patterns.T), amplitudes, time_step, damping=damping, probes=self.rows
         )
 
     def reduced(self, shift: float, vectors: int) -> ReducedMotion:

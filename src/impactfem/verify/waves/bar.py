@@ -66,12 +66,12 @@ class Bar:
         values = scipy.linalg.eigvalsh(self.K, self.M, subset_by_index=(0, count - 1))
         return np.asarray(np.sqrt(np.maximum(values, 0.0)) / (2.0 * math.pi))
 
-    def pushed(self, force: Array, step: float, parts: int = 10) -> Array:
-        """Accelerations of its nodes under a force on its lower end, shape (n_t, nodes) [m/s2].
+    def pushed(self, force: Array, step: float, distance: Array) -> Array:
+        """Accelerations at distances from its lower end, on which a force acts, (n, n_t) [m/s2].
 
-        Average acceleration, in `parts` steps from sample to sample of the force (n_t,) [N],
-        which is straight between them.
+        Average acceleration, in 20 steps between samples of the force, straight there (n_t,) [N].
         """
+        parts = 20
         h = step / parts
         fine = np.arange((len(force) - 1) * parts + 1) / parts
         fine = np.interp(fine, np.arange(len(force)), force)
@@ -87,7 +87,7 @@ class Bar:
             u, v = u + h * h / 4.0 * a, v + h / 2.0 * a
             if k % parts == 0:
                 found[k // parts] = a[:nodes]
-        return found
+        return np.array([[np.interp(d, self.position, row) for row in found] for d in distance])
 
     def against_wall(self, speed: float, step: float, window: float = 0.05) -> tuple[float, float]:
         """The bar meets a rigid wall with its lower end, all of it at one speed [m/s].
@@ -125,11 +125,8 @@ def _hang(K: Array, M: Array, wall: EdgeWall, top: int, first: int) -> None:
     # In (w, l θ), which leaves the length of an element out of the matrices.
     EI, m = wall.bending, wall.mass / IN_WALL
     # Hermite's element: Przemieniecki, Theory of Matrix Structural Analysis (1968).
-    k = (
-        EI
-        * (IN_WALL / wall.height) ** 3
-        * np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
-    )
+    k = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]])
+    k = EI * (IN_WALL / wall.height) ** 3 * k
     mass = np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]])
     # Rows: rotation at the top, then both of each node below.
     rows = [(top, first), *((first + 1 + 2 * j, first + 2 + 2 * j) for j in range(IN_WALL - 1))]

@@ -167,7 +167,7 @@ def _pulse_rows(rows: Rows, parts: BuildingParts, bar: FloorBar) -> None:
 
     distance, floor = _line_in_3d(parts, 1, loads, RAYLEIGH, 1.0)
     made = Bar(LENGTH, bar.stiffness, total, bar.end_mass, RAYLEIGH)
-    own = _at(made, made.pushed(force, STEP, 20), distance)
+    own = made.pushed(force, STEP, distance)
     rows.source = SOLVER
     away = np.abs(floor - own).max(axis=1)[[0, 4, 8]] / np.abs(own).max()
     quantity, places = "largest difference of the acceleration over its peak", POINTS_OF_STRIP
@@ -208,11 +208,6 @@ def _line_in_3d(
     where = mesh.nodes[nodes]
     inward = (where[-1] - where[0]) / np.linalg.norm(where[-1] - where[0])
     return np.linalg.norm(where - where[0], axis=1), (found @ inward).T
-
-
-def _at(bar: Bar, values: Array, distance: Array) -> Array:
-    """Histories of the bar at distances from its lower end, shape (n, n_t)."""
-    return np.array([[np.interp(d, bar.position, row) for row in values] for d in distance])
 
 
 def _wall_rows(rows: Rows, parts: BuildingParts, bar: FloorBar) -> None:
@@ -311,7 +306,7 @@ def paper_floor_as_a_bar(rows: Rows, case_file: Path | None = None) -> None:
         (Bar(*spread, bar.end_mass, damping), Bar(*spread, upstand, damping, wall)),
         strict=True,
     ):
-        own = _at(made, made.pushed(force, step, 20), distance)
+        own = made.pushed(force, step, distance)
         lowest, highest = FAIR[kind]
         known = (frequency >= lowest) & (frequency <= highest)
         mine, theirs = spectra(own)[:, known], spectra(floor)[:, known]
