@@ -5,13 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from impactfem.sticks.element import (
-    COMPONENTS,
-    Section,
-    bending_stiffness,
-    rigid_link,
-    storey_stiffness,
-)
+from impactfem.sticks.element import Section, bending_stiffness, rigid_link, storey_stiffness
 
 L = 3.0
 UX, UY, UZ, RX, RY, RZ = range(6)
@@ -26,10 +20,6 @@ def tip(section, load):
 
 def unit(component):
     return np.eye(6)[component]
-
-
-def test_components_in_order():
-    assert COMPONENTS == ("x", "y", "z", "rx", "ry", "rz")
 
 
 @pytest.mark.parametrize(
@@ -49,11 +39,6 @@ def test_cantilever_bends_as_the_closed_form(section, u, r, EI, GAv, sign):
     assert under_moment[u] == pytest.approx(sign * M * L**2 / (2 * EI), rel=1e-12)
     others = [c for c in range(6) if c not in (u, r)]
     assert not under_load[others].any() and not under_moment[others].any()
-
-
-def test_the_two_planes_are_not_mixed_up(section):
-    along_x, along_y = tip(section, unit(UX))[UX], tip(section, unit(UY))[UY]
-    assert along_y > 1.2 * along_x  # I_x and A_vy are the smaller ones
 
 
 def test_axial_and_torsion(section):
@@ -84,25 +69,17 @@ def test_without_shear_strain_it_is_the_cubic_beam():
     assert k[1, 3] == pytest.approx(5.0) and k[1, 1] == pytest.approx(10.0)
 
 
-def linked(section, lower, upper):
-    """The element between two ends that rigid links tie to masters at -lower and -upper of them."""
-    T = scipy.linalg.block_diag(rigid_link(lower), rigid_link(upper))
-    return T.T @ storey_stiffness(L, section) @ T
-
-
-def rigid_motions(*points):
-    return np.vstack([rigid_link(point) for point in points])
-
-
 def test_rigid_motions_give_no_force_through_oblique_links(section):
+    """The element between two ends that rigid links tie to masters at -lower and -upper of them."""
     lower, upper = np.array([0.7, -0.4, 0.3]), np.array([-1.1, 0.2, -0.5])
     start = np.array([4.0, -2.0, 10.0])
-    masters = (start - lower, start + np.array([0.0, 0.0, L]) - upper)
-    k = linked(section, lower, upper)
-    assert np.abs(k @ rigid_motions(*masters)).max() < 1e-12 * np.abs(k).max()
+    masters = start - lower, start + np.array([0.0, 0.0, L]) - upper
+    T = scipy.linalg.block_diag(rigid_link(lower), rigid_link(upper))
+    k = T.T @ storey_stiffness(L, section) @ T
+    assert np.abs(k @ np.vstack([*map(rigid_link, masters)])).max() < 1e-12 * np.abs(k).max()
     # A master that is not where its link says: the same motions strain the member.
-    elsewhere = (masters[0], masters[1] + [0.1, 0.0, 0.0])
-    assert np.abs(k @ rigid_motions(*elsewhere)).max() > 1e-4 * np.abs(k).max()
+    elsewhere = masters[0], masters[1] + [0.1, 0.0, 0.0]
+    assert np.abs(k @ np.vstack([*map(rigid_link, elsewhere)])).max() > 1e-4 * np.abs(k).max()
 
 
 @settings(deadline=None, max_examples=30)

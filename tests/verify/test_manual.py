@@ -112,9 +112,8 @@ def test_json(tmp_path):
     entries = json.loads(path.read_text(encoding="utf-8"))
     assert len(entries) == len(found) > 0
     for entry, row in zip(entries, found, strict=True):
-        assert set(entry) == {"benchmark", *row.as_dict()} and entry["benchmark"].startswith(
-            "newmark"
-        )
+        assert set(entry) == {"benchmark", *row.as_dict()}
+        assert entry["benchmark"].startswith("newmark")
         assert entry["passed"] is True and entry["computed"] == row.computed
 
 
@@ -127,14 +126,14 @@ def test_a_part_of_the_names(monkeypatch):
     names = ["contact_a", "contact_b", "other"]
     monkeypatch.setattr(manual, "BENCHMARKS", {name: benchmark(name) for name in names})
     monkeypatch.setattr(manual, "FULL", {"contact_fine": benchmark("contact_fine")})
-    manual.verify("contact")
-    assert ran == ["contact_a", "contact_b"]
-    ran.clear()
-    manual.verify()
-    assert ran == names
-    ran.clear()
-    manual.verify("contact", full=True)
-    assert ran == ["contact_a", "contact_b", "contact_fine"]
+    for only, full, expected in (
+        ("contact", False, ["contact_a", "contact_b"]),
+        (None, False, names),
+        ("contact", True, ["contact_a", "contact_b", "contact_fine"]),
+    ):
+        ran.clear()
+        manual.verify(only, full=full)
+        assert ran == expected
 
 
 @pytest.mark.slow

@@ -51,18 +51,16 @@ def test_pulse(strip):
 def test_wall(strip):
     parts, bar = strip
     stiff = replace(bar, stiffness=2.0 * bar.stiffness)
-    assert {"time at the wall, damped", "time at the wall, hardly damped"} <= failed(
-        benchmark._wall_rows, parts, stiff
-    )
+    seen = {f"time at the wall, {label}" for label in ("damped", "hardly damped")}
+    assert seen <= failed(benchmark._wall_rows, parts, stiff)
 
 
-def paper_bar():
-    return Bar(15.6, 623.7e9, 2652.75e3, (180.6e3, 180.6e3), Rayleigh(0.8378, 1.061e-3))
+FLOOR_8 = 15.6, 623.7e9, 2652.75e3, (180.6e3, 180.6e3)
 
 
 def test_the_foot_of_a_damped_wave_is_not_the_wave():
     """Floor 8 as a bar under its impact: a tenth of the peak runs ahead of the peak, by far."""
-    bar = paper_bar()
+    bar = Bar(*FLOOR_8, Rayleigh(0.8378, 1.061e-3))
     time = 1e-3 * np.arange(200)
     force = np.where((time > 0.05) & (time < 0.062), np.sin(np.pi * (time - 0.05) / 0.012), 0.0)
     distance = np.linspace(0.0, 15.6, 9)
@@ -95,7 +93,7 @@ def test_a_wall_below_an_end_has_its_own_frequency():
 )
 def test_the_bar_of_the_page_at_the_wall(damping, epsilon):
     """The numbers of docs/floor-as-a-bar.md; they hardly depend on the step."""
-    bar = Bar(15.6, 623.7e9, 2652.75e3, (180.6e3, 180.6e3), damping)
+    bar = Bar(*FLOOR_8, damping)
     for step in (0.34e-3 / 8.0, 0.34e-3 / 16.0):
         impulse, lasts = bar.against_wall(0.168, step)
         assert impulse / (bar.mass * 0.168) - 1.0 == pytest.approx(epsilon, abs=0.012)
@@ -111,10 +109,8 @@ def test_another_damping_is_seen(scaled, failed):
 
 def test_a_wrong_damping_of_the_strip_is_seen(monkeypatch, failed):
     monkeypatch.setattr(forced, "Rayleigh", lambda alpha, beta=0.0: Rayleigh(1.1 * alpha, beta))
-    found = failed(forced.strip_pulse())
-    assert {"largest deflection, overdamped, full", "largest deflection, overdamped, reduced"} <= (
-        found
-    )
+    seen = {f"largest deflection, overdamped, {solver}" for solver in ("full", "reduced")}
+    assert seen <= failed(forced.strip_pulse())
 
 
 def test_a_force_on_the_nearest_node_alone_is_seen(monkeypatch, failed):
@@ -169,9 +165,8 @@ def test_a_load_between_the_samples_is_seen(wrong, failed):
         return smooth
 
     wrong(in_time, "_loads", make)
-    assert "velocity, exact integration from itself at an eighth of the step" in failed(
-        in_time.newmark_order_3d()
-    )
+    found = failed(in_time.newmark_order_3d())
+    assert "velocity, exact integration from itself at an eighth of the step" in found
 
 
 def test_a_lost_energy_is_seen(wrong, failed):
