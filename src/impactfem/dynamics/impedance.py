@@ -28,26 +28,20 @@ from impactfem.system.arrays import Array, Complex
 
 Pairs = tuple[tuple[float, float], ...]
 
-RATES = 25
-"""Number of rates that a fit chooses among."""
-OUTSIDE = 4.0
-"""How far they reach beyond the frequencies of the table, as a factor."""
-NEGLIGIBLE = 1e-4
-"""Elements that are below this part of S at all frequencies are left out."""
+RATES = 25  # number of rates that a fit chooses among
+OUTSIDE = 4.0  # how far they reach beyond the frequencies of the table, as a factor
+NEGLIGIBLE = 1e-4  # elements that are below this part of S at all frequencies are left out
 LOSS, SMALL = 1.3, 0.02
 """Elements go as long as the error is below this times that with all of them, or below this."""
-FAR = 5.0
-"""How far a number may move from where it began, as a logarithm."""
+FAR = 5.0  # how far a number may move from where it began, as a logarithm
 REST = 0.8
 """Least stiffness at rest over the real part at the lowest frequency of a table, which is almost at
 rest: a slow spring and dashpot in its place would not hold what rests on it. Material damping of
 15 % makes it 0.8 from 0.5 Hz on."""
-DAMPED = 0.1
-"""Imaginary part over |S| below which its error counts less than as a part of its own."""
+DAMPED = 0.1  # imaginary part over |S| below which its error counts less than as a part of its own
 MAXWELL = 3
 """Elements that have the damping of the material, constant within 4 % over a factor of 20."""
-PASSES = 100
-"""Most iterations of non-negative least squares, for each column."""
+PASSES = 100  # most iterations of non-negative least squares, for each column
 
 
 @dataclass(frozen=True)

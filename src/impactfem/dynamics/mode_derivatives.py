@@ -13,11 +13,9 @@ from impactfem.dynamics.modes import Modes
 from impactfem.system.arrays import Array
 from impactfem.system.errors import SolutionError
 
-TOLERANCE = 1e-8
-"""Relative error of the derivative of a shape, in the norm of K − λ M."""
+TOLERANCE = 1e-8  # relative error of the derivative of a shape, in the norm of K − λ M
 MOST_STEPS = 200
-EQUAL = 1e-6
-"""Relative distance of eigenvalues below which modes have no derivatives of their own."""
+EQUAL = 1e-6  # relative distance of eigenvalues below which modes have no derivatives of their own
 
 
 def mode_derivatives(

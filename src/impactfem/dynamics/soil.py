@@ -24,17 +24,13 @@ import numpy as np
 from impactfem.dynamics.impedance import Impedance, assembled, fitted, hysteresis
 from impactfem.system.arrays import Array, Complex
 
-LOWEST, HIGHEST = 0.02, 4.0
-"""a₀ of the fit to the formulas of Pais and Kausel."""
-BAND = (0.5, 50.0)
-"""Frequencies that a table of impedances has at the least [Hz]."""
-MATERIAL = (1.0, 20.0)
-"""Frequencies between which the damping of the material is constant [Hz]."""
+LOWEST, HIGHEST = 0.02, 4.0  # a₀ of the fit to the formulas of Pais and Kausel
+BAND = (0.5, 50.0)  # frequencies that a table of impedances has at the least [Hz]
+MATERIAL = (1.0, 20.0)  # frequencies between which the damping of the material is constant [Hz]
 MOST_DAMPED = 0.2
 """Largest damping ratio of the material. At 0.27 nothing would hold the building at rest, and from
 0.1 on its softness below 5 Hz is more than a fifth; US NRC SRP 3.7.2 allows 0.15."""
-SPEEDS = 2.5
-"""Largest ratio ψ of the speed of Lysmer's analogue to c_s."""
+SPEEDS = 2.5  # largest ratio ψ of the speed of Lysmer's analogue to c_s
 
 
 @dataclass(frozen=True, eq=False)

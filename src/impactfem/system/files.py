@@ -25,10 +25,8 @@ from impactfem.system.log import LOGGER
 if TYPE_CHECKING:
     import xarray as xr
 
-LARGEST = 20_000_000
-"""Size of the largest table [byte]."""
-LARGEST_TOML = 1_000_000
-"""Size of the largest case file [byte]; the paper's has 10,000."""
+LARGEST = 20_000_000  # size of the largest table [byte]
+LARGEST_TOML = 1_000_000  # size of the largest case file [byte]; the paper's has 10,000
 _ROOT = Path(__file__).parents[3]
 _INSTALLED = Path(sys.prefix) / "share" / "impactfem"
 _PART = re.compile(r"\..+\.([1-9]\d{0,8})\.part")

@@ -16,8 +16,7 @@ CONFIDENCE = 0.95
 """With this probability all unknowns together are within their ± (Gaussian errors)."""
 BLIND = 1.0
 """A direction that moves the weighted data by less than this across the bounds is not seen."""
-ALIKE = 0.9
-"""Correlation from which the data hardly tell two unknowns apart, or not at all."""
+ALIKE = 0.9  # correlation from which the data hardly tell two unknowns apart, or not at all
 
 
 @dataclass(frozen=True, eq=False)

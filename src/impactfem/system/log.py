@@ -21,8 +21,7 @@ LOGGER = logging.getLogger("impactfem")
 PROGRESS = LOGGER.getChild("progress")
 Step = Callable[[str], AbstractContextManager[None]]
 """`Steps.step`: what runs inside its context is the step of this name."""
-EVERY = 30.0
-"""Time between two lines of progress [s]."""
+EVERY = 30.0  # time between two lines of progress [s]
 
 
 class _Visible(logging.Formatter):

@@ -11,8 +11,7 @@ import psutil
 STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 GROUP, GROUPS = Path("/proc/self/cgroup"), Path("/sys/fs/cgroup")
 FILE_CACHE = ("inactive_file ", "active_file ")
-DISK = "/var/tmp"
-"""Folder of temporary files without TMPDIR: /tmp is memory on many systems."""
+DISK = "/var/tmp"  # folder of temporary files without TMPDIR: /tmp is memory on many systems
 
 
 def forget_peak() -> None:

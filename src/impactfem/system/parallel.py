@@ -20,8 +20,7 @@ _LOGGER = logging.getLogger("impactfem")  # as in `impactfem.system.log`
 THREADS = "OMP_NUM_THREADS"
 OPENBLAS_THREADS = ("OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", THREADS)  # in its order
 IDLE = "OPENBLAS_THREAD_TIMEOUT"
-PATIENCE = 5.0
-"""Time that a rank that failed waits for the others to fail, too [s]."""
+PATIENCE = 5.0  # time that a rank that failed waits for the others to fail, too [s]
 # Set by the launchers of Open MPI, MPICH and Slurm for a process that is one of several.
 LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS")
 # For a program of one process Open MPI starts a daemon, which it does not need here, and ends the

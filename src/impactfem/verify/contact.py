@@ -55,8 +55,7 @@ def against_wall(mass: Stick, law: Law, gap: float, speed: float, dt: float, n_t
     return simulate(system, np.zeros((n_t, 3)), dt, v0=speed * np.eye(6)[1])
 
 
-STEPS = 800
-"""Time steps of an impact."""
+STEPS = 800  # time steps of an impact
 ALLOWED = {
     "hertz": 1e-9,
     "hertz-damp": (np.pi / STEPS) ** 2,

@@ -26,19 +26,15 @@ from impactfem.verify.row import Rows, benchmark, fitted_order
 E, S, L, RHO, V0 = 210e9, 3.14e-4, 1.0, 7800.0, 0.1
 """Bar of Siconos's example ImpactingBar [Pa, m2, m, kg/m3, m/s]."""
 SPEED = math.sqrt(E / RHO)
-CONTACT = 2.0 * L / SPEED
-"""Time in which a wave runs through the bar and back [s]."""
-BAR = RHO * S * L
-"""Mass of the bar [kg]."""
+CONTACT = 2.0 * L / SPEED  # time in which a wave runs through the bar and back [s]
+BAR = RHO * S * L  # mass of the bar [kg]
 ELEMENTS = 100
-COURANT = 0.25
-"""Way of a wave in a step over the distance of two nodes."""
+COURANT = 0.25  # way of a wave in a step over the distance of two nodes
 ELASTIC, DAMPED = 5e-3, 1e-4
 """Error allowed of the impulse. Undamped, the front of the wave is a jump, which the mesh spreads:
 of order 2/3 in its size. Damping spreads it over √(β c/2L) of the contact, 200 steps and more, of
 which a rule of second order makes an error of (1/200)² or so; ε counts it more than twice."""
-DAMPINGS = (0.02, 0.05)
-"""β over the time of contact of the undamped bar: ε = 0.78 and 0.65."""
+DAMPINGS = (0.02, 0.05)  # β over the time of contact of the undamped bar: ε = 0.78 and 0.65
 ACARY = "Acary, ZAMM 96 (2016) 585: Moreau's stepping dissipates"
 
 HEAD_ON = (12, 25, 50, 100)  # elements of the shorter one of two bars
@@ -48,15 +44,13 @@ AMPLITUDE, SHAKEN, APART, RESTITUTION = 3.0, 9.0, 0.02, 0.6
 """Ground acceleration [m/s2] and its angular frequency [rad/s]; gap [m]; e."""
 OSCILLATORS_END = 3.0
 
-MASS, INERTIA = 2.0, 0.3
-"""Of the block [kg, kg m2]."""
+MASS, INERTIA = 2.0, 0.3  # of the block [kg, kg m2]
 CORNERS = np.array([[-1.0, -1.0], [0.5, -0.8]])
 """Columns: how far heave y and (small) rotation bring each corner down; distances in m."""
 NEAR = np.array([[-1.0, -1.0], [0.15, -0.2]])
 """Corners so near the mass centre that an impulse on one lifts the other, too."""
 GRAVITY = 9.81
-START = np.array([0.3, 0.05]), np.array([0.0, 0.4])
-"""Height and rotation, and their velocities."""
+START = np.array([0.3, 0.05]), np.array([0.0, 0.4])  # height and rotation, and their velocities
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,8 @@ Map = Callable[[Array, Array], tuple[Array, Array, Array]]
 
 CONCRETE = Material(E=33e9, nu=0.2, rho=2500.0)
 STEEL = Material(E=200e9, nu=0.3, rho=8000.0)
-SHEAR = 5.0 / 6.0
-"""Factor of the shear stiffness of plates and of rectangular sections."""
-SAME = 1e-9
-"""Points closer than this part of the mesh's size are one node."""
+SHEAR = 5.0 / 6.0  # factor of the shear stiffness of plates and of rectangular sections
+SAME = 1e-9  # points closer than this part of the mesh's size are one node
 ROTATION = np.array([[2.0, -2.0, 1.0], [1.0, 2.0, 2.0], [-2.0, -1.0, 2.0]]) / 3.0
 """A rotation that leaves no axis where it was."""
 

@@ -28,8 +28,7 @@ from impactfem.verify.shells.plates import rigid_body_rows
 
 NARROW = Material(E=30e9, nu=0.0, rho=2500.0)
 """Without Poisson's ratio a narrow plate bends as a beam does."""
-FORCE, TIP = 1e6, 1e3
-"""On the tips of beams, and of plates with beams [N]."""
+FORCE, TIP = 1e6, 1e3  # on the tips of beams, and of plates with beams [N]
 _ROOT = math.sqrt(13.0)
 # Direction of the beam, then n1 along the width and n2 along the depth, by hand.
 DIRECTIONS: dict[str, tuple[tuple[float, float, float], ...]] = {

@@ -43,8 +43,7 @@ from impactfem.verify.shells import (
 
 STATES = {"xx": (1.0, 0.0, 0.0), "yy": (0.0, 1.0, 0.0), "xy": (0.0, 0.0, 1.0)}
 """Components (xx, yy, xy) of a constant strain or curvature, the last one as tensor component."""
-LONG, WIDE = 6.0, 4.0
-"""Sides of the rectangle of the patch tests [m]."""
+LONG, WIDE = 6.0, 4.0  # sides of the rectangle of the patch tests [m]
 
 
 @benchmark("rigid-body modes")
@@ -195,12 +194,9 @@ def rigid_body_rows(rows: Rows, label: str, model: ShellModel) -> None:
     rows.add(f"zero eigenvalues, {label}", 6.0, zeros, "-", 0.0, "a free body has six")
 
 
-RATIOS = (0.1, 0.01, 0.001)
-"""Thickness over length."""
-LENGTH, COUNT = 10.0, 6
-"""Of the plate whose frequencies are compared [m], and how many."""
-ALLOWED = 1e-5
-"""Error of the frequencies on 32 cells a side."""
+RATIOS = (0.1, 0.01, 0.001)  # thickness over length
+LENGTH, COUNT = 10.0, 6  # of the plate whose frequencies are compared [m], and how many
+ALLOWED = 1e-5  # error of the frequencies on 32 cells a side
 CELLS = (8, 16, 32)
 UNIT_PRESSURE = (0.0, 0.0, 1.0)
 CLAMPED = {0.1: 1.505e-3, 0.01: 1.268e-3, 1e-3: 1.26532e-3, 1e-4: 1.26532e-3}

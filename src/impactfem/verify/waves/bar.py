@@ -15,8 +15,7 @@ from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.system.arrays import Array
 
 ELEMENTS = 60
-IN_WALL = 8
-"""Elements of a wall over its height."""
+IN_WALL = 8  # elements of a wall over its height
 
 
 @dataclass(frozen=True)

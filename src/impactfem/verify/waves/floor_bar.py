@@ -37,16 +37,13 @@ RHO, MASS = 2400.0, 250e3
 YOUNG = 33e9
 RAYLEIGH = Rayleigh(0.8378, 1.061e-3)
 FORCE, PULSE, STEP, WINDOW = 10e6, 10e-3, 0.5e-3, 0.04
-LIGHT = Rayleigh(0.0, 2e-5)
-"""A damping that hides no wave: 0.4 % at 60 Hz."""
-QUIET = 0.01
-"""Time before the pulse [s]."""
+LIGHT = Rayleigh(0.0, 2e-5)  # a damping that hides no wave: 0.4 % at 60 Hz
+QUIET = 0.01  # time before the pulse [s]
 DISPLACED, WALL_STEP, WALL_WINDOW = -0.02, 0.1e-3, 0.75
 SOLVER = "the bar by a solver of its own (verify/waves/bar.py)"
 
 PAPER = "paper's floor 8 as a bar"
-FLOOR, END = 8, 5.6
-"""The main impact is at 5.1 s."""
+FLOOR, END = 8, 5.6  # the main impact is at 5.1 s
 HIGHEST = 450.0
 FAIR = {"facades lumped": (75.0, HIGHEST), "facades that bend": (40.0, 200.0)}
 """Frequencies between which a bar is a fair model [Hz]: below, the slab bows between the gables,

@@ -14,8 +14,7 @@ from impactfem.verify.waves import MovingModel, apart, pressures
 
 DAMPED = {"undamped": 0.0, "5 % damped": 0.05, "critically damped": 1.0, "overdamped": 3.0}
 """Part of critical damping, by its name."""
-HALF_WAVES, RATIO = 5, 0.8
-"""Half waves of the pulse, and its frequency over that of the mode."""
+HALF_WAVES, RATIO = 5, 0.8  # half waves of the pulse, and its frequency over that of the mode
 PERIODS, SAMPLES = 6.0, 400
 """Time that is computed, in periods of the mode, and samples of a wave of the pulse."""
 SINGLE = "single degree of freedom under a sine that stops, closed form"
@@ -27,8 +26,7 @@ LENGTH, DEPTH, ELEMENTS = 20.0, 0.1, 40
 FORCE = 10.0
 SPEEDS = (0.25, 0.5, 1.0)
 """Speeds of the force over that of resonance, at which it crosses in half of the first period."""
-STEPS = 2000
-"""Time steps of a crossing."""
+STEPS = 2000  # time steps of a crossing
 WAVE_NUMBERS = np.pi / LENGTH * np.arange(1.0, 17.0)
 """Of the load patterns of the reduced model [rad/m]."""
 

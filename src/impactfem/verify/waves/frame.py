@@ -38,11 +38,9 @@ OF_BASIS = {"displacement": 1e-8, "acceleration": 2e-5}
 """Of the reduced model beside the full one, for the same reason."""
 
 BAND_STEP, BAND_END, BAND_PULSE, BAND_SHIFT = 0.5e-3, 0.4, 0.006, 60.0
-BASES = (54, 66, 78, 90)
-"""Vectors of the bases: from poor ones to good ones."""
+BASES = (54, 66, 78, 90)  # vectors of the bases: from poor ones to good ones
 FREQUENCY: Array = np.asarray(np.geomspace(2.0, 250.0, 100), dtype=np.float64)
-ENOUGH = 0.95
-"""Least share of the thirds of octaves at which band over error is between 1 and 10."""
+ENOUGH = 0.95  # least share of the thirds of octaves at which band over error is between 1 and 10
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,19 +11,15 @@ from impactfem.verify.row import Rows, benchmark, fitted_order
 from impactfem.verify.shells import CONCRETE, STEEL, rectangle
 from impactfem.verify.waves import BALANCE, KRYLOV, MovingModel, apart, peak, pressures
 
-LENGTH, THICKNESS, PRESSURE = 10.0, 0.05, 100.0
-"""Of the plate [m, m, Pa]."""
+LENGTH, THICKNESS, PRESSURE = 10.0, 0.05, 100.0  # of the plate [m, m, Pa]
 RAYLEIGH = Rayleigh(alpha=0.299, beta=1.339e-3)
-CELLS = 20
-"""Cells a side of a quarter of the plate."""
+CELLS = 20  # cells a side of a quarter of the plate
 STEP, END = 1e-3, 0.4
-STRIP = (6.0, 1.2, 0.3, 0.6)
-"""Length, width, thickness and size of the elements of the strip [m]."""
+STRIP = (6.0, 1.2, 0.3, 0.6)  # length, width, thickness and size of the elements of the strip [m]
 STRIP_RAYLEIGH = Rayleigh(alpha=1.5, beta=1e-3)
 """3.9 % at the first mode, 5 Hz, and 10 % at the second one, 31 Hz."""
 COARSE, STRIP_END = 1e-3, 0.2
-FINER = (1, 2, 4, 8)
-"""Parts of the coarse step that make the steps."""
+FINER = (1, 2, 4, 8)  # parts of the coarse step that make the steps
 
 
 @benchmark("NAFEMS 13T, plate under a step of pressure")

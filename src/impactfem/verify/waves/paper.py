@@ -32,11 +32,9 @@ TABLE_8 = {
     "over-damped": Rayleigh(0.559, 3.18e-3),
 }
 """α [1/s] and β [s] of Table 8 of the paper; the first one, the lightest, makes the basis."""
-WINDOW = 6.5
-"""Time that is computed: the strong motion, 2 to 5 s, and the main impact at 5.1 s [s]."""
+WINDOW = 6.5  # time that is computed: the strong motion, 2 to 5 s, and the main impact at 5.1 s [s]
 HIGHEST, SPECTRUM_DAMPING = 450.0, 0.05
-WITHIN = 0.005
-"""Largest relative error of a spectrum."""
+WITHIN = 0.005  # largest relative error of a spectrum
 QUIET = 0.01
 """Peak acceleration, over the largest along the same axis, up to which a point is at rest along it:
 on the plane of symmetry nothing moves across it but for the mesh."""
@@ -47,10 +45,8 @@ PLACES = {
     "corners of floor 8": "corner_",
 }
 """What names of probes begin with, by place."""
-ENOUGH = 0.95
-"""Least share of the errors that the band tells to within a factor of ten."""
-LEAST_FREE = 100_000
-"""Free degrees of freedom that the mesh has at least."""
+ENOUGH = 0.95  # least share of the errors that the band tells to within a factor of ten
+LEAST_FREE = 100_000  # free degrees of freedom that the mesh has at least
 SIZE = 2.0
 """Size of the elements of the paper's building here [m]: it has 110,652 degrees of freedom."""
 

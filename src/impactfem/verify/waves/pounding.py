@@ -36,10 +36,8 @@ LEAST_FREE, SIZE = 60_000, 2.5
 """Free degrees of freedom that each mesh has at least, and the size of its elements here [m]: the
 default mesh has 340,000."""
 LOW, HIGH = 5.0, 100.0  # frequencies of the spectra [Hz]
-MATTERS = 0.1
-"""Part of the largest ordinate of any floor or edge from which on one is compared."""
-WITHIN = 0.005
-"""Largest relative error of a spectrum."""
+MATTERS = 0.1  # part of the largest ordinate of any floor or edge from which on one is compared
+WITHIN = 0.005  # largest relative error of a spectrum
 FULL = "Moreau's stepping of both meshes, in full order"
 
 

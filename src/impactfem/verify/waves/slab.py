@@ -23,8 +23,7 @@ from impactfem.verify.waves import KRYLOV, MovingModel, apart, peak
 
 THICKNESS = 0.3
 LENGTH, WIDTH, SIZE = 24.0, 1.2, 0.3
-FIRST, SECOND = 3.0, 18.6
-"""The stations of a pulse, 15.6 m apart: as the edges of the paper's slab."""
+FIRST, SECOND = 3.0, 18.6  # the stations of a pulse, 15.6 m apart: as the edges of the paper's slab
 PULSE = 6.0
 """Length of the pulse: 20 elements. Its end has passed the second station when its reflection at
 the strip's end comes back."""
@@ -36,8 +35,7 @@ PAPER = "Bodnar et al. 2022, equation 8"
 
 STRIP, WIDE, FINE = 15.6, 0.6, 0.2
 """Length, width and size of the elements of the strip that is hit [m]."""
-HALF_SINE = 6e-3
-"""Duration of the force on it [s], in which a wave crosses 1.4 times."""
+HALF_SINE = 6e-3  # duration of the force on it [s], in which a wave crosses 1.4 times
 STEP, CROSSINGS = 2e-5, 6
 
 
