@@ -107,20 +107,16 @@ def test_a_place_that_cannot_be_written(tmp_path, place):
     (tmp_path / "file").write_text("old")
     (tmp_path / "folder").mkdir()
     before = sorted(tmp_path.rglob("*"))
-    with (
-        pytest.raises(ImpactfemError, match=f"cannot write .*{place}: "),
-        atomic(tmp_path / place) as temporary,
-    ):
+    refused = pytest.raises(ImpactfemError, match=f"cannot write .*{place}: ")
+    with refused, atomic(tmp_path / place) as temporary:
         temporary.write_text("new")
     assert sorted(tmp_path.rglob("*")) == before
 
 
 @pytest.mark.parametrize("code", [errno.ENOSPC, errno.EACCES, errno.EROFS])
 def test_the_message_names_the_file_and_the_reason(old, code):
-    with (
-        pytest.raises(ImpactfemError, match=f"{old.name}: {os.strerror(code)}"),
-        atomic(old) as temporary,
-    ):
+    refused = pytest.raises(ImpactfemError, match=f"{old.name}: {os.strerror(code)}")
+    with refused, atomic(old) as temporary:
         temporary.write_text("half")
         raise OSError(code, os.strerror(code))
     assert old.read_text() == "old" and only(old)

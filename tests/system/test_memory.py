@@ -63,11 +63,8 @@ def test_the_whole_memory_of_machine_and_job(machine, most, total):
 def test_a_system_without_these_files(monkeypatch, tmp_path):
     for name in ("GROUP", "GROUPS", "STATUS", "RESET"):
         monkeypatch.setattr(memory, name, tmp_path / "nowhere")
-    assert (
-        memory.available_memory()
-        <= memory.available_memory(whole=True)
-        == psutil.virtual_memory().total
-    )
+    whole = memory.available_memory(whole=True)
+    assert memory.available_memory() <= whole == psutil.virtual_memory().total
     memory.forget_peak()
     assert memory.peak_memory() is None
 

@@ -85,13 +85,8 @@ def settled(first="", **environment):
     """What a process finds that imports the package: see `SETTLED`."""
     taken = ("OMP_", "OPENBLAS_", "GOTO_", "OMPI_COMM", "PMI", "SLURM_")
     kept = {name: value for name, value in os.environ.items() if not name.startswith(taken)}
-    ended = subprocess.run(
-        [sys.executable, "-c", SETTLED.format(first=first)],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**kept, **environment},
-    )
+    words = sys.executable, "-c", SETTLED.format(first=first)
+    ended = subprocess.run(words, capture_output=True, text=True, env=kept | environment)
     assert ended.returncode == 0, ended.stderr
     return json.loads(ended.stdout)
 
@@ -348,10 +343,8 @@ def test_one_process_needs_no_network():
     """Not even the loopback, which a new network namespace has down."""
     code = "from impactfem.system.parallel import communicator; print(communicator().size)"
     apart = ["unshare", "--net"]
-    if subprocess.run([*apart, "true"], capture_output=True, check=False).returncode != 0:
+    if subprocess.run([*apart, "true"], capture_output=True).returncode != 0:
         pytest.skip("no network namespace may be made here")
-    ended = subprocess.run(
-        [*apart, sys.executable, "-c", code], capture_output=True, text=True, check=False
-    )
-    assert ended.returncode == 0, ended.stderr
-    assert ended.stdout == "1\n"
+    words = [*apart, sys.executable, "-c", code]
+    ended = subprocess.run(words, capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout) == (0, "1\n"), ended.stderr

@@ -36,6 +36,14 @@ def wrapped(*_, **__):
         raise ValueError("of a library") from stop
 
 """
+
+
+def ended(*words):
+    """A program that has ended: exit code, standard output and standard error."""
+    done = subprocess.run([*words], capture_output=True, text=True, check=False, timeout=500)
+    return done.returncode, done.stdout, done.stderr
+
+
 IMPORTING = "sys.meta_path.insert(0, Importing())\n"
 IN_CHECK = "from impactfem.run import check; check.checked = {function}\n"
 
@@ -48,14 +56,8 @@ IN_CHECK = "from impactfem.run import check; check.checked = {function}\n"
 def test_a_signal_is_never_lost(tmp_path, how):
     script = tmp_path / "script.py"
     script.write_text(f"{SETTING}{how}cli.main()\n", encoding="utf-8")
-    ended = subprocess.run(
-        [sys.executable, script, "check", "case.toml"],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=500,
-    )
-    assert (ended.returncode, ended.stderr) == (128 + signal.SIGTERM, "terminated\n")
+    found = ended(sys.executable, script, "check", "case.toml")
+    assert found == (128 + signal.SIGTERM, "", "terminated\n")
 
 
 BACKGROUND = """
@@ -83,14 +85,8 @@ def test_a_job_in_the_background_is_not_interrupted(tmp_path, trap, expected):
     script = tmp_path / "script.py"
     how = IN_CHECK.format(function="interrupted")
     script.write_text(f"{SETTING}{BACKGROUND}{how}cli.main()\n", encoding="utf-8")
-    ended = subprocess.run(
-        ["/bin/sh", "-c", f'{trap} exec "$@"', "sh", sys.executable, script, "check", "case.toml"],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
-    assert (ended.returncode, ended.stdout, ended.stderr) == expected
+    shell = "/bin/sh", "-c", f'{trap} exec "$@"', "sh"
+    assert ended(*shell, sys.executable, script, "check", "case.toml") == expected
 
 
 RANKS = """
@@ -144,10 +140,10 @@ def test_a_signal_ends_all_ranks(under_mpirun, tmp_path, stopped):
     """It waits for none of them: 600 s are the fixture's patience."""
     script, out = tmp_path / "script.py", tmp_path / "run"
     script.write_text(RANKS, encoding="utf-8")
-    ended = under_mpirun(2, sys.executable, script, stopped, out)
-    assert ended.returncode == 128 + signal.SIGTERM
-    assert ended.stderr.count("terminated; run again with --resume to go on\n") == 1
-    assert "Traceback" not in ended.stderr and "ignored" not in ended.stderr
+    done = under_mpirun(2, sys.executable, script, stopped, out)
+    assert done.returncode == 128 + signal.SIGTERM
+    assert done.stderr.count("terminated; run again with --resume to go on\n") == 1
+    assert "Traceback" not in done.stderr and "ignored" not in done.stderr
     assert {path.name for path in out.iterdir()} <= {"run.log", ".lock"}
     wait_until_free(out)
     assert [path.name for path in out.iterdir()] == ["run.log"]
@@ -181,11 +177,9 @@ def test_a_process_that_a_thread_waits_for_is_ended(tmp_path, monkeypatch, when)
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
     script = tmp_path / "script.py"
     script.write_text(BESIDE, encoding="utf-8")
-    ended = subprocess.run(
-        [sys.executable, script, when], capture_output=True, text=True, check=False, timeout=500
-    )
-    assert (ended.returncode, ended.stderr) == (128 + signal.SIGTERM, "terminated\n")
-    child, word = ended.stdout.split()
+    code, out, errors = ended(sys.executable, script, when)
+    assert (code, errors) == (128 + signal.SIGTERM, "terminated\n")
+    child, word = out.split()
     assert word == "unwound"
     # What is killed may take a moment to go, and stays a zombie where nobody waits for it.
     last = time.monotonic() + 60.0
