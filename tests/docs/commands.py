@@ -21,12 +21,7 @@ PROGRAM = typer.main.get_command(app)
 
 
 def faults(text, *, whole=True):
-    """What is wrong with lines of shell, in words.
-
-    Args:
-        text: The lines.
-        whole: Whether they are to be run as they stand: arguments that are missing count.
-    """
+    """What is wrong with lines of shell; arguments that are missing count where they are whole."""
     for line in text.replace("\\\n", " ").splitlines():
         lexer = shlex.shlex(line, posix=True, punctuation_chars=PUNCTUATION)
         lexer.whitespace_split = True
@@ -73,9 +68,7 @@ def _of_program(words, whole):
 def _split(command, words, only_first=False):
     """Faults of the options of a command, and its other words."""
     known = {o: p for p in command.params for o in (*p.opts, *p.secondary_opts)} | {"--help": None}
-    wrong = []
-    rest = []
-    ahead = list(words)
+    wrong, rest, ahead = [], [], list(words)
     while ahead:
         word = ahead.pop(0)
         option, _, value = word.partition("=")

@@ -46,9 +46,8 @@ def blocks(page):
     for token in tokens(page):
         if token.type in ("fence", "code_block"):
             named = token.info.strip().strip("{}") if token.type == "fence" else ""
-            found.append(
-                Block(page, token.meta["line"], named or language_of(token.content), token.content)
-            )
+            language = named or language_of(token.content)
+            found.append(Block(page, token.meta["line"], language, token.content))
     return found
 
 
@@ -87,8 +86,7 @@ def anchors(page):
 
 def broken(page):
     """Links of a page whose file or heading does not exist, in words."""
-    faults = []
-    known = {}
+    faults, known = [], {}
     for line, target in targets(page):
         name, _, anchor = target.partition("#")
         file = (page.parent / name) if name else page

@@ -17,16 +17,8 @@ VALUES = (
 NUMBERS = ("0", "-{}", "{}e300", "{}e-300", "nan", "inf", "abc", "", "{}{}", "{}e6", "1e400", ".")
 UNITS = ("m", "cm", "kg", "Hz", "ms", "%", "GPa", "m/s2", "t", "-", "furlong", "N/m", "")
 INSERTED = (
-    *(
-        "unknown = 1",
-        'naem = "x"',
-        "[surprise]",
-        "a.b = 1",
-        '"" = 2',
-        "x,y,z",
-        "[buildings.structure]",
-    ),
-    *("[transient]", "[[devices]]", "[[motions]]"),
+    *("unknown = 1", 'naem = "x"', "[surprise]", "a.b = 1", '"" = 2', "x,y,z"),
+    *("[buildings.structure]", "[transient]", "[[devices]]", "[[motions]]"),
 )
 ENDS = ("\r", "\r\n", "\n\n", "\u2028")
 ENCODINGS = ("utf-16", "latin-1", "utf-8-sig", "utf-32")
@@ -141,18 +133,10 @@ LONGEST = 700  # letters of a line that a person reads
 
 
 def outcome(action, folder, kind):
-    """Run an action on a damaged input.
+    """Run an action on a damaged input: "good", or "refused" by an error of a kind.
 
-    Args:
-        action: What is run.
-        folder: Holds the input; its files must be the same afterwards, and refusals name it.
-        kind: The error of a refusal.
-
-    Returns:
-        "good" or "refused".
-
-    Raises:
-        AssertionError: It ended in anything else.
+    AssertionError where it ended in anything else: the files of the folder, which holds the input,
+    must be the same afterwards, and refusals name it.
     """
     before = sorted(folder.rglob("*"))
     found = "good"

@@ -22,29 +22,17 @@ Change = Callable[[Path], object]
 
 @dataclass(frozen=True)
 class Attack:
-    """A bad input.
+    """A bad input."""
 
-    Args:
-        name: What it is.
-        case: The good case, relative to the folders of `good`.
-        text: What a case says that extends it; or, with `old`, what takes the place of that.
-        words: Words of a message that tells it.
-        verdict: "refused", "warned" or "accepted".
-        old: What is replaced.
-        file: Where; the case when empty.
-        change: Any other change of the folder.
-        mesh: Whether the mesh is read.
-    """
-
-    name: str
-    case: str
-    text: str
-    words: str
-    verdict: str = "refused"
-    old: str = ""
-    file: str = ""
-    change: Change | None = None
-    mesh: bool = False
+    name: str  # what it is
+    case: str  # the good case, relative to the folders of `good`
+    text: str  # what a case says that extends it; or, with `old`, what takes the place of that
+    words: str  # of a message that tells it
+    verdict: str = "refused"  # or "warned", or "accepted"
+    old: str = ""  # what is replaced
+    file: str = ""  # where; the case when empty
+    change: Change | None = None  # any other change of the folder
+    mesh: bool = False  # whether the mesh is read
 
 
 PAPER, FRAME, RECORD = "paper/npp_pair.toml", "frame/device.toml", "records/csv.toml"
@@ -156,7 +144,8 @@ def _chain(folder):
 
 
 KEYS = "[pounding]\n" + "".join(f"unknown_{k} = 1\n" for k in range(4900))
-CASE, FLOORS, PUBLISHED = "npp_pair.toml", "npp_pair_floors.csv", "npp_pair_published.csv"
+MORE = "\n".join(f"a{k}=1" for k in range(200))
+FLOORS, PUBLISHED = "npp_pair_floors.csv", "npp_pair_published.csv"
 FILES = [
     ("a table that is a FIFO", PAPER, "ordinary file", lambda f: _fifo(f / FLOORS)),
     ("20,000 published rows", PAPER, "10000", lambda f: _rows(f / PUBLISHED, 20_000)),
@@ -214,12 +203,7 @@ MADE += [
         *("half a mesh", FRAME, "", "frame.msh"), change=lambda f: _half(f / "frame.msh"), mesh=True
     ),
     Attack("4,900 unknown keys", PAPER, KEYS, "further faults"),
-    Attack(
-        "6,000 keys",
-        PAPER,
-        KEYS.replace("un", "n") + "[x]\n" + "\n".join(f"a{k}=1" for k in range(200)),
-        "5000",
-    ),
+    Attack("6,000 keys", PAPER, f"{KEYS.replace('un', 'n')}[x]\n{MORE}", "5000"),
 ]
 DAYS = """
 [device_analysis]
@@ -242,12 +226,7 @@ ATTACKS = [*SIZES, *TYPES, *NAMES, *TOGETHER, *TABLES, *MADE, *TAKEN]
 
 
 def verdict_of(attack, folder):
-    """What becomes of an attack, and what is said of it.
-
-    Args:
-        attack: The attack.
-        folder: The folder of its good case, which is changed.
-    """
+    """What becomes of an attack in the folder of its good case, which is changed; what is said."""
     case = folder / Path(attack.case).name
     if attack.change is not None:
         attack.change(folder)

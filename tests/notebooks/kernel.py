@@ -17,11 +17,7 @@ from no_pictures import no_pictures
 
 
 def check_axes():
-    """Refuse open figures whose axes do not say what they show and in which unit.
-
-    Raises:
-        ValueError: An axis with numbers has no label, or a label without a unit in brackets.
-    """
+    """ValueError where an axis with numbers has no label, or one without a unit in brackets."""
     for number in plt.get_fignums():
         for axes in plt.figure(number).axes:
             if axes.axison:
