@@ -11,10 +11,11 @@ from impactfem.building.shell_model import Shells
 
 @pytest.fixture
 def wrong(monkeypatch):
-    """Put in the place of a function of a module or class what is made of the right one."""
+    """Replace a function of a module or class by one that takes the right one first."""
 
-    def put(owner, name, make):
-        monkeypatch.setattr(owner, name, make(getattr(owner, name)))
+    def put(owner, name, altered):
+        right = getattr(owner, name)
+        monkeypatch.setattr(owner, name, lambda *some, **named: altered(right, *some, **named))
 
     return put
 
@@ -24,15 +25,12 @@ def scaled(wrong):
     """Multiply an argument of a function, by its name, in all calls that a module makes."""
 
     def scale(module, name, argument, factor):
-        def make(right):
-            def called(*given, **named):
-                bound = inspect.signature(right).bind(*given, **named)
-                bound.arguments[argument] = factor * bound.arguments[argument]
-                return right(*bound.args, **bound.kwargs)
+        def called(right, *given, **named):
+            bound = inspect.signature(right).bind(*given, **named)
+            bound.arguments[argument] = factor * bound.arguments[argument]
+            return right(*bound.args, **bound.kwargs)
 
-            return called
-
-        wrong(module, name, make)
+        wrong(module, name, called)
 
     return scale
 
@@ -48,10 +46,10 @@ def altered(wrong):
                 changes["thickness"] = thickness * part.thickness
             return replace(part, **changes)
 
-        def make(right):
-            return lambda points, *parts, **options: right(points, *map(changed, parts), **options)
+        def altered(right, points, *parts, **options):
+            return right(points, *map(changed, parts), **options)
 
-        wrong(module, "shell_model", make)
+        wrong(module, "shell_model", altered)
 
     return alter
 

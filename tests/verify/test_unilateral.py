@@ -18,14 +18,11 @@ def test_a_wrong_bar_is_seen(wrong, failed, monkeypatch, part):
     """Also with fewer elements, on which the rows of the contact in time are counted in steps."""
     monkeypatch.setattr(unilateral, "ELEMENTS", 40)
 
-    def make(right):
-        def changed(*bar):
-            K, M = right(*bar)
-            return (1.03 * K, M) if part == "stiffness" else (K, 1.03 * M)
+    def changed(right, *bar):
+        K, M = right(*bar)
+        return (1.03 * K, M) if part == "stiffness" else (K, 1.03 * M)
 
-        return changed
-
-    wrong(unilateral, "bar_matrices", make)
+    wrong(unilateral, "bar_matrices", changed)
     for rows in (unilateral.unilateral_bar(), unilateral.unilateral_damped_bar()):
         found = failed(rows)
         for solver in unilateral.SOLVERS:
@@ -35,31 +32,23 @@ def test_a_wrong_bar_is_seen(wrong, failed, monkeypatch, part):
 
 @pytest.mark.parametrize("part", ["stiffness", "mass"])
 def test_a_wrong_second_bar_is_seen(wrong, failed, part):
-    def make(right):
-        def changed(elements, length):
-            K, M = right(elements, length)
-            heavier, stiffer = (
-                1.0 + 0.03 * (length > 1.0) * (part == p) for p in ("mass", "stiffness")
-            )
-            return stiffer * K, heavier * M
+    def changed(right, elements, length):
+        K, M = right(elements, length)
+        factor = 1.03 if length > 1.0 else 1.0
+        return (factor * K, M) if part == "stiffness" else (K, factor * M)
 
-        return changed
-
-    wrong(unilateral, "bar_matrices", make)
+    wrong(unilateral, "bar_matrices", changed)
     assert "impulse" in failed(unilateral.bars_head_on())
 
 
 @pytest.mark.parametrize(("name", "by"), [("APART", 0.1), ("RESTITUTION", 0.02), ("SHAKEN", 0.02)])
 def test_a_wrong_collision_is_seen(wrong, failed, monkeypatch, name, by):
-    def make(right):
-        def changed(steps):
-            with monkeypatch.context() as other:
-                other.setattr(unilateral, name, (1.0 + by) * getattr(unilateral, name))
-                return right(steps)
+    def changed(right, steps):
+        with monkeypatch.context() as other:
+            other.setattr(unilateral, name, (1.0 + by) * getattr(unilateral, name))
+            return right(steps)
 
-        return changed
-
-    wrong(unilateral, "_colliding", make)
+    wrong(unilateral, "_colliding", changed)
     found = failed(unilateral.colliding_oscillators())
     assert any("after 5 impacts" in quantity for quantity in found)
 
@@ -90,28 +79,24 @@ def test_flights_and_bounces():
 
 def test_a_wrong_inertia_is_seen(wrong, failed):
     turned = [[1.0], [1.02]]
-    wrong(unilateral, "_block", lambda right: lambda corners, step: right(corners * turned, step))
+    wrong(unilateral, "_block", lambda right, corners, step: right(corners * turned, step))
     found = failed(unilateral.landing_block())
     assert "turning fast on near corners: impulse on corner 1" in found
     assert "rotation after 4 bounces with e = 0.8 under gravity" in found
 
 
-def test_a_storey_that_stays_straight_is_seen(monkeypatch, failed):
+def test_a_storey_that_stays_straight_is_seen(wrong, failed):
     """The floor's motion straight down to the base, in place of the column's bending and shear."""
-
-    def straight(self, number, relative_height):
-        return relative_height * np.eye(6, self.n)
-
-    monkeypatch.setattr(Stick, "storey_motion", straight)
+    wrong(Stick, "storey_motion", lambda _, stick, number, height: height * np.eye(6, stick.n))
     assert failed(contact.missing_pair()) == {"smallest distance"}
 
 
 def test_pairs_that_are_not_looked_for_are_seen(wrong, failed):
     """Contacts that the search does not know: all places are in no pair."""
-    wrong(
-        contact,
-        "facing_floors",
-        lambda right: lambda case: right(case.model_copy(update={"contacts": ()})),
-    )
+
+    def without(right, case):
+        return right(case.model_copy(update={"contacts": ()}))
+
+    wrong(contact, "facing_floors", without)
     places = {f"places in no pair, with the pair {word}" for word in ("listed", "missing")}
     assert places <= failed(contact.missing_pair())

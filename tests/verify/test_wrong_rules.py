@@ -65,7 +65,7 @@ def test_a_wrong_table_is_seen(monkeypatch, failed):
 
 
 def test_a_wrong_unit_is_seen(wrong):
-    wrong(motion, "esm_text", lambda right: lambda *a: right(*a).replace("cm/s^2", "mm/s^2"))
+    wrong(motion, "esm_text", lambda right, *a: right(*a).replace("cm/s^2", "mm/s^2"))
     assert [r.name for r in motion.record_formats() if not r.passed] == ["ESM round trip"]
 
 
@@ -75,8 +75,8 @@ def test_a_force_on_the_wrong_side_is_seen(monkeypatch, failed):
 
 
 def test_ground_that_is_a_step_late_is_no_second_order(wrong, failed):
-    def make(right):
-        return lambda system, a, dt: right(system, np.concatenate([a[:1], a[:-1]]), dt)
+    def late(right, system, a, dt):
+        return right(system, np.concatenate([a[:1], a[:-1]]), dt)
 
-    wrong(sticks, "simulate", make)
+    wrong(sticks, "simulate", late)
     assert "fitted order in the step" in failed(sticks.newmark_order())

@@ -27,14 +27,11 @@ def own_cache(monkeypatch, tmp_path):
 def test_a_wrong_section_is_seen_where_it_counts(failed, wrong, name, seen):
     """In the models alone, not in the closed forms."""
 
-    def make(right):
-        def made(points, beams):
-            changes = {name: 1.001 * getattr(beams.section, name)}
-            return right(points, replace(beams, section=replace(beams.section, **changes)))
+    def made(right, points, beams):
+        changes = {name: 1.001 * getattr(beams.section, name)}
+        return right(points, replace(beams, section=replace(beams.section, **changes)))
 
-        return made
-
-    wrong(beams, "shell_model", make)
+    wrong(beams, "shell_model", made)
     rows = beams.beam_cantilevers()
     every = {row.quantity for row in rows if row.quantity.startswith("tip")}
     assert failed(rows) == {q for q in every if any(word in q.split(",")[0] for word in seen)}
@@ -43,14 +40,11 @@ def test_a_wrong_section_is_seen_where_it_counts(failed, wrong, name, seen):
 def test_swapped_sides_are_seen(failed, wrong, own_cache):
     """The frame turned by a quarter: n1 for n2."""
 
-    def make(right):
-        def turned(fields, mesh):
-            t, n1, n2 = right(fields, mesh)
-            return t, n2, -n1
+    def turned(right, fields, mesh):
+        t, n1, n2 = right(fields, mesh)
+        return t, n2, -n1
 
-        return turned
-
-    wrong(beam.BeamFields, "_frame", make)
+    wrong(beam.BeamFields, "_frame", turned)
     quantities = failed(beams.beam_cantilevers())
     assert sum("width" in quantity for quantity in quantities) == 3
     assert sum("depth" in quantity for quantity in quantities) == 3
@@ -65,15 +59,15 @@ def test_full_integration_of_the_shear_is_seen(failed, monkeypatch, own_cache):
 
 
 def test_half_of_the_rotary_inertia_is_seen(failed, wrong, own_cache):
-    def make(right):
-        return lambda f, space: right(replace(f, second_moments=0.5 * f.second_moments), space)
+    def half(right, fields, space):
+        return right(replace(fields, second_moments=0.5 * fields.second_moments), space)
 
-    wrong(beam.BeamFields, "mass", make)
+    wrong(beam.BeamFields, "mass", half)
     assert {f"frequency {k}, 20 elements" for k in (1, 2, 3)} <= failed(beams.beam_frequencies())
 
 
 def test_rotations_of_the_wrong_sign_are_seen(failed, wrong, own_cache):
-    wrong(beam, "halves", lambda right: lambda w: (right(w)[0], -right(w)[1]))
+    wrong(beam, "halves", lambda right, w: (right(w)[0], -right(w)[1]))
     rows = beams.beam_rigid_body()
     assert {row.quantity for row in rows if "largest energy" in row.quantity} <= failed(rows)
 
@@ -88,14 +82,11 @@ def test_the_joint_hardly_depends_on_the_drilling_factor(factor):
 def test_plates_that_do_not_meet_are_seen(wrong):
     """The web ends below the flange's mid-plane and carries the force alone."""
 
-    def make(right):
-        def apart(panels):
-            (nodes, triangles), *flanges = panels
-            return right([(nodes - [0.0, 0.0, 1e-3], triangles), *flanges])
+    def apart(right, panels):
+        (nodes, triangles), *flanges = panels
+        return right([(nodes - [0.0, 0.0, 1e-3], triangles), *flanges])
 
-        return apart
-
-    wrong(beams, "joined", make)
+    wrong(beams, "joined", apart)
     (row,) = beams.t_beam()
     assert row.computed > 2.0 * row.reference
 

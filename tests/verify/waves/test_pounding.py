@@ -22,10 +22,7 @@ def test_small_frames(tmp_path, wrong):
     path.write_text(text, encoding="utf-8")
     pair = []
 
-    def kept(make):
-        return lambda *arguments: pair.append(make(*arguments)) or pair[-1]
-
-    wrong(pounding, "FullPair", kept)
+    wrong(pounding, "FullPair", lambda make, *given: pair.append(make(*given)) or pair[-1])
     rows = pounding.pounding_reduced_against_full(path, 0.4, 1000)
     assert [row.quantity for row in rows if not row.passed] == []
     assert sum(row.quantity.startswith("impulse") for row in rows) == 2

@@ -39,41 +39,34 @@ def test_the_crossings_are_not_each_others():
 def test_a_held_far_edge_reflects_otherwise(wrong, failed):
     """A spring on the far edge, so stiff that it hardly moves."""
 
-    def make(right):
-        def stiff(self, model, loads, probes):
-            K = model.K.tolil()
-            K[probes[1], probes[1]] += 1e12
-            right(self, replace(model, K=K.tocsr()), loads, probes)
+    def stiff(right, self, model, loads, probes):
+        K = model.K.tolil()
+        K[probes[1], probes[1]] += 1e12
+        right(self, replace(model, K=K.tocsr()), loads, probes)
 
-        return stiff
-
-    wrong(MovingModel, "__init__", make)
+    wrong(MovingModel, "__init__", stiff)
     found = failed(slab.slab_strip_impact())
     assert "first peak of the velocity, far edge over the wave's, full" in found
     assert "displacement of the far edge at the end, reduced" in found
 
 
 def test_another_mean_is_not_reciprocal(wrong, failed):
-    def make(right):
+    def uneven(right):
         made = right()
-        uneven = made.weights * np.linspace(0.8, 1.2, made.weights.shape[1])
-        return lambda: replace(made, weights=uneven)
+        return replace(made, weights=made.weights * np.linspace(0.8, 1.2, made.weights.shape[1]))
 
-    wrong(frame, "shipped_frame", make)
+    wrong(frame, "shipped_frame", uneven)
     quantity = "acceleration of edge 2 by a pulse on edge 1 from the reverse"
     assert {f"{quantity}, full", f"{quantity}, reduced"} <= failed(frame.reciprocity())
 
 
 def test_a_response_that_is_not_linear_is_seen(wrong, failed):
-    def make(right):
-        def stiffening(self, loads, *others):
-            history = right(self, loads, *others)
-            motion = {k: v * (1.0 - 1e-7 * np.abs(v / v.max())) for k, v in history.motion.items()}
-            return replace(history, motion=motion)
+    def stiffening(right, *given):
+        history = right(*given)
+        motion = {k: v * (1.0 - 1e-7 * np.abs(v / v.max())) for k, v in history.motion.items()}
+        return replace(history, motion=motion)
 
-        return stiffening
-
-    wrong(MovingModel, "full", make)
+    wrong(MovingModel, "full", stiffening)
     assert failed(frame.superposition()) == {
         f"{name} under all loads from the sum over each, full"
         for name in ("displacement", "acceleration")
@@ -91,12 +84,9 @@ def test_reduced_model_of_another_damping(wrong, failed, monkeypatch):
     """An error that is in all reduced models is not told by their differences."""
     monkeypatch.setattr(frame, "BASES", (66, 90))
 
-    def make(right):
-        def stiffer(self, amplitudes, time_step, damping, scheme):
-            other = Rayleigh(damping.alpha, 1.02 * damping.beta)
-            return right(self, amplitudes, time_step, other, scheme)
+    def stiffer(right, self, amplitudes, time_step, damping, scheme):
+        other = Rayleigh(damping.alpha, 1.02 * damping.beta)
+        return right(self, amplitudes, time_step, other, scheme)
 
-        return stiffer
-
-    wrong(ReducedMotion, "motion", make)
+    wrong(ReducedMotion, "motion", stiffer)
     assert any(quantity.startswith("share of") for quantity in failed(frame.error_band()))

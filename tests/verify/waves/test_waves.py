@@ -144,41 +144,33 @@ def test_a_wrong_damping_is_seen(monkeypatch, failed):
 
 
 def test_another_damping_is_no_second_order(wrong, failed):
-    def make(right):
-        return lambda self, loads, step, damping: right(
-            self, loads, step, Rayleigh(1.001 * damping.alpha, damping.beta)
-        )
+    def other(right, self, loads, step, damping):
+        return right(self, loads, step, Rayleigh(1.001 * damping.alpha, damping.beta))
 
-    wrong(MovingModel, "full", make)
+    wrong(MovingModel, "full", other)
     found = failed(in_time.newmark_order_3d())
     assert "fitted order of the full model's displacement in the step" in found
     assert "displacement, reduced model from the full one, both by Newmark" in found
 
 
 def test_a_load_between_the_samples_is_seen(wrong, failed):
-    def make(right):
-        def smooth(parts):
-            loads = right(parts)
-            loads[1::2] *= 1.0 + 1e-6 * (parts > 1)
-            return loads
+    def smooth(right, parts):
+        loads = right(parts)
+        loads[1::2] *= 1.0 + 1e-6 * (parts > 1)
+        return loads
 
-        return smooth
-
-    wrong(in_time, "_loads", make)
+    wrong(in_time, "_loads", smooth)
     found = failed(in_time.newmark_order_3d())
     assert "velocity, exact integration from itself at an eighth of the step" in found
 
 
 def test_a_lost_energy_is_seen(wrong, failed):
-    def make(right):
-        def lossy(*arguments):
-            history = right(*arguments)
-            damped = history.energy.damped * (1.0 - 1e-7)
-            return replace(history, energy=replace(history.energy, damped=damped))
+    def lossy(right, *arguments):
+        history = right(*arguments)
+        damped = history.energy.damped * (1.0 - 1e-7)
+        return replace(history, energy=replace(history.energy, damped=damped))
 
-        return lossy
-
-    wrong(MovingModel, "full", make)
+    wrong(MovingModel, "full", lossy)
     assert len(failed(in_time.energy_identity_3d())) == 2
 
 
@@ -220,12 +212,10 @@ def test_on_a_coarse_mesh(monkeypatch, wrong, tmp_path):
     assert {row.quantity for row in rows if not row.passed} == {hit}
     assert len(rows) == 2 + 5 + 1
 
-    def make(right):
-        return lambda basis, loads, damping, **options: right(
-            basis, loads, Rayleigh(damping.alpha, 1.5 * damping.beta), **options
-        )
+    def other(right, basis, loads, damping, **options):
+        return right(basis, loads, Rayleigh(damping.alpha, 1.5 * damping.beta), **options)
 
-    wrong(response, "modal_histories", make)
+    wrong(response, "modal_histories", other)
     rows = paper.paper_reduced_against_full(case, 0.1, 10**6)
     failed = {row.quantity for row in rows if not row.passed}
     assert "free degrees of freedom, at least 1000000 (yes = 1)" in failed
