@@ -79,11 +79,9 @@ class Factorisation(Held):
             factor then has a fraction of the entries.
         name: What A is, for messages.
 
-    Raises:
-        SingularMatrixError: `definite`, and A is a mechanism.
-        SolutionError: `definite`, and A is not; values that are not numbers; MUMPS failed.
-
-    Making one, solving and `destroy` are collective.
+    SingularMatrixError where A should be `definite` and is a mechanism; SolutionError where it is
+    not definite, has values that are not numbers, or MUMPS failed. Making one, solving and
+    `destroy` are collective.
     """
 
     def __init__(

@@ -1,7 +1,5 @@
 """States and histories of a response in time: what is recorded, summed over the ranks."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 

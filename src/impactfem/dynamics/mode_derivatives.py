@@ -1,7 +1,5 @@
 """Derivatives of natural modes by what changes stiffness and mass, from the modes themselves."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
@@ -38,11 +36,8 @@ def mode_derivatives(
         numbers: Which of them, from 0.
         changes: dK φ and dM φ of these modes for each parameter, shape (n_local, k) each.
 
-    Returns:
-        dλ, shape (n_changes, k), and dφ, shape (n_changes, n_local, k).
-
-    Raises:
-        SolutionError: A mode has the frequency of another one, or the rest is not found.
+    Gives dλ, shape (n_changes, k), and dφ, shape (n_changes, n_local, k). SolutionError where a
+    mode has the frequency of another one, or the rest is not found.
     """
     count, every = len(numbers), found.shapes
     if not len(changes) or not count:

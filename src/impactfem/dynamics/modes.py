@@ -54,10 +54,9 @@ def modes(K: PETSc.Mat, M: PETSc.Mat, count: int, *, tolerance: float = 1e-10) -
         count: Number of modes wanted.
         tolerance: Largest residual of a mode (see `Modes`).
 
-    Raises:
-        SingularMatrixError: The stiffness is singular: the model is a mechanism.
-        SolutionError: The stiffness is not positive definite; fewer modes than requested exist or
-            were found; one that is missing could not be found.
+    SingularMatrixError where the stiffness is singular: the model is a mechanism. SolutionError
+    where it is not positive definite, fewer modes than requested exist or were found, or one that
+    is missing could not be found.
     """
     n = int(K.getSize()[0])
     if not 0 < count <= n:

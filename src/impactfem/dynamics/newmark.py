@@ -15,8 +15,6 @@ each in addition to α + β λ (`ModalPart`). The factor is that of S without it
     w = y - Z (1 + G Uᵀ Z)⁻¹ G Uᵀ y,   S₀ y = r,   S₀ Z = U.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -198,11 +196,8 @@ class Newmark(Held):
                 checkpoints; must not change the state.
             chunk: Steps between two such calls.
 
-        Returns:
-            The history from the given state, included, to the last step.
-
-        Raises:
-            SolutionError: The response is not finite; the state is beyond the last step.
+        Gives the history from the given state, included, to the last step. SolutionError where the
+        response is not finite, or the state is beyond the last step.
         """
         amplitudes = np.asarray(amplitudes, dtype=np.float64)
         last = amplitudes.shape[0] - 1 if last is None else last

@@ -1,12 +1,6 @@
 """Oscillators on a moving base, response spectra, and floor response spectra as a product."""
 
-from impactfem.spectra.design import (
-    ClippedPeak,
-    broaden,
-    clip_peaks,
-    corner_frequencies,
-    rigid_frequency,
-)
+from impactfem.spectra.design import broaden, clip_peaks, corner_frequencies, rigid_frequency
 from impactfem.spectra.frequency_list import (
     at_common_frequencies,
     interpolate_damping,
@@ -15,25 +9,21 @@ from impactfem.spectra.frequency_list import (
     merged_frequencies,
     rg_1_122_frequencies,
 )
-from impactfem.spectra.oscillator import OscillatorResponse, oscillator_response
-from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet, Station
+from impactfem.spectra.oscillator import oscillator_response
+from impactfem.spectra.product import FloorSpectrumSet, Station
 from impactfem.spectra.response_spectrum import (
     Method,
     ResponseSpectra,
     response_spectra,
     sampling_loss,
 )
-from impactfem.spectra.statistics import Statistic, combine, fractile
+from impactfem.spectra.statistics import combine, fractile
 
 __all__ = [
-    "ClippedPeak",
-    "DesignFloorSpectra",
     "FloorSpectrumSet",
     "Method",
-    "OscillatorResponse",
     "ResponseSpectra",
     "Station",
-    "Statistic",
     "at_common_frequencies",
     "broaden",
     "clip_peaks",

@@ -71,8 +71,7 @@ def broaden(
             itself when left out. Straight lines through the result at the list cut off the corners
             of plateaus: see :func:`corner_frequencies`.
 
-    Returns:
-        B, shape (..., n).
+    Gives B, shape (..., n).
     """
     lower, upper = sides(ratio)
     f = checked_frequency(frequency)
@@ -115,8 +114,7 @@ def corner_frequencies(
             ascending, shape (n_k,) [Hz], and its ordinates, not negative, shape (n_k,).
         ratio: As in :func:`broaden`.
 
-    Returns:
-        The list and the corners, one list for all spectra, ascending, shape (n,) [Hz].
+    Gives the list and the corners, one list for all spectra, ascending, shape (n,) [Hz].
     """
     lower, upper = sides(ratio)
     f = checked_frequency(frequency)
@@ -199,9 +197,8 @@ def clip_peaks(
         values: Ordinates, not negative, shape (n_f,).
         zpa: Zero-period acceleration, in the unit of the ordinates.
 
-    Returns:
-        Frequencies, with those added at which the reduced peaks are cut [Hz]; the ordinates there;
-        the peaks, by frequency.
+    Gives frequencies, with those added at which the reduced peaks are cut [Hz]; the ordinates
+    there; the peaks, by frequency.
     """
     f = checked_frequency(frequency)
     s = checked_values(values, f.size)
@@ -275,9 +272,8 @@ def rigid_frequency(
         zpa: Zero-period acceleration a of each spectrum, shape (...), in the unit of the ordinates.
         tolerance: t > 0, how far the ordinates may be off: |S - a| <= t a [-].
 
-    Returns:
-        The first frequency of the list from which on all are that near, shape (...) [Hz]; nan where
-        the last one still is not: such a list ends too early.
+    Gives the first frequency of the list from which on all are that near, shape (...) [Hz]; nan
+    where the last one still is not: such a list ends too early.
     """
     if not tolerance > 0.0:
         raise ImpactfemError(f"the tolerance must be positive, got {tolerance!r}")

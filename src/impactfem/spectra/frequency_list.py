@@ -104,8 +104,7 @@ def interpolate_frequency(
         values: Ordinates S_k, finite and not negative, shape (..., n_f), in any unit.
         wanted: Frequencies in the range of the list, shape (n,) [Hz]; others are refused.
 
-    Returns:
-        Shape (..., n).
+    Gives ordinates of the shape (..., n).
     """
     f = checked_frequency(frequency)
     s = checked_values(values, f.size)
@@ -136,8 +135,7 @@ def interpolate_damping(
         values: Ordinates, not negative, shape (n_d, n).
         wanted: Damping ratio at each of the n abscissae, within the family's, shape (n,) or ().
 
-    Returns:
-        Shape (n,).
+    Gives ordinates of the shape (n,).
     """
     xi = np.atleast_1d(np.asarray(damping, dtype=np.float64))
     if xi.ndim != 1 or not np.all(np.diff(xi) > 0.0) or not np.all((xi >= 0.0) & (xi < 1.0)):
@@ -172,10 +170,9 @@ def at_common_frequencies(
         curves: For each, its frequencies, shape (n_k,) [Hz], and ordinates, shape (..., n_k), the
             leading axes alike.
 
-    Returns:
-        All frequencies of all lists in the range that the lists share, shape (n,) [Hz], and the
-        ordinates there by (1), shape (number of curves, ..., n). Without a curve, or a shared
-        range, they are refused.
+    Gives all frequencies of all lists in the range that the lists share, shape (n,) [Hz], and the
+    ordinates there by (1), shape (number of curves, ..., n). Without a curve, or a shared range,
+    they are refused.
     """
     if not curves:
         raise ImpactfemError("no spectra were given")

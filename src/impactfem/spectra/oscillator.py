@@ -73,12 +73,9 @@ def step_coefficients(
             limit: (3) is exact above the Nyquist frequency of the input, too.
         dampings: Damping ratios, shape (n_d,) [-], 0 <= ξ < 1.
 
-    Returns:
-        Coefficients with the dampings outside and the frequencies inside, n = n_d n_f.
-
-    Raises:
-        ImpactfemError: A step, frequency or damping is out of its range or not finite. Critical
-            and overcritical damping are refused: (2) needs ω_d > 0.
+    Gives coefficients with the dampings outside and the frequencies inside, n = n_d n_f.
+    ImpactfemError where one is out of its range or not finite; critical and overcritical damping
+    are refused: (2) needs ω_d > 0.
     """
     h = float(time_step)
     f = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))

@@ -53,8 +53,7 @@ def peak_responses(
         threads: Records are shared out to so many threads; the result does not depend on it.
         absolute: Whether the second peaks are found; nan without, in about a third of the time.
 
-    Returns:
-        max |x|, shape (n_r, n_o) [m], and max |x'' + a|, shape (n_r, n_o) [m/s2].
+    Gives max |x|, shape (n_r, n_o) [m], and max |x'' + a|, shape (n_r, n_o) [m/s2].
     """
     if threads < 1:
         raise ImpactfemError(f"the number of threads must be at least 1, got {threads}")

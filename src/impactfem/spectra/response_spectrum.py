@@ -37,9 +37,8 @@ def upsample(acceleration: Array, factor: int) -> Array:
             step rings there, as any band-limited signal with a step does.
         factor: Whole number of new steps in an old one, at least 1 [-].
 
-    Returns:
-        Shape (n_r, (n - 1) factor + 1) [m/s2]; every factor-th sample is the given one to
-        round-off. What the interpolant does after the last given sample is left out.
+    Gives records of the shape (n_r, (n - 1) factor + 1) [m/s2]; every factor-th sample is the given
+    one to round-off. What the interpolant does after the last given sample is left out.
     """
     if factor < 1:
         raise ImpactfemError(f"the upsampling factor must be a whole number >= 1, got {factor}")
@@ -152,12 +151,9 @@ def response_spectra(
         threads: Records are shared out to so many threads ("upsampled" only) [-].
         absolute: Whether ``sa`` is computed; nan without, in a third of the time ("upsampled").
 
-    Returns:
-        The spectra, with the points per cycle reached and the bound of the loss by the samples.
-
-    Raises:
-        ImpactfemError: A record is too short or not finite, a parameter is out of range, or the
-            upsampled record would be too long.
+    Gives the spectra, with the points per cycle reached and the bound of the loss by the samples.
+    ImpactfemError where a record is too short or not finite, a parameter is out of range, or the
+    upsampled record would be too long.
     """
     a = _records(acceleration)
     if not points_per_cycle >= 2.0:

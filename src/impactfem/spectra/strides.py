@@ -17,8 +17,6 @@ Only where this is above the largest |f| so far are the samples of a stride gone
 the peaks are those of all samples.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

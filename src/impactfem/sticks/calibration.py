@@ -1,7 +1,5 @@
 """Calibration of sticks on target frequencies and effective masses (paper, section 3.1)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -133,10 +131,9 @@ def calibrate(
         starts: Number of starts; the others are drawn at random inside the bounds.
         seed: Seed of the draw.
 
-    Raises:
-        ImpactfemError: The bounds of the heights leave no room for the total height; no frequency
-            has a weight; or a building has fewer modes than a target requests.
-        SolutionError: No start led to a result.
+    ImpactfemError where the bounds of the heights leave no room for the total height, no frequency
+    has a weight, or a building has fewer modes than a target requests; SolutionError where no start
+    led to a result.
     """
     low, high = bounds.height_min, bounds.height_max
     slack = 1e-8 * bounds.height  # the sums are of rounded numbers

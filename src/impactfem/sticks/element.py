@@ -1,7 +1,5 @@
 """The Timoshenko beam element of a storey: a vertical member with six degrees of freedom a node."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

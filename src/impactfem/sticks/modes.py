@@ -1,7 +1,5 @@
 """Natural modes of a stick: frequencies, participation, effective masses, families."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

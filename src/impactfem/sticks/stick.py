@@ -1,7 +1,5 @@
 """The stick model of one building: floors as rigid bodies on Timoshenko storeys."""
 
-from __future__ import annotations
-
 from bisect import bisect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -184,10 +182,9 @@ def build_stick(
         storey_points: Points (floor number above, relative height of the flexible part, between 0
             and 1) where contact needs a node of its own inside a storey.
 
-    Raises:
-        ImpactfemError: A storey has no flexible length left between its rigid zones; or a point
-            is not inside its storey, or the damping does not grow with the stiffness, so that a
-            node without mass would ring for ever.
+    ImpactfemError where a storey has no flexible length left between its rigid zones; a point is
+    not inside its storey, or the damping does not grow with the stiffness, so that a node without
+    mass would ring for ever.
     """
     z = base + np.cumsum([floor.height for floor in floors])
     positions = [np.array([*axis, height]) for height in z]
@@ -279,9 +276,8 @@ def mass_on_spring(
         dashpot: In place of it, c [N s/m].
         position: Where the mass is at rest [m].
 
-    Raises:
-        ImpactfemError: The mass is not positive; not one of stiffness and frequency is given; both
-            damping_ratio and dashpot are; a value is below zero.
+    ImpactfemError where the mass is not positive, not one of stiffness and frequency is given, both
+    damping_ratio and dashpot are, or a value is below zero.
     """
     if not mass > 0.0:
         raise ImpactfemError(f"{name}: expected a mass above 0 kg, got {mass:g}")
