@@ -15,6 +15,7 @@ taken linear over the same abscissa. Nothing is extrapolated.
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -22,18 +23,9 @@ import numpy.typing as npt
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 
-RG_1_122_INTERVALS: tuple[tuple[float, float], ...] = (
-    (3.0, 0.10),
-    (3.6, 0.15),
-    (5.0, 0.20),
-    (8.0, 0.25),
-    (15.0, 0.50),
-    (18.0, 1.0),
-    (22.0, 2.0),
-    (34.0, 3.0),
-)
-"""Upper end of each range [Hz] and the increment in it [Hz]; the first range begins at 0.2 Hz."""
-RG_1_122_START = 0.2
+RG_1_122_ENDS = 0.2, 3.0, 3.6, 5.0, 8.0, 15.0, 18.0, 22.0, 34.0
+RG_1_122_INCREMENTS = 0.10, 0.15, 0.20, 0.25, 0.50, 1.0, 2.0, 3.0
+"""Ends of the ranges, the lower one of the first included, and the increment in each [Hz]."""
 SAME = 1e-9  # frequencies closer than this, relatively, are one
 
 
@@ -64,22 +56,23 @@ def rg_1_122_frequencies(maximum: float | None = None, per_decade: int = 100) ->
     Impacts do, so the list can be continued up to a maximum [Hz], which must be above 34 Hz, with
     at least so many logarithmic intervals in a decade. It ascends, shape (n,) [Hz].
     """
-    ranges = []
-    start = RG_1_122_START
-    for end, increment in RG_1_122_INTERVALS:
-        count = round((end - start) / increment)
-        # Decimal values: rounding takes away what the multiples of 0.1 leave in the last digits.
-        ranges.append(np.round(start + increment * np.arange(count), 6))
-        start = end
-    listed = np.append(np.concatenate(ranges), start)
+    ranges = [
+        start + increment * np.arange(round((end - start) / increment))
+        for (start, end), increment in zip(
+            pairwise(RG_1_122_ENDS), RG_1_122_INCREMENTS, strict=True
+        )
+    ]
+    last = RG_1_122_ENDS[-1]
+    # Decimal values: rounding takes away what the multiples of 0.1 leave in the last digits.
+    listed: Array = np.round(np.append(np.concatenate(ranges), last), 6)
     if maximum is None:
         return listed
-    if not maximum > start:
+    if not maximum > last:
         raise ImpactfemError(
-            f"the list of Regulatory Guide 1.122 ends at {start:g} Hz; "
+            f"the list of Regulatory Guide 1.122 ends at {last:g} Hz; "
             f"it cannot be continued up to {maximum!r} Hz"
         )
-    return np.append(listed, logarithmic_frequencies(start, maximum, per_decade)[1:])
+    return np.append(listed, logarithmic_frequencies(last, maximum, per_decade)[1:])
 
 
 def merged_frequencies(*lists: npt.ArrayLike) -> Array:

@@ -48,7 +48,6 @@ HIGHEST = 450.0
 FAIR = {"facades lumped": (75.0, HIGHEST), "facades that bend": (40.0, 200.0)}
 """Frequencies between which a bar is a fair model [Hz]: below, the slab bows between the gables,
 and lumped facades do not move as they do near their own frequency."""
-POINTS_OF_STRIP = ("edge that is hit", "centre", "far edge")
 POINTS = ("impact edge", "centre", "far edge")
 
 
@@ -167,8 +166,9 @@ def _pulse_rows(rows: Rows, parts: BuildingParts, bar: FloorBar) -> None:
     own = made.pushed(force, STEP, distance)
     rows.source = SOLVER
     away = np.abs(floor - own).max(axis=1)[[0, 4, 8]] / np.abs(own).max()
-    quantity, places = "largest difference of the acceleration over its peak", POINTS_OF_STRIP
-    rows.add([f"{quantity}, {place}" for place in places], 0.0, away, "-", 0.02)
+    quantity, places = "largest difference of the acceleration over its peak", POINTS[1:]
+    quantities = [f"{quantity}, {place}" for place in ("edge that is hit", *places)]
+    rows.add(quantities, 0.0, away, "-", 0.02)
     ours, theirs = (crossing_time(distance, peaks(one)) or math.nan for one in (own, floor))
     rows.add("crossing by the slope of the peak", ours, theirs, "s", 0.02)
     light = peaks(_line_in_3d(parts, 1, loads, LIGHT, 1.0)[1])
