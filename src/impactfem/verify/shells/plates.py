@@ -203,7 +203,6 @@ CLAMPED = {0.1: 1.505e-3, 0.01: 1.268e-3, 1e-3: 1.26532e-3, 1e-4: 1.26532e-3}
 """Deflection of the centre of clamped square plates over q L⁴ / D, by t/L, for ν = 0.3, κ = 5/6."""
 MINDLIN = "clamped plate of Mindlin, four digits (Ayad and Rigolot 2002)"
 KIRCHHOFF = "clamped plate of Kirchhoff (Taylor and Govindjee 2004)"
-NAVIER = "double sine series (Navier); of Mindlin's plate, too, on hard supports"
 PLACES = np.array([[0.5, 0.5, 0.0], [0.0, 0.5, 0.0], [0.0, 0.0, 0.0]])
 """Centre, middle of an edge, corner of a plate of 1 m by 1 m."""
 
@@ -294,7 +293,7 @@ def _square(cells: int) -> tuple[Array, Index]:
     return vertices, triangles.reshape(-1, 3).astype(np.int64)
 
 
-@benchmark(source=NAVIER)
+@benchmark(source="double sine series (Navier); of Mindlin's plate, too, on hard supports")
 def plate_forces(rows: Rows) -> None:
     """A unit pressure on a square plate of 1 m on hard simple supports.
 

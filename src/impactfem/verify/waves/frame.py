@@ -21,13 +21,8 @@ from impactfem.verify.waves import KRYLOV, Motion, MovingModel, apart
 if TYPE_CHECKING:
     from impactfem.reduction.error_band import Effectivity
 
-Solver = Callable[[Array], Motion]
-
 NAME = "frame under forces on two edges"
-STOREY_FACTOR = 0.5
 STEP, END, PULSE = 1e-3, 0.3, 0.02
-SHIFT, VECTORS = 30.0, 90
-INWARDS = (0.0, -1.0, 0.0)
 ALLOWED = {
     "full": {"displacement": 1e-9, "acceleration": 1e-9},
     "reduced": {"displacement": 1e-9, "acceleration": 2e-6},
@@ -150,11 +145,11 @@ def shipped_frame() -> Frame:
     case = load_case(in_source_tree("geometry/frame.toml"))
     parts = read_parts(case, in_source_tree("geometry/frame.msh"))[0]
     building = assemble_building(MPI.COMM_SELF, parts)
-    stiffness = building.stiffness(STOREY_FACTOR)
+    stiffness = building.stiffness(0.5)
     held = np.zeros((len(building.coordinates), 6), dtype=bool)
     model = ShellModel(building.coordinates, csr(stiffness), csr(building.mass), held)
     edges = [edge_load(parts.mesh, floor) for floor in (1, 2)]
-    loads = [edge.vector(building, INWARDS) for edge in edges]
+    loads = [edge.vector(building, (0.0, -1.0, 0.0)) for edge in edges]  # inwards
     probes = [building.rows(edge.nodes) + UY for edge in edges]
     weights = scipy.linalg.block_diag(*(edge.forces for edge in edges))
     for matrix in (stiffness, building.fixed, building.storeys, building.mass):
@@ -164,8 +159,8 @@ def shipped_frame() -> Frame:
     return Frame(moving, case.buildings[0].damping.rayleigh, weights)
 
 
-def _solvers(frame: Frame) -> dict[str, Solver]:
-    basis = frame.moving.reduced(SHIFT, VECTORS)
+def _solvers(frame: Frame) -> dict[str, Callable[[Array], Motion]]:
+    basis = frame.moving.reduced(shift=30.0, vectors=90)
     return {
         "full": lambda loads: frame.moving.full(loads, STEP, frame.damping).motion,
         "reduced": lambda loads: basis.motion(loads, STEP, frame.damping, "newmark"),
