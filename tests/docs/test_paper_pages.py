@@ -1,18 +1,14 @@
 """README and the pages of the paper's case and of speed have the numbers of a run."""
 
-import importlib.util
 import json
 
 import pytest
 
+from docs._ext import paper_pages as module
 from impactfem import study
 
 from .pages import ROOT
 
-SCRIPT = ROOT / "docs" / "_ext" / "paper_pages.py"
-SPEC = importlib.util.spec_from_file_location("paper_pages", SCRIPT)
-module = importlib.util.module_from_spec(SPEC)
-SPEC.loader.exec_module(module)
 STICKS = ("sticks.", "pounding.", "frs.", "motion.")
 
 

@@ -1,10 +1,11 @@
-import importlib.util
 import json
 import re
 import sys
 
 import pytest
 
+from docs._ext import verification as module
+from docs._ext.verification import main, page, read_entries, section
 from impactfem.system.errors import ImpactfemError, InputError
 from impactfem.verify.manual import BENCHMARKS, FULL, verify
 from impactfem.verify.row import Row
@@ -12,12 +13,6 @@ from impactfem.verify.validation import cases
 
 from .pages import ROOT
 
-SCRIPT = ROOT / "docs" / "_ext" / "verification.py"
-SPEC = importlib.util.spec_from_file_location("verification", SCRIPT)
-module = importlib.util.module_from_spec(SPEC)
-SPEC.loader.exec_module(module)
-page, section = module.page, module.section
-read_entries, main = module.read_entries, module.main
 REMAKE = "run: impactfem verify --json FILE; python docs/_ext/verification.py FILE"
 QUICK = ("decree_ordinates", "cqc_coefficient", "mode_combinations", "rg_1_122", "two_supports")
 
@@ -77,7 +72,7 @@ def test_the_page_of_cases_beside_other_programs():
     name = "sdnl104"
     made = section(name, [{"benchmark": name, **row.as_dict()} for row in cases()[name]()])
     assert made.strip() in text, REMAKE.replace("verify", "verify --validation", 1)
-    template = SCRIPT.with_name("validation.md.in").read_text(encoding="utf-8")
+    template = (ROOT / "docs" / "_ext" / "validation.md.in").read_text(encoding="utf-8")
     for part in re.split(r"\{\{ \w+ \}\}", template):
         assert part.strip() in text, REMAKE.replace("verify", "verify --validation", 1)
 
@@ -166,17 +161,11 @@ def test_it_reads_what_verify_writes(tmp_path):
     assert [e["quantity"] for e in read_entries(path)] == [row.quantity for row in rows]
 
 
-@pytest.fixture
-def figures(monkeypatch, tmp_path):
+def test_written_by_the_command_benchmark_figures(monkeypatch, tmp_path, capsys):
     monkeypatch.syspath_prepend(str(ROOT / "docs" / "_ext"))
-    import benchmark_figures as module
+    import benchmark_figures as figures
 
-    monkeypatch.setattr(module, "FOLDER", tmp_path)
-    yield module
-    del sys.modules["benchmark_figures"]
-
-
-def test_written_by_the_command_benchmark_figures(figures, tmp_path, capsys):
+    monkeypatch.setattr(figures, "FOLDER", tmp_path)
     rows = tmp_path / "rows.json"
     name = "newmark_order"
     entries = [{"benchmark": name, **row.as_dict()} for row in BENCHMARKS[name]()]
@@ -191,3 +180,4 @@ def test_written_by_the_command_benchmark_figures(figures, tmp_path, capsys):
     assert "diaphragm" in made["scordelis_lo"]
     assert figures.main([]) == figures.main([str(tmp_path)]) == 2
     assert "usage" in capsys.readouterr().err
+    del sys.modules["benchmark_figures"]

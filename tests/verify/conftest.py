@@ -55,20 +55,25 @@ def altered(wrong):
 
 
 @pytest.fixture
-def wrong_drilling(monkeypatch, tmp_path):
-    """Drilling energy of ω = ½ curl u + θ·e3; compiled into a cache of the test's own."""
+def own_cache(monkeypatch, tmp_path):
+    """A cache for the forms of a test."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+
+@pytest.fixture
+def wrong_drilling(monkeypatch, own_cache):
+    """Drilling energy of ω = ½ curl u + θ·e3."""
 
     class Strains(shell._Strains):
         def __init__(self, w, frame, *others):
             super().__init__(w, frame, *others)
             self.drilling += 2.0 * shell.ufl.dot(shell.halves(w)[1], frame[2])
 
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(shell, "_Strains", Strains)
 
 
 @pytest.fixture
-def partly_reduced(monkeypatch, tmp_path):
+def partly_reduced(monkeypatch, own_cache):
     """Shear α γ·γ in full and (1 − α) γ·γ by three points, α = t²/(t² + h²), as it once was.
 
     Without a bubble quadratic triangles cannot follow that many conditions.
@@ -91,19 +96,7 @@ def partly_reduced(monkeypatch, tmp_path):
         plane = ufl.inner(N, test.membrane) + ufl.inner(M, test.bending)
         return (plane + (1.0 - alpha) * shear) * few + (alpha * shear + drilling) * many
 
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(shell.ShellFields, "stiffness", stiffness)
-
-
-@pytest.fixture
-def quadrature(monkeypatch, tmp_path):
-    """Set the degree of the shell's reduced integration."""
-
-    def set_degree(degree):
-        monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-        monkeypatch.setattr(shell, "REDUCED", degree)
-
-    return set_degree
 
 
 @pytest.fixture

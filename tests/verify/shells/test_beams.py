@@ -7,12 +7,6 @@ from impactfem.building.section import BeamSection
 from impactfem.verify.shells import beams
 
 
-@pytest.fixture
-def own_cache(monkeypatch, tmp_path):
-    """A cache for the forms of a test."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-
-
 @pytest.mark.parametrize(
     ("name", "seen"),
     [
