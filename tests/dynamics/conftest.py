@@ -14,12 +14,9 @@ def petsc():
     made = []
 
     def make(matrix):
-        csr = sp.csr_matrix(matrix)
-        made.append(
-            PETSc.Mat().createAIJ(
-                csr.shape, csr=(csr.indptr, csr.indices, csr.data), comm=PETSc.COMM_SELF
-            )
-        )
+        A = sp.csr_matrix(matrix)
+        csr = A.indptr, A.indices, A.data
+        made.append(PETSc.Mat().createAIJ(A.shape, csr=csr, comm=PETSc.COMM_SELF))
         return made[-1]
 
     yield make

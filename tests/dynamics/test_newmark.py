@@ -72,10 +72,9 @@ def test_free_vibration_is_that_of_the_scheme(system):
     one = system([[omega**2]], [[1.0]], dt, np.ones((1, 1)))
     history = one.march(one.start([0.0], [2.0]), np.zeros((n + 1, 1)), probes=[0])
     angle = 2.0 * np.arctan(omega * dt / 2.0) * np.arange(n + 1)
-    assert history.motion["displacement"][:, 0] == pytest.approx(2.0 * np.cos(angle), abs=1e-11)
-    assert history.motion["velocity"][:, 0] == pytest.approx(
-        -2.0 * omega * np.sin(angle), abs=1e-10
-    )
+    u, v = 2.0 * np.cos(angle), -2.0 * omega * np.sin(angle)
+    assert history.motion["displacement"][:, 0] == pytest.approx(u, abs=1e-11)
+    assert history.motion["velocity"][:, 0] == pytest.approx(v, abs=1e-10)
     total = history.energy.kinetic + history.energy.elastic
     assert total == pytest.approx(np.full(n + 1, 2.0 * omega**2), rel=1e-12)
     assert np.all(history.energy.damped == 0.0) and np.all(history.energy.input == 0.0)
@@ -127,9 +126,8 @@ def test_energies(system, building):
     history = many.march(state, amplitudes, probes=range(8))
     u, v = history.motion["displacement"], history.motion["velocity"]
     energy = history.energy
-    assert energy.elastic == pytest.approx(
-        0.5 * np.sum(u * (u @ building["K"]), 1), rel=1e-9, abs=1e-12
-    )
+    elastic = 0.5 * np.sum(u * (u @ building["K"]), 1)
+    assert energy.elastic == pytest.approx(elastic, rel=1e-9, abs=1e-12)
     assert energy.kinetic == pytest.approx(0.5 * np.sum(v * (v @ building["M"]), 1), rel=1e-10)
     w = v[1:] + v[:-1]
     f = (amplitudes[1:] + amplitudes[:-1]) @ building["patterns"].T
@@ -264,7 +262,5 @@ def test_what_is_refused(system, building):
 
 
 def test_one_factor_for_all_steps(system, building):
-    many, _ = of(system, building)
-    assert many.factorise() is many.factorise()
-    with many as same:
-        assert same is many
+    with of(system, building)[0] as many:
+        assert many.factorise() is many.factorise()

@@ -3,14 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impactfem.sticks.calibration import (
-    Bounds,
-    Parameters,
-    Target,
-    assess,
-    calibrate,
-    family_modes,
-)
+from impactfem.sticks.calibration import Bounds, Parameters, Target, assess, calibrate, family_modes
 from impactfem.sticks.element import COMPONENTS
 from impactfem.sticks.modes import modes
 from impactfem.system.errors import ImpactfemError, SolutionError
@@ -111,9 +104,7 @@ def fixed(**changes):
 
 
 def test_factor_goes_with_the_square_of_the_frequencies(make):
-    targets = [
-        replace(target, frequency=1.1 * target.frequency) for target in targets_of(make, TRUE)
-    ]
+    targets = [replace(one, frequency=1.1 * one.frequency) for one in targets_of(make, TRUE)]
     result = fit(make, targets, fixed(), starts=2)
     assert result.parameters.factor == pytest.approx(1.21 * TRUE.factor, rel=1e-3)
     assert np.array_equal(result.parameters.heights, TRUE.heights)
@@ -143,9 +134,7 @@ def test_weights(make):
 
 @pytest.mark.parametrize("height", [8.7, 11.5])
 def test_heights_that_cannot_add_up(make, height):
-    expected = r"storey heights between 8.8 m and 11.4 m in all cannot add up to calib.*= " + str(
-        height
-    )
+    expected = rf"between 8.8 m and 11.4 m in all cannot add up to calib.*= {height}"
     with pytest.raises(ImpactfemError, match=expected):
         fit(make, targets_of(make, TRUE), replace(BOUNDS, height=height))
 

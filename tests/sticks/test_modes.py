@@ -104,13 +104,10 @@ lengths = st.floats(2.5, 6.0)
 @given(st.integers(1, 5), lengths, st.floats(0.2, 3.0), st.floats(0.2, 3.0), st.floats(0.5, 2.0))
 def test_a_square_stick_has_clean_families(floors, n, height, area, moment, mass):
     """Modes along x and y have the same frequencies; any mixture of a pair would be a mode, too."""
-    square = replace(
-        floors(1)[0].section, Avx=area, Avy=area, Ix=moment, Iy=moment, A=4.0 * area, Iz=moment
-    )
-    inertia = (2.9e6, 2.9e6, 5.8e6)
-    stick = damped_stick(
-        "a", floors(n, section=square, height=height, mass=mass * 240e3, inertia=inertia)
-    )
+    areas, moments = {"Avx": area, "Avy": area}, {"Ix": moment, "Iy": moment, "Iz": moment}
+    square = replace(floors(1)[0].section, A=4.0 * area, **areas, **moments)
+    alike = {"mass": mass * 240e3, "inertia": (2.9e6, 2.9e6, 5.8e6)}
+    stick = damped_stick("a", floors(n, section=square, height=height, **alike))
     found = modes(stick)
     sizes = {name: found.of_family(name).size for name in FAMILIES}
     assert sizes == {"x": 2 * n, "y": 2 * n, "z": n, "rz": n}
