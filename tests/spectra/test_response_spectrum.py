@@ -70,7 +70,7 @@ def test_near_nyquist_the_coarse_record_gives_what_the_fine_one_gives():
 
 
 def exact_psa(frequency, damping, terms, duration):
-    """max ω²|x| of (1) of `recurrence` from rest under Σ b exp(iwt), by its closed solution."""
+    """max ω²|x| of (1) of `oscillator` from rest under Σ b exp(iwt), by its closed solution."""
     t = np.arange(0.0, duration, 2e-6)
     omega = 2 * np.pi * frequency
     omega_d = omega * np.sqrt(1 - damping**2)

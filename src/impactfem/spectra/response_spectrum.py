@@ -104,11 +104,10 @@ class ResponseSpectra:
     #: How many new steps an old one was cut into; 1 when none was needed [-].
     upsampling_factor: int
     points_per_cycle: float  #: samples in one cycle of the highest frequency, after upsampling [-]
-    #: bound of the relative loss of `sd`, `psv` and `psa` by the samples,
-    #: `sampling.sampling_loss` at `points_per_cycle`: straight lines
-    #: between the samples and peaks at the samples, both. For what the records hold up to the
-    #: highest frequency; what they hold above it loses more. 0 for "in-step", exact where the
-    #: records are straight lines [-]
+    #: bound of the relative loss of `sd`, `psv` and `psa` by the samples, `sampling_loss` at
+    #: `points_per_cycle`: straight lines between the samples and peaks at the samples, both. For
+    #: what the records hold up to the highest frequency; what they hold above it loses more. 0 for
+    #: "in-step", exact where the records are straight lines [-]
     peak_error_bound: float
     #: sinc²(1 / points_per_cycle): the amplitude that the straight lines between the samples leave
     #: of input at the highest frequency [-]
