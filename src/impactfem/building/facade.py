@@ -95,7 +95,11 @@ def columns_along(
         part = (elevation - low[:, 2]) / rise
         here = (np.abs(rise) > 0.0) & (part >= 0.0) & (part <= 1.0)
     at = (low[here] + part[here, None] * (high - low)[here])[:, :2]
-    return np.unique(np.round(_met(facade, at, force), 9))
+    # Where the lines through them along the force meet the side.
+    n, t, f = (np.array(v[:2]) for v in (facade.outward, facade.along, force))
+    relative = at - np.array(facade.start)
+    s: Array = relative @ t - relative @ n * (f @ t) / (f @ n)
+    return np.unique(s.round(9))
 
 
 def _columns(mesh: BuildingMesh, storey: int) -> Index:
@@ -104,13 +108,6 @@ def _columns(mesh: BuildingMesh, storey: int) -> Index:
     walls = mesh.triangles[mesh.triangles_of("storey", storey)]
     alone: Index = lines[~np.isin(lines, walls).any(axis=1)]
     return alone
-
-
-def _met(facade: Facade, points: Array, force: Vector) -> Array:
-    """Position along a side of the lines through points along a force, shape (n,) [m]."""
-    n, t, f = (np.array(v[:2]) for v in (facade.outward, facade.along, force))
-    relative = points[:, :2] - np.array(facade.start)
-    return np.asarray(relative @ t - relative @ n * (f @ t) / (f @ n))
 
 
 def patch_load(
@@ -160,16 +157,10 @@ def patch_load(
     area = area_shares(mesh.nodes, on)[nodes[chosen]]
     # Walls that stand on edge, and columns, have lines of nodes there.
     weight = area if (area > 0.0).sum() > 2 else np.ones(chosen.sum())
-    arms = np.array([np.ones(len(weight)), s[chosen] - at[chosen], height[chosen] - z]) / [
-        [1.0],
-        [width],
-        [width],
-    ]
-    forces = weight * (
-        np.linalg.pinv((arms * weight) @ arms.T, rcond=1e-10) @ [1.0, 0.0, 0.0] @ arms
-    )
-    if np.abs(arms @ forces - [1.0, 0.0, 0.0]).max() > 1e-9:
-        along, up = (s - at)[chosen], height[chosen] - z
+    along, up, unit = (s - at)[chosen], height[chosen] - z, np.array([1.0, 0.0, 0.0])
+    arms = np.array([np.ones(len(weight)), along / width, up / width])
+    forces = weight * (np.linalg.pinv((arms * weight) @ arms.T, rcond=1e-10) @ unit @ arms)
+    if np.abs(arms @ forces - unit).max() > 1e-9:
         return (
             f"its walls and columns within {0.5 * width:g} m of the point, {along.min():.3g} to "
             f"{along.max():.3g} m along the side and {up.min():.3g} to {up.max():.3g} m in height "

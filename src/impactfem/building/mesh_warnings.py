@@ -29,7 +29,16 @@ def mesh_warnings(mesh: BuildingMesh) -> Iterator[str]:
         return
     levels = np.array([mesh.nodes[mesh.base, 2].min(), *mesh.elevations.values()])
     yield from _misplaced(mesh, levels)
-    yield from _loose_columns(mesh)
+    # Columns with a lower end that nothing carries.
+    ends = mesh.lines[:, :2]
+    foot = ends[np.arange(len(ends)), mesh.nodes[ends, 2].argmin(axis=1)]
+    used = np.concatenate([mesh.lines.ravel(), mesh.triangles.ravel()])
+    alone = np.bincount(used, minlength=len(mesh.nodes))[foot] == 1
+    columns = np.isin(np.arange(len(ends)), mesh.lines_of("column"))
+    loose = np.flatnonzero(columns & alone & ~np.isin(foot, mesh.base))
+    for group, some, _ in by_group(mesh, loose, mesh.lines, beam_groups(mesh)):
+        where = place(mesh.nodes[foot[some[0]]])
+        yield f"{group}: its lower end at {where} stands on nothing and is not in base"
     yield from _loose_walls(mesh, levels)
     yield from _parts_of_sides(mesh)
     high = mesh.base[mesh.nodes[mesh.base, 2] > levels[1] - NEAR]
@@ -85,19 +94,6 @@ def _parts_of_sides(mesh: BuildingMesh) -> Iterator[str]:
             length = np.ptp(mesh.nodes[own, :2] @ [-n[1], n[0]])
             where = place(mesh.nodes[rest[int(np.argmax(on)), 2]])
             yield f"edge_{k}: {length:.4g} m of a side of floor_{k} that goes on at {where}"
-
-
-def _loose_columns(mesh: BuildingMesh) -> Iterator[str]:
-    """Columns with a lower end that nothing carries."""
-    ends = mesh.lines[:, :2]
-    foot = ends[np.arange(len(ends)), mesh.nodes[ends, 2].argmin(axis=1)]
-    used = np.concatenate([mesh.lines.ravel(), mesh.triangles.ravel()])
-    alone = np.bincount(used, minlength=len(mesh.nodes))[foot] == 1
-    columns = np.array([part.family == "column" for part in mesh.beam_parts], dtype=bool)
-    loose = np.flatnonzero(columns[mesh.line_part] & alone & ~np.isin(foot, mesh.base))
-    for group, some, _ in by_group(mesh, loose, mesh.lines, beam_groups(mesh)):
-        where = place(mesh.nodes[foot[some[0]]])
-        yield f"{group}: its lower end at {where} stands on nothing and is not in base"
 
 
 def _loose_walls(mesh: BuildingMesh, levels: Array) -> Iterator[str]:

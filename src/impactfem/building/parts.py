@@ -248,32 +248,24 @@ def floor_masses(
         if any(eccentricity):
             own = np.array(on_area)[mesh.triangle_part[slab]]
             floor = parts[k - 1] + missing
-            on_slab = own + on_triangles[slab]
-            found = _moved(mesh, slab, area[slab] * on_slab, floor * np.array(eccentricity))
-            if found is not None:
-                on_triangles[slab] = found / area[slab] - own
+            mass = area[slab] * (own + on_triangles[slab])
+            # m (1 + c · (x − x̄)), so that the static moment of the masses m grows by M e.
+            x = corners[..., :2].mean(axis=1)
+            x -= mass @ x / mass.sum()
+            moment = floor * np.array(eccentricity)
+            share = 1.0 + x @ np.linalg.solve((x.T * mass) @ x, moment)
+            if share.min() >= 0.0:
+                on_triangles[slab] = mass * share / area[slab] - own
             elif all(key != "mass_eccentricity" for _, key in wrong):  # one floor says it of all
                 expected = (
                     f"the mass of floor {k}, {floor / 1e3:.4g} t, cannot move by "
                     f"{np.hypot(*eccentricity):.3g} m by what lies on its slab and its own, "
-                    f"{area[slab] @ on_slab / 1e3:.4g} t"
+                    f"{mass.sum() / 1e3:.4g} t"
                 )
                 wrong.append((expected, "mass_eccentricity"))
     if wrong:
         raise FloorMassError(*wrong)
     return FloorMasses(parts, added, float(shares[0]), on_triangles)
-
-
-def _moved(mesh: BuildingMesh, slab: Index, mass: Array, moment: Array) -> Array | None:
-    """Mass of each triangle of a slab, m (1 + c · (x − x̄)), of which the centre is moved [kg].
-
-    From the masses m of these, so that their static moment grows by that given [kg m]; None where
-    one would be negative.
-    """
-    x = mesh.nodes[mesh.triangles[slab, :3], :2].mean(axis=1)
-    x -= mass @ x / mass.sum()
-    share = 1.0 + x @ np.linalg.solve((x.T * mass) @ x, moment)
-    return None if share.min() < 0.0 else np.asarray(mass * share)
 
 
 def lever_rule(
