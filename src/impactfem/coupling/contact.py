@@ -265,8 +265,11 @@ def jankowski(K: float, epsilon: float, mass: float, *, exact: bool = False) -> 
     2006, Earthquake Engineering and Structural Dynamics 34, 595-611, and 35, 517-524). Arguments as
     for `hertz_damp`.
     """
-    relation = relations.exact_jankowski_xi if exact else relations.published_jankowski_xi
-    xi = relation(epsilon)
+    if exact:
+        xi = relations.exact_jankowski_xi(epsilon)
+    else:
+        lost = 4.5 * np.sqrt(5.0) * (1.0 - epsilon**2)
+        xi = float(lost / (epsilon * (epsilon * (9.0 * np.pi - 16.0) + 16.0)))
     parameters = _parameters(K, 2.0 * xi * np.sqrt(K * mass))
     return Law("jankowski", JANKOWSKI, parameters, epsilon, relations.jankowski(xi), xi, mass)
 

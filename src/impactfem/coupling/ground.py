@@ -47,11 +47,17 @@ class Ground:
         for delay, motion in moved.items():
             motion[2] = interpolate_ground(histories, time_step, n_t, delay)
         for component, dt, samples in histories if len(moved) > 1 else ():
-            record = Accelerogram(dt, samples)
+            record, a, last = Accelerogram(dt, samples), np.append(samples, 0.0), len(samples) - 1
             # Properties that are sums over all samples, once for all buildings.
             v, u = record.velocity, record.displacement
             for delay, motion in moved.items():
-                motion[:2, :, component] += _integrals(dt, (u, v, samples), time - delay)
+                # At rest before the first sample; behind the last one the velocity stays.
+                at = np.maximum(time - delay, 0.0)
+                k = np.minimum((at / dt).astype(np.int64), last)
+                x, a_0 = at - dt * k, np.where(k < last, a[k], 0.0)
+                slope = np.where(k < last, (a[k + 1] - a[k]) / dt, 0.0)
+                motion[0, :, component] += u[k] + x * (v[k] + x * (a_0 / 2.0 + x * slope / 6.0))
+                motion[1, :, component] += v[k] + x * (a_0 + x * slope / 2.0)
         apart = {name: moved[τ[name]] - moved[first] for name in τ if τ[name] != first}
         return cls(moved[first][2], apart)
 
@@ -95,20 +101,3 @@ def interpolate_ground(
         at = dt * np.arange(samples.size)
         ground[:, component] += np.interp(inside, at, samples, left=0.0, right=0.0)
     return ground
-
-
-def _integrals(h: float, record: tuple[Array, Array, Array], time: Array) -> Array:
-    """Displacement and velocity at any times, shape (2, n_t) [m, m/s].
-
-    Of displacement, velocity and acceleration at samples h apart; at rest before the first one,
-    after the last one the velocity stays.
-    """
-    known_u, known_v, samples = record
-    a = np.append(samples, 0.0)
-    at = np.maximum(time, 0.0)
-    k = np.minimum((at / h).astype(np.int64), len(a) - 2)
-    x, a_0 = at - h * k, np.where(k < len(a) - 2, a[k], 0.0)
-    slope = np.where(k < len(a) - 2, (a[k + 1] - a[k]) / h, 0.0)
-    v_0 = known_v[k]
-    u = known_u[k] + x * (v_0 + x * (a_0 / 2.0 + x * slope / 6.0))
-    return np.array([u, v_0 + x * (a_0 + x * slope / 2.0)])

@@ -171,9 +171,8 @@ class ImpactCheck:
     storey_shear: float
     #: Largest shear over the shear area of its storey, n_x² A_vx + n_y² A_vy [Pa].
     shear_stress: float
-    #: Largest shear stress over the mean tensile strength (`tensile_strength`) [-]; above 1 the
-    #: storey cracks in shear, and linear analysis overrates its stiffness; nan where no strength is
-    #: known.
+    #: Largest shear stress over the mean tensile strength of the concrete [-]; above 1 the storey
+    #: cracks in shear, and linear analysis overrates its stiffness; nan where no strength is known.
     cracking_ratio: float
     #: Speed of separation of the two buildings over that of approach, each that of the centre of
     #: mass of all its floors, along the normal [-]; nan where they do not approach, at a wall, and
@@ -208,8 +207,10 @@ def impact_checks(
             shear = np.abs(forces[..., 0] * n_x + forces[..., 1] * n_y).max(axis=0)
             sections = [stick.floors[element.storey].section for element in stick.elements]
             stress = shear / [n_x**2 * section.Avx + n_y**2 * section.Avy for section in sections]
-            f_ctm = np.nan if f_c is None else tensile_strength(f_c)
-            found.append((shear.max(), stress.max(), stress.max() / f_ctm))
+            # f_ctm of EN 1992-1-1, table 3.1, up to C50/60 and above it [MPa].
+            f = np.nan if f_c is None else 1e-6 * f_c
+            f_ctm = 0.30 * np.cbrt(f) ** 2 if f <= 50.0 else 2.12 * np.log1p((f + 8.0) / 10.0)
+            found.append((shear.max(), stress.max(), stress.max() / (1e6 * f_ctm)))
         # Of a vertical normal, or without a strength or a stick, there is nothing to compare with.
         demand = np.fmax.reduce(found) if found else np.full(3, np.nan)
         pressure = np.nan if pair.area is None else impact.peak_force / pair.area
@@ -219,15 +220,6 @@ def impact_checks(
         bounced = bounced if 0.0 <= bounced <= 1.0 else np.nan
         checks.append(ImpactCheck(impact, *map(float, (pressure, ratio, *demand, bounced))))
     return checks
-
-
-def tensile_strength(f_ck: float) -> float:
-    """Mean tensile strength f_ctm of concrete by its compressive strength [Pa].
-
-    EN 1992-1-1, table 3.1: 0.30 f_ck^(2/3) up to C50/60, 2.12 ln(1 + (f_ck + 8)/10) above, in MPa.
-    """
-    f = 1e-6 * f_ck
-    return 1e6 * (0.30 * math.cbrt(f) ** 2 if f <= 50.0 else 2.12 * math.log1p((f + 8.0) / 10.0))
 
 
 def _apart(response: Response, pair: Pair, steps: tuple[int, int]) -> Array:

@@ -96,15 +96,6 @@ def damped_hertz(chi: float) -> float:
     return float(scipy.optimize.brentq(difference, 0.0, high, xtol=1e-15))
 
 
-def published_jankowski_xi(epsilon: float) -> float:
-    """ξ = 9 √5 / 2 (1 - ε²) / (ε (ε (9π - 16) + 16)) (Jankowski 2006).
-
-    Earthquake Engineering and Structural Dynamics 35, 517-524.
-    """
-    lost = 4.5 * np.sqrt(5.0) * (1.0 - epsilon**2)
-    return float(lost / (epsilon * (epsilon * (9.0 * np.pi - 16.0) + 16.0)))
-
-
 @lru_cache(maxsize=256)
 def jankowski(xi: float) -> float:
     """Restitution of Jankowski's law for two free masses, by integration.
