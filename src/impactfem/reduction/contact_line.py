@@ -34,7 +34,7 @@ from numpy.typing import NDArray
 from impactfem.building.facade import columns_along, facades
 from impactfem.building.floor import contact_edge
 from impactfem.building.mesh import BuildingMesh
-from impactfem.case import Building, Case, Contact, ContactPoint
+from impactfem.case import Case, Contact, ContactPoint
 from impactfem.case.contacts import Vector
 from impactfem.case.facade import Facade
 from impactfem.reduction.edge_force import EdgeForce
@@ -402,7 +402,10 @@ def _end(
     x, y, z = (float(component) + 0.0 for component in outward)
     building = case.building(point.building)
     if point.building not in case.pounding_in_3d:
-        reach = _half_length(building, point, t)
+        # Half of the length of its floor along t; infinite where its plan is not known.
+        row = next(floor for floor in building.floors if floor.floor == point.level)
+        side = ("length", "width")[int(np.abs(t[:2]).argmax())]
+        reach = 0.5 * (getattr(row, side) or getattr(building, side) or math.inf)
         middle = -float(t @ point.offset)
         return _End(point, (x, y, z), None, None, 1.0, (middle - reach, middle + reach))
     own = sides[point.building]
@@ -415,16 +418,6 @@ def _end(
     sense = 1.0 / float(t @ facade.along)
     low, high = sorted(((0.0 - first) / sense, (facade.length - first) / sense))
     return replace(end, met=met, sense=sense, span=(low, high))
-
-
-def _half_length(building: Building, point: ContactPoint, t: Array) -> float:
-    """Half of how long a floor of a stick is along t [m]; infinite where its plan is not known."""
-    row = next(floor for floor in building.floors if floor.floor == point.level)
-    size = [
-        getattr(row, name) or getattr(building, name) or math.inf for name in ("length", "width")
-    ]
-    along = np.abs(t[:2])
-    return 0.5 * float(size[int(along.argmax())])
 
 
 def _within(vertices: Array, low: float, high: float) -> Array:

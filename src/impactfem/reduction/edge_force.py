@@ -15,7 +15,6 @@ A force inside a storey acts on its walls or columns over a patch (`patch_load`)
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -155,7 +154,9 @@ def floor_shares(
         )
         for k in range(len(s))
     ]
-    middle, share = np.array([_middle(hat) for hat in hats]), impulse / impulse.sum()
+    # Where the resultant of each hat is, which begins and ends at its neighbours.
+    middle = (np.append(s[:1], s[:-1]) + s + np.append(s[1:], s[-1:])) / 3.0
+    share = impulse / impulse.sum()
     # Of q = 12 m (s − L/2) / L³ the hat of s_i is q(s_i) w_i.
     share = share + 12.0 * (position - share @ middle) * (s - 0.5 * L) / L**3 * w
     return tuple(
@@ -208,14 +209,6 @@ def smooth(forces: Sequence[EdgeForce], degree: int) -> Array:
 
 def _with(one: EdgeForce, name: str, resultant: float, moment: float, line: Line) -> EdgeForce:
     return EdgeForce(name, one.floor, one.direction, one.side, resultant, moment, line)
-
-
-def _middle(line: Line) -> float:
-    """Where the resultant of a line load of 1 N is [m]."""
-    return sum(
-        (b - a) * (2.0 * a * p + a * q + b * p + 2.0 * b * q) / 6.0
-        for (a, p), (b, q) in itertools.pairwise(line)
-    )
 
 
 def storey_share(

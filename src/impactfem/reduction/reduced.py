@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from petsc4py import PETSc
 
-from impactfem.dynamics.columns import inner, product
+from impactfem.dynamics.columns import product
 from impactfem.dynamics.damping import DampingLaw, Rayleigh
 from impactfem.dynamics.modes import Modes, modes, number_below, with_signs
 from impactfem.reduction.krylov import KrylovBasis
@@ -143,17 +143,12 @@ def shift_of(omega: Array, damping: Rayleigh) -> Complex:
     return np.asarray(s * (s + damping.alpha) / (1.0 + s * damping.beta), dtype=np.complex128)
 
 
-def residual_gram(basis: KrylovBasis) -> Array:
-    """Qᵀ (K + σ0 M) Q of a basis, shape (n_tail, n_tail). Collective."""
-    return inner(basis.M, basis.Q, basis.shifted_tail())
-
-
 def residual_norms(gram: Array, model: ReducedModel, omega: Array, damping: Rayleigh) -> Array:
     """‖r‖ = √(rᴴ (K + σ0 M)⁻¹ r) of the model of all of a basis, for the loads exp(iωt).
 
     One pattern at a time, shape (n, n_patterns); they are |σ − σ0| |1 + iωβ| √(wᴴ G w) with
-    w = S Y z and `gram` G = Qᵀ (K + σ0 M) Q, shape (n_tail, n_tail), of the basis as it stands
-    (`residual_gram`): this norm costs no solve. ω has the shape (n,) [rad/s].
+    w = S Y z and `gram` G = Qᵀ (K + σ0 M) Q, shape (n_tail, n_tail), of the basis as it stands:
+    this norm costs no solve. ω has the shape (n,) [rad/s].
     """
     w = model.outside(omega, damping)
     squares = np.sum(w.conj() * (gram @ w), axis=1).real

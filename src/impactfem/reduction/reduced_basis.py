@@ -14,6 +14,7 @@ from numpy.linalg import svd
 from impactfem.building.links import Displacements
 from impactfem.building.mesh import DOFS
 from impactfem.building.model import BuildingModel
+from impactfem.dynamics.columns import inner
 from impactfem.dynamics.damping import DampingLaw, Rayleigh
 from impactfem.reduction.error_band import (
     NESTED_SHARES,
@@ -26,7 +27,7 @@ from impactfem.reduction.error_band import (
 from impactfem.reduction.foundation import Foundation
 from impactfem.reduction.galerkin import LOCAL, GalerkinModes
 from impactfem.reduction.krylov import KrylovBasis
-from impactfem.reduction.reduced import ReducedModel, residual_gram, residual_norms
+from impactfem.reduction.reduced import ReducedModel, residual_norms
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 from impactfem.system.log import LOGGER
@@ -250,7 +251,7 @@ def grow_basis(
         return lambda part: progress((k + part) / len(accuracies))
 
     coarse, difference = _grow_until_accurate(basis, probes, None, first, largest, within(0))
-    n, gram = basis.size, residual_gram(basis)
+    n, gram = basis.size, inner(basis.M, basis.Q, basis.shifted_tail())
     norm = np.full((probes.count, DOFS // 2), math.inf)
     if bounded:
         norm = basis.dual_norm(probes.columns).reshape(norm.shape)

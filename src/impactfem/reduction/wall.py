@@ -59,9 +59,15 @@ def wall_side(mesh: BuildingMesh, floors: tuple[int, ...], file: Path | str) -> 
     ]
     if faults:
         raise InputError(faults)
-    sides = {k: _side(mesh, k) for k in floors}
-    for k, (_, _, spread) in sides.items():
-        if spread > IN_PLANE:
+    # The side that each edge is on, and its outermost position along the normal.
+    sides: dict[int, tuple[Side, float]] = {}
+    for k in floors:
+        normal = outward_normal(mesh, k)
+        axis = int(np.argmax(np.abs(normal)))
+        along = np.sign(normal[axis]) * mesh.nodes[np.unique(mesh.edges[k]), axis]
+        names: tuple[Side, ...] = ("x-", "x+", "y-", "y+")
+        sides[k] = names[2 * axis + (normal[axis] > 0.0)], float(along.max())
+        if (spread := float(np.ptp(along))) > IN_PLANE:
             expected = (
                 f"the edge is not straight along x or y, its nodes are up to {spread:.4g} m off; "
                 "expected one that lies flat against a plane wall"
@@ -70,8 +76,8 @@ def wall_side(mesh: BuildingMesh, floors: tuple[int, ...], file: Path | str) -> 
     if faults:
         raise InputError(faults)
     top = max(floors)
-    side, position, _ = sides[top]
-    for k, (other, own, _) in sides.items():
+    side, position = sides[top]
+    for k, (other, own) in sides.items():
         if other != side:
             expected = f"faces {other}, edge_{top} {side}; expected all on the side of the wall"
             faults.append(Fault(file, f"edge_{k}", None, expected))
@@ -84,16 +90,6 @@ def wall_side(mesh: BuildingMesh, floors: tuple[int, ...], file: Path | str) -> 
     if faults:
         raise InputError(faults)
     return side
-
-
-def _side(mesh: BuildingMesh, floor: int) -> tuple[Side, float, float]:
-    """Side of an edge, its outermost position along the normal, and how far nodes are from it."""
-    normal = outward_normal(mesh, floor)
-    axis = int(np.argmax(np.abs(normal)))
-    sign = 1.0 if normal[axis] > 0.0 else -1.0
-    along = sign * mesh.nodes[np.unique(mesh.edges[floor]), axis]
-    side: Side = ("x-", "x+", "y-", "y+")[2 * axis + (sign > 0.0)]
-    return side, float(along.max()), float(np.ptp(along))
 
 
 @dataclass(frozen=True, eq=False)
