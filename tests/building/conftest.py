@@ -96,8 +96,13 @@ def generated(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def frame_file():
-    """The mesh that is shipped as a user's own."""
+    """The mesh that is shipped as a user's own: slabs of 6 m × 4 m at 3 m and 6 m."""
     return FRAME
+
+
+@pytest.fixture(scope="session")
+def frame():
+    return read_mesh(FRAME)
 
 
 @dataclass

@@ -15,7 +15,6 @@ from impactfem.building.links import (
     linked,
 )
 from impactfem.building.mesh import Part, rigid_body
-from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection
 from impactfem.system.errors import InputError, SolutionError
 
@@ -147,39 +146,30 @@ def test_what_cannot_be_linked(panels, assembled, links, message):
         linked(assembled(parts), made, parts.mesh.nodes)
 
 
-GEOMETRY = Path(__file__).parents[2] / "geometry"
-
-
-@pytest.fixture(scope="module")
-def mesh():
-    """The shipped frame: slabs of 6 m × 4 m at 3 m and 6 m."""
-    return read_mesh(GEOMETRY / "frame.msh")
-
-
-def test_nodes_within_the_radius(mesh):
+def test_nodes_within_the_radius(frame):
     point = np.array([2.1, 1.9, 6.0])
-    base_plate = BasePlate.find(mesh, "pump", tuple(point), 0.7)
-    away = np.linalg.norm(mesh.nodes - point, axis=1)
-    level = np.abs(mesh.nodes[:, 2] - 6.0) < 1e-6
+    base_plate = BasePlate.find(frame, "pump", tuple(point), 0.7)
+    away = np.linalg.norm(frame.nodes - point, axis=1)
+    level = np.abs(frame.nodes[:, 2] - 6.0) < 1e-6
     assert sorted(base_plate.nodes) == np.flatnonzero((away <= 0.7) & level).tolist()
     assert base_plate.floor == 2 and len(base_plate.nodes) > 2
     assert away[base_plate.master] == away.min()
-    assert base_plate.offset == pytest.approx(point - mesh.nodes[base_plate.master])
+    assert base_plate.offset == pytest.approx(point - frame.nodes[base_plate.master])
 
 
-def test_the_anchor_moves_with_the_plate(mesh):
-    base_plate = BasePlate.find(mesh, "pump", (2.1, 1.9, 6.02), 0.7)
-    master = rigid_body(mesh.nodes[[base_plate.master]], np.zeros(3))
+def test_the_anchor_moves_with_the_plate(frame):
+    base_plate = BasePlate.find(frame, "pump", (2.1, 1.9, 6.02), 0.7)
+    master = rigid_body(frame.nodes[[base_plate.master]], np.zeros(3))
     assert base_plate.carried @ master == pytest.approx(
         rigid_body(base_plate.point[None], np.zeros(3))
     )
     assert np.abs(master - rigid_body(base_plate.point[None], np.zeros(3))).max() > 0.01
 
 
-def test_one_node_alone(mesh):
-    x, y, z = BasePlate.find(mesh, "pump", (2.0, 2.0, 3.0), 1.0).point
-    node = mesh.nodes[BasePlate.find(mesh, "pump", (x, y, z), 1.0).master]
-    base_plate = BasePlate.find(mesh, "pump", tuple(node), 0.01)
+def test_one_node_alone(frame):
+    x, y, z = BasePlate.find(frame, "pump", (2.0, 2.0, 3.0), 1.0).point
+    node = frame.nodes[BasePlate.find(frame, "pump", (x, y, z), 1.0).master]
+    base_plate = BasePlate.find(frame, "pump", tuple(node), 0.01)
     assert base_plate.followers.size == 0 and np.abs(base_plate.offset).max() == 0.0
     assert base_plate.carried == pytest.approx(np.eye(6))
 
@@ -196,20 +186,22 @@ def test_one_node_alone(mesh):
         (None, 0.001, r"no node of floor 2 is within 0.001 m .* too coarse"),
     ],
 )
-def test_where_no_plate_fits(mesh, point, radius, message):
+def test_where_no_plate_fits(frame, point, radius, message):
     if point is None:  # between the nodes
-        point = mesh.nodes[mesh.triangles[mesh.triangles_of("floor", 2)][0]].mean(axis=0)
+        point = frame.nodes[frame.triangles[frame.triangles_of("floor", 2)][0]].mean(axis=0)
     with pytest.raises(SolutionError, match=f"device pump: .*{message}"):
-        BasePlate.find(mesh, "pump", tuple(point), radius)
+        BasePlate.find(frame, "pump", tuple(point), radius)
 
 
-def test_over_a_hole(mesh):
+def test_over_a_hole(frame):
     """Nodes around the hole are within the radius: they do not make a floor below the anchor."""
     centre = np.array([3.0, 2.0, 6.0])
-    corners = mesh.nodes[mesh.triangles[:, :3]]
+    corners = frame.nodes[frame.triangles[:, :3]]
     near = np.linalg.norm(corners.mean(axis=1) - centre, axis=1) < 0.7
-    holed = replace(mesh, triangles=mesh.triangles[~near], triangle_part=mesh.triangle_part[~near])
-    assert near.sum() > 2 and len(BasePlate.find(mesh, "pump", tuple(centre), 1.2).followers) > 2
+    holed = replace(
+        frame, triangles=frame.triangles[~near], triangle_part=frame.triangle_part[~near]
+    )
+    assert near.sum() > 2 and len(BasePlate.find(frame, "pump", tuple(centre), 1.2).followers) > 2
     with pytest.raises(SolutionError, match=r"device pump: its anchor at \(3, 2\) m stands over a"):
         BasePlate.find(holed, "pump", tuple(centre), 1.2)
 
@@ -232,9 +224,9 @@ def wanted(*devices):
     )
 
 
-def test_every_anchor_of_every_device(mesh):
+def test_every_anchor_of_every_device(frame):
     pipe = ("pipe", ((1.0, 1.0, 3.0), 0.7), ((1.0, 1.0, 6.0), 0.7))
-    found = find_base_plates(wanted(("pump", ((4.0, 2.0, 6.0), 0.7)), pipe), mesh)
+    found = find_base_plates(wanted(("pump", ((4.0, 2.0, 6.0), 0.7)), pipe), frame)
     assert [(one.name, one.floor) for one in found] == [
         ("pump", 2),
         ("pipe, support 1", 1),
@@ -242,11 +234,11 @@ def test_every_anchor_of_every_device(mesh):
     ]
 
 
-def test_all_faults_of_all_anchors(mesh):
+def test_all_faults_of_all_anchors(frame):
     pipe = ("pipe", ((1.0, 1.0, 3.0), 0.7), ((1.0, 9.0, 6.0), 0.7))
     asked = wanted(pipe, ("pump", ((1.2, 1.0, 3.0), 0.7)), ("fan", ((1.0, 1.0, 4.0), 0.7)))
     with pytest.raises(InputError) as caught:
-        find_base_plates(asked, mesh)
+        find_base_plates(asked, frame)
     faults = {fault.key: fault.expected for fault in caught.value.faults}
     assert set(faults) == {"devices[0].supports[1].point", "devices[1].radius", "devices[2].point"}
     assert (

@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse
 from scipy.sparse.csgraph import connected_components
 
-from impactfem.building.mesh import BuildingMesh, area_shares, outward_normal, sides
+from impactfem.building.mesh import BuildingMesh, area_shares, outward_normal, rim
 from impactfem.case.contacts import Vector
 from impactfem.case.facade import ALIGNED, Facade, side_of
 from impactfem.system.arrays import Array, Index
@@ -34,17 +34,15 @@ def facades(
     triangles = mesh.triangles[mesh.slab(floor)]
     if not len(triangles):
         return found
-    lines = sides(triangles)
-    inner = np.tile(mesh.nodes[triangles[:, :3], :2].mean(axis=1), (3, 1))
-    # A side of one triangle alone is a boundary. The middle says which side it is.
-    _, first, count = np.unique(lines[:, 2], return_index=True, return_counts=True)
-    outer = first[(count == 1) & ~np.isin(lines[first, 2], known[:, 2])]
-    lines = lines[outer]
+    lines, inside = rim(triangles)
+    # Lines of the group are found by their middles.
+    outer = ~np.isin(lines[:, 2], known[:, 2])
+    lines, inner = lines[outer], mesh.nodes[triangles[inside[outer], :3], :2].mean(axis=1)
     x = mesh.nodes[lines[:, :2], :2]
     t = x[:, 1] - x[:, 0]
     length = np.linalg.norm(t, axis=1)[:, None]
     normal = np.column_stack([t[:, 1], -t[:, 0]]) / length
-    normal *= np.sign(((x[:, 0] - inner[outer]) * normal).sum(axis=1))[:, None]
+    normal *= np.sign(((x[:, 0] - inner) * normal).sum(axis=1))[:, None]
     # Neighbours with the same normal are one piece.
     ends = lines[:, :2].ravel()
     order = np.argsort(ends, kind="stable")
@@ -81,12 +79,8 @@ def columns_along(
 ) -> Array:
     """Positions along a side where forces meet columns that stand without a wall, ascending [m].
 
-    Args:
-        mesh: The mesh.
-        storey: Number of the floor above it.
-        facade: The side of this floor.
-        elevation: Where the columns are cut [m].
-        force: Horizontal unit vector along which the forces act.
+    The columns stand below the floor of the side and are cut at an elevation [m]; the forces act
+    along a horizontal unit vector.
     """
     lines = _columns(mesh, storey)
     low, high = np.moveaxis(mesh.nodes[lines[:, :2]], 1, 0)
@@ -120,20 +114,13 @@ def patch_load(
 ) -> tuple[Index, Array] | str:
     """Forces on the walls or columns of a storey over a square patch, with the resultant 1 N.
 
-    Where a column stands alone at the place, with nothing before it, its nodes take the force. They
+    The force comes from a side of the floor above, along a horizontal unit vector; its place is the
+    position s where its line meets the side, and the elevation z [m]. The patch is as wide as high
+    [m]. Where a column stands alone there, with nothing before it, its nodes take the force. They
     are f_i = w_i (a + b (s_i − s) + c (z_i − z)), w_i the area of wall that a node stands for,
     with the resultant 1 N, and no moment about the point s, z of the patch.
 
-    Args:
-        mesh: The mesh.
-        storey: Number of the floor above it.
-        facade: The side of this floor that the force comes from.
-        place: Position s along it, where the line of the force meets it, and elevation z [m].
-        width: Of the patch along the side and in height [m].
-        force: Horizontal unit vector along which the force acts.
-
-    Returns:
-        The nodes and their forces [N], or what is there instead in words.
+    Gives the nodes and their forces [N], or what is there instead in words.
     """
     triangles = mesh.triangles[mesh.triangles_of("storey", storey)]
     lines = mesh.lines[mesh.lines_of("column", storey)]

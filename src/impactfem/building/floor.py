@@ -54,14 +54,10 @@ def linear(start: float, end: float, at: float) -> Line:
 def edge_load(
     mesh: BuildingMesh, floor: int, side: str = "", line: Line | None = None
 ) -> NodalLoad:
-    """Consistent nodal forces ∫ N q ds of a line load on a side of a floor.
+    """Consistent nodal forces ∫ N q ds of a line load on a side of a floor, as of `facades`.
 
-    Args:
-        mesh: The mesh.
-        floor: Number of the floor.
-        side: Which side, as of `facades`; "" for the group edge_K.
-        line: q, straight between the positions that it is given at, zero outside of them; uniform
-            with the resultant 1 N when None. Of one position alone, 1 N there.
+    q is straight between the positions that it is given at and zero outside of them; uniform with
+    the resultant 1 N when None. Of one position alone, 1 N there.
 
     Raises:
         KeyError: The floor has no such side.
@@ -130,7 +126,6 @@ class ContactEdge:
     than a given distance only some have a constraint, and hats that reach to the next of these.
     """
 
-    floor: int  #: Number of the floor.
     #: Distance of each constraint from the first end of the edge, ascending, shape (m,) [m].
     position: Array
     weight: Array  #: w_i, shape (m,) [m].
@@ -146,13 +141,9 @@ class ContactEdge:
 def contact_edge(
     mesh: BuildingMesh, floor: int, spacing: float | None = None, side: str = ""
 ) -> ContactEdge:
-    """Contact along a side of a floor.
+    """Contact along a side of a floor, as of `facades`.
 
-    Args:
-        mesh: The mesh.
-        floor: Number of the floor.
-        spacing: Least distance of two constraints [m]; one at each vertex when None.
-        side: Which side, as of `facades`; "" for the group edge_K.
+    Two constraints are a spacing [m] or more apart; there is one at each vertex when None.
 
     Raises:
         KeyError: The floor has no such side.
@@ -182,7 +173,7 @@ def contact_edge(
     hats = np.array([np.interp(position, position[kept], one) for one in np.eye(len(kept))]).T
     coarse = hats.T @ weight
     means = scipy.sparse.csr_matrix(shares @ (weight[:, None] * hats / coarse))
-    return ContactEdge(floor, position[kept], coarse, nodes, means)
+    return ContactEdge(position[kept], coarse, nodes, means)
 
 
 def _spread(position: Array, spacing: float) -> Index:

@@ -173,19 +173,15 @@ def read_parts(
         materials.append(tuple(of_parts))
         own = _entries(some, structure.damping)
         dampings.append(tuple(one if one is None else one.rayleigh for one in own))
-    strips_of = [
-        (Strips("xy".index(one.across), one.edges, one.middle, one.strip), one.floors)
+    strips = {
+        k: Strips("xy".index(one.across), one.edges, one.middle, one.strip)
         for one in structure.added_mass
-    ]
+        for k in one.floors
+    }
     required = np.array([f.mass for f in building.floors]) if structure.floor_masses else None
     try:
         masses = floor_masses(
-            mesh,
-            sections,
-            Materials(*materials),
-            required,
-            structure.mass_eccentricity,
-            {k: strips for strips, floors in strips_of for k in floors},
+            mesh, sections, Materials(*materials), required, structure.mass_eccentricity, strips
         )
     except FloorMassError as error:
         moved = f"{words_of(structure.mass_eccentricity)} m"

@@ -114,11 +114,6 @@ class BuildingMesh:
         base = self.nodes[self.base]
         return np.asarray(0.5 * (base.min(axis=0) + base.max(axis=0)))
 
-    @property
-    def elements(self) -> int:
-        """Number of shell and beam elements."""
-        return len(self.triangles) + len(self.lines)
-
     def triangles_of(self, family: str, level: int | None = None) -> Index:
         """Indices of the triangles of a family of parts, of one level or of all."""
         chosen = [p.family == family and level in (None, p.level) for p in self.shell_parts]
@@ -162,6 +157,14 @@ def sides(triangles: Index) -> Index:
     every: Index = np.concatenate([triangles[:, columns] for columns in ends_middle])
     every[:, :2].sort(axis=1)
     return every
+
+
+def rim(triangles: Index) -> tuple[Index, Index]:
+    """The sides that one triangle alone has, as of `sides`, and its index; by ascending middles."""
+    every = sides(triangles)
+    _, first, count = np.unique(every[:, 2], return_index=True, return_counts=True)
+    alone = first[count == 1]
+    return every[alone], alone % len(triangles)
 
 
 def joined_cells(cells: Sequence[Index], width: int) -> tuple[Index, Index]:

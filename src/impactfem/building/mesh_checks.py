@@ -53,10 +53,7 @@ Faults = Iterator[tuple[str, str]]  # group and words
 
 
 def _numbers(mesh: BuildingMesh) -> Faults:
-    for cells, owner in (
-        (mesh.triangles, shell_groups(mesh)),
-        (mesh.lines, beam_groups(mesh)),
-    ):
+    for cells, owner in ((mesh.triangles, shell_groups(mesh)), (mesh.lines, beam_groups(mesh))):
         bad = np.flatnonzero(~np.isfinite(mesh.nodes[cells]).all(axis=(1, 2)))
         for group, some, where in by_group(mesh, bad, cells, owner):
             yield (

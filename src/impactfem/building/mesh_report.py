@@ -16,6 +16,7 @@ from impactfem.building.mesh import (
     line_lengths,
     place,
     radius_ratio,
+    rim,
     side_lengths,
     sides,
 )
@@ -141,14 +142,11 @@ def free_edges(mesh: BuildingMesh) -> dict[str, float]:
 
     By family and level, ``floor_1`` to ``storey_8``; 0.0 where there is none.
     """
-    every = sides(mesh.triangles)
-    part_of_side = np.tile(mesh.triangle_part, 3)
-    _, first, counts = np.unique(every[:, 2], return_index=True, return_counts=True)
-    alone = first[counts == 1]
-    alone = alone[~np.isin(every[alone], mesh.base).all(axis=1)]
-    ends = mesh.nodes[every[alone, :2]]
+    lines, triangle = rim(mesh.triangles)
+    free = ~np.isin(lines, mesh.base).all(axis=1)
+    ends, part = mesh.nodes[lines[free, :2]], mesh.triangle_part[triangle[free]]
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    by_part = np.bincount(part_of_side[alone], weights=length, minlength=len(mesh.shell_parts))
+    by_part = np.bincount(part, weights=length, minlength=len(mesh.shell_parts))
     total: dict[str, float] = {}
     for part, of_part in zip(mesh.shell_parts, by_part.tolist(), strict=True):
         name = f"{part.family}_{part.level}"

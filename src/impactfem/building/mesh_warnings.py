@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from impactfem.building.mesh import BuildingMesh, line_lengths, outward_normal, place, sides
+from impactfem.building.mesh import BuildingMesh, line_lengths, outward_normal, place, rim
 from impactfem.building.mesh_checks import (
     NEAR,
     beam_groups,
@@ -40,7 +40,17 @@ def mesh_warnings(mesh: BuildingMesh) -> Iterator[str]:
         where = place(mesh.nodes[foot[some[0]]])
         yield f"{group}: its lower end at {where} stands on nothing and is not in base"
     yield from _loose_walls(mesh, levels)
-    yield from _parts_of_sides(mesh)
+    # Edges beside which their side of the slab goes on: forces act on the edge alone.
+    for k, lines in mesh.edges.items():
+        n, own = outward_normal(mesh, k)[:2], np.unique(lines)
+        every, _ = rim(mesh.triangles[mesh.slab(k)])
+        rest = every[~np.isin(every[:, 2], own)]
+        across = mesh.nodes[rest, :2] @ n - (mesh.nodes[own, :2] @ n).mean()
+        on = (np.abs(across) < NEAR).all(axis=1) & np.isin(rest[:, :2], own).any(axis=1)
+        if on.any():
+            length = np.ptp(mesh.nodes[own, :2] @ [-n[1], n[0]])
+            where = place(mesh.nodes[rest[int(np.argmax(on)), 2]])
+            yield f"edge_{k}: {length:.4g} m of a side of floor_{k} that goes on at {where}"
     high = mesh.base[mesh.nodes[mesh.base, 2] > levels[1] - NEAR]
     if high.size:
         where = place(mesh.nodes[high[0]])
@@ -81,33 +91,16 @@ def _misplaced(mesh: BuildingMesh, levels: Array) -> Iterator[str]:
                 )
 
 
-def _parts_of_sides(mesh: BuildingMesh) -> Iterator[str]:
-    """Edges beside which their side of the slab goes on: forces act on the edge alone."""
-    for k, lines in mesh.edges.items():
-        n, own = outward_normal(mesh, k)[:2], np.unique(lines)
-        every = sides(mesh.triangles[mesh.slab(k)])
-        _, first, count = np.unique(every[:, 2], return_index=True, return_counts=True)
-        rest = every[first[(count == 1) & ~np.isin(every[first, 2], own)]]
-        across = mesh.nodes[rest, :2] @ n - (mesh.nodes[own, :2] @ n).mean()
-        on = (np.abs(across) < NEAR).all(axis=1) & np.isin(rest[:, :2], own).any(axis=1)
-        if on.any():
-            length = np.ptp(mesh.nodes[own, :2] @ [-n[1], n[0]])
-            where = place(mesh.nodes[rest[int(np.argmax(on)), 2]])
-            yield f"edge_{k}: {length:.4g} m of a side of floor_{k} that goes on at {where}"
-
-
 def _loose_walls(mesh: BuildingMesh, levels: Array) -> Iterator[str]:
     """Walls with a level rim close to a slab, or to the base, that is not joined to it."""
-    every = sides(mesh.triangles)
-    triangle = np.tile(np.arange(len(mesh.triangles)), 3)
-    _, first, count = np.unique(every[:, 2], return_index=True, return_counts=True)
-    walls = np.isin(triangle[first], mesh.triangles_of("storey"))
-    held = np.isin(every[first, 2], [*mesh.lines[:, 2], *mesh.base])
-    free = first[walls & (count == 1) & ~held]
-    ends = mesh.nodes[every[free, :2]]
+    lines, own = rim(mesh.triangles)
+    held = np.isin(lines[:, 2], [*mesh.lines[:, 2], *mesh.base])
+    ends = mesh.nodes[lines[:, :2]]
     rise = np.abs(ends[:, 1, 2] - ends[:, 0, 2])
-    free = free[rise < LEVEL * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)]
-    z, own = mesh.nodes[every[free, 2], 2], triangle[free]
+    level = rise < LEVEL * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    free = np.isin(own, mesh.triangles_of("storey")) & ~held & level
+    lines, own = lines[free], own[free]
+    z = mesh.nodes[lines[:, 2], 2]
     k = np.array([part.level for part in mesh.shell_parts], dtype=np.int64)[mesh.triangle_part[own]]
     # A sill has its wall below; what is meant is the rim that a wall should stand on or carry by.
     under = mesh.nodes[mesh.triangles[own, :3], 2].mean(axis=1) > z
@@ -115,13 +108,13 @@ def _loose_walls(mesh: BuildingMesh, levels: Array) -> Iterator[str]:
     short = near & np.where(under, z > levels[k - 1] + NEAR, z < levels[k] - NEAR)
     # A wall in a shaft, or over a void, has no slab there.
     slab = mesh.triangles_of("floor")
-    points = np.vstack([mesh.nodes, mesh.nodes[every[free, 2]]])
+    points = np.vstack([mesh.nodes, mesh.nodes[lines[:, 2]]])
     over = nodes_on_triangles(points, mesh.triangles[slab], SHORT)[:, 1] - len(mesh.nodes)
-    short &= np.isin(np.arange(len(free)), over)
+    short &= np.isin(np.arange(len(lines)), over)
     low = under & (short | ((k == 1) & near))
     high = ~under & short
     for what, where in (("lower", low), ("upper", high)):
         some = own[where]
         for group, cells, _ in by_group(mesh, some, mesh.triangles, shell_groups(mesh)):
-            at = place(mesh.nodes[every[free[where][some == cells[0]][0], 2]])
+            at = place(mesh.nodes[lines[where][some == cells[0]][0, 2]])
             yield f"{group}: its {what} rim at {at} is joined to nothing and is not in base"

@@ -159,12 +159,9 @@ def action_of_cells(
 ) -> tuple[Array, Array]:
     """K X and M X of some of the cells alone, clamped nodes included. Not collective.
 
-    Args:
-        parts: The building.
-        cells: Whether each triangle, and each line, is among them.
-        storey_factor: Factor on walls and columns.
-        X: Columns at the six components of each node of the mesh, shape (6 n_nodes, k).
-        known: Products computed before for the same X and mesh; new ones are added.
+    `cells` says whether each triangle, and each line, is among them; X are columns at the six
+    components of each node of the mesh, shape (6 n_nodes, k). Products that were computed before
+    for the same X and mesh are known; new ones are added.
     """
     KX, MX = np.zeros_like(X), np.zeros_like(X)
     known = {} if known is None else known
@@ -214,8 +211,7 @@ def _local_matrices(parts: BuildingParts, kind: Kind, cells: Index) -> tuple[Any
         )
     K, M = (assembled(compiled(form(local.space))) for form in (fields.stiffness, fields.mass))
     # Five of six entries of the mass are zero; in K they keep the blocks of a node whole.
-    indptr, indices, values_of_M = M.getValuesCSR()
-    mass = scipy.sparse.csr_matrix((values_of_M, indices, indptr), shape=M.getSize())
+    mass = scipy.sparse.csr_matrix(M.getValuesCSR()[::-1], shape=M.getSize())
     M.destroy()
     mass.eliminate_zeros()
     arrays = mass.indptr, mass.indices, mass.data

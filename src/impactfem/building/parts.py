@@ -130,11 +130,8 @@ class Strips:
     def density(self, points: Array, area: Array) -> Array:
         """Share of the mass on each triangle by its area, Σ density · area = 1, shape (m,) [1/m2].
 
-        A triangle that the side of a strip cuts has the part of it that lies in the strip.
-
-        Args:
-            points: Corners of the triangles of the slab, shape (m, 3, 2) or (m, 3, 3) [m].
-            area: Their areas, shape (m,) [m2].
+        A triangle that the side of a strip cuts has the part of it that lies in the strip. By the
+        corners of the triangles of the slab, shape (m, 3, 2) or (m, 3, 3) [m], and their areas.
 
         Raises:
             FloorMassError: The strips cover each other.
@@ -198,13 +195,9 @@ def floor_masses(
     its own mass together become m (1 + c · (x − x̄)): the added mass is negative where it takes from
     the slab's.
 
-    Args:
-        mesh: The mesh.
-        sections: Of its parts.
-        materials: Of its parts.
-        required: Bottom to top, shape (n_floors,) [kg]; None adds nothing.
-        eccentricity: e, by which the centres of mass are moved along x and y [m].
-        strips: Of floors whose added mass does not lie evenly, by their numbers.
+    Required masses are given bottom to top, shape (n_floors,) [kg]; None adds nothing. Centres of
+    mass are moved by the eccentricity along x and y [m]; strips are those of floors whose added
+    mass does not lie evenly, by their numbers.
 
     Raises:
         FloorMassError: A floor's parts weigh more than is required, it has no slab, what lies on it

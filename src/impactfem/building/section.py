@@ -8,8 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impactfem.system.arrays import Array
-
 Vector = tuple[float, float, float]
 
 E_Y: Vector = (0.0, 1.0, 0.0)
@@ -57,7 +55,7 @@ class BeamSection:
     J: float  #: Torsion constant [m4].
     k1: float = SHEAR  #: Shear factor along n1.
     k2: float = SHEAR  #: Shear factor along n2.
-    reference: Vector = E_Z  #: Vector r that n2 is made of; not along the beam.
+    reference: Vector = E_Z  #: Vector r in the plane of t and n2; not along t.
     offset: Vector = (0.0, 0.0, 0.0)  #: From the node line to the axis, global components [m].
 
     @classmethod
@@ -99,29 +97,12 @@ class BeamSection:
         """A rectangular column, sides along x and y [m]: n1 = e_x and n2 = e_y, as t is e_z."""
         return cls.rectangle(width_x, width_y, reference=E_Y)
 
-    def frame(self, tangents: ArrayLike) -> tuple[Array, Array]:
-        """Directions n1 and n2 of the section by unit tangents t, shape (..., 3) each.
-
-        n2 = r - (r·t) t over its norm, n1 = n2 × t. A tangent along r, within about 0.1°, is
-        refused.
-        """
-        if np.any(self.along_reference(tangents)):
-            raise ValueError(f"a beam is parallel to the reference {self.reference} of its section")
-        n2 = self._across(tangents)
-        n2 /= np.linalg.norm(n2, axis=-1, keepdims=True)
-        return np.cross(n2, np.asarray(tangents)), n2
-
     def along_reference(self, directions: ArrayLike) -> NDArray[np.bool_]:
         """Whether each direction, shape (..., 3), is along r within about 0.1°: it has no frame."""
         t = np.asarray(directions, dtype=np.float64)
         t = t / np.linalg.norm(t, axis=-1, keepdims=True)
-        return np.asarray(np.linalg.norm(self._across(t), axis=-1) < 2e-3)
-
-    def _across(self, tangents: ArrayLike) -> Array:
-        """What of the unit vector along r is across unit tangents."""
-        t = np.asarray(tangents, dtype=np.float64)
         r = np.asarray(self.reference) / np.linalg.norm(self.reference)
-        return np.asarray(r - (t @ r)[..., None] * t)
+        return np.asarray(np.linalg.norm(r - (t @ r)[..., None] * t, axis=-1) < 2e-3)
 
 
 @dataclass(frozen=True)

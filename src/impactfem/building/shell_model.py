@@ -387,8 +387,7 @@ def line_load(nodes: Array, lines: Index) -> Array:
 
 def csr(matrix: Any) -> Any:
     """A PETSc matrix (AIJ) of this process alone as SciPy's CSR."""
-    indptr, indices, values = matrix.getValuesCSR()
-    return scipy.sparse.csr_matrix((values, indices, indptr), shape=matrix.getSize())
+    return scipy.sparse.csr_matrix(matrix.getValuesCSR()[::-1], shape=matrix.getSize())
 
 
 def petsc_matrix(matrix: Any) -> Any:
