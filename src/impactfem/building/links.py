@@ -72,12 +72,9 @@ def linked(
     shape = DOFS * n, DOFS * len(every)
     local = scipy.sparse.bsr_matrix(blocks, shape=shape).tocsr()
     local.eliminate_zeros()
-    T = PETSc.Mat().createAIJ(
-        ((DOFS * n, None), (DOFS * len(remaining), None)),
-        bsize=DOFS,
-        csr=(local.indptr, local.indices, local.data),
-        comm=model.comm,
-    )
+    arrays = local.indptr, local.indices, local.data
+    sizes = (DOFS * n, None), (DOFS * len(remaining), None)
+    T = PETSc.Mat().createAIJ(sizes, bsize=DOFS, csr=arrays, comm=model.comm)
     T.assemble()
     smaller = replace(
         model,
@@ -155,9 +152,8 @@ class Displacements:
         master = np.array(nodes, dtype=np.int64)
         for link in links:
             master[np.isin(nodes, link.followers)] = link.master
-        arm = np.zeros((len(nodes), 3))
-        if coordinates is not None:
-            arm = coordinates[nodes] - coordinates[master]
+        still = np.zeros((len(nodes), 3))
+        arm = still if coordinates is None else coordinates[nodes] - coordinates[master]
         every = rigid_body(arm, np.zeros(3))
         wanted = slice(DOFS // 2, DOFS) if rotations else slice(DOFS // 2)
         each = every.reshape(len(nodes), DOFS, DOFS)[:, wanted]
@@ -272,14 +268,8 @@ class BasePlate:
                 f"({at[0]:g}, {at[1]:g}) m; the nearest one, at ({x:.4g}, {y:.4g}, {z:.4g}) m, is "
                 f"{away.min():.3g} m away: the mesh is too coarse for the radius"
             )
-        return cls(
-            name=name,
-            floor=floor,
-            point=at,
-            master=master,
-            followers=np.asarray(within[within != master], dtype=np.int64),
-            offset=at - mesh.nodes[master],
-        )
+        followers: Index = within[within != master]
+        return cls(name, floor, at, master, followers, at - mesh.nodes[master])
 
 
 def find_base_plates(case: Case, mesh: BuildingMesh) -> tuple[BasePlate, ...]:
