@@ -13,7 +13,6 @@ from impactfem.coupling.links import Assembly, Inverse, Link, Mount, Spring
 from impactfem.coupling.pounding import System, simulate
 from impactfem.coupling.unilateral import ModalMotion, unilateral_response
 from impactfem.dynamics.damping import Rayleigh
-from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import ImpactfemError, SolutionError
 
 from ..sticks.conftest import damped_stick
@@ -21,15 +20,15 @@ from ..sticks.conftest import damped_stick
 DT, STEPS = 1e-3, 400
 
 
-def newmark(M, C, K, f):
+def newmark(M, C, K, f, dt=DT):
     """Displacements and velocities by average acceleration from rest, in dense matrices."""
-    S = M + DT / 2 * C + DT**2 / 4 * K
+    S = M + dt / 2 * C + dt**2 / 4 * K
     u, v = np.zeros((2, *f.shape))
     a = np.linalg.lstsq(M, f[0], rcond=None)[0]
     for t in range(1, len(f)):
-        ahead, faster = u[t - 1] + DT * v[t - 1] + DT**2 / 4 * a, v[t - 1] + DT / 2 * a
+        ahead, faster = u[t - 1] + dt * v[t - 1] + dt**2 / 4 * a, v[t - 1] + dt / 2 * a
         a = np.linalg.solve(S, f[t] - C @ faster - K @ ahead)
-        u[t], v[t] = ahead + DT**2 / 4 * a, faster + DT / 2 * a
+        u[t], v[t] = ahead + dt**2 / 4 * a, faster + dt / 2 * a
     return u, v
 
 
@@ -47,10 +46,19 @@ def shaken():
 def body_of(stick, name="a", **changes):
     """A stick as body with its top as port."""
     (basis, body), *_ = System((stick,), ()).modes
-    base = Port(np.zeros((6, stick.n)), np.eye(6), COMPONENTS)
+    base = Port(np.zeros((6, stick.n)), np.eye(6))
     return basis, replace(
         body, name=name, ports={"top": body.ports["floor 3"], "base": base}, **changes
     )
+
+
+def block_on(name):
+    """A block of 50 t fixed to the top of a body, with an oscillator of 20 t on it along y."""
+    M, C, K = np.diag([5e4, 5e4, 5e4, 1e5, 1e5, 1e5, 1.0]), *np.zeros((2, 7, 7))
+    M[1, 6] = M[6, 1] = np.sqrt(2e4)
+    M[1, 1] += 2e4
+    C[6, 6], K[6, 6] = 2.0, 400.0
+    return Mount(((name, "top"),), 6, M, C, K, np.eye(7, 3))
 
 
 def by_assembly(assembly, ground, **options):
@@ -168,13 +176,8 @@ def test_contact_of_bodies_on_springs(stick, shaken, free):
 def test_a_spring_between_two_bodies_and_a_mounted_mass(stick, shaken):
     bodies = [body_of(stick, name)[1] for name in "ab"]
     k, c = np.diag([1e8, 2e8, 3e8, 1e9, 1e9, 1e9]), 1e5 * np.eye(6)
-    # A block of 50 t fixed to the top of b, with an oscillator of 20 t on it along y.
-    J, m = np.diag([5e4, 5e4, 5e4, 1e5, 1e5, 1e5]), 2e4
-    M_y, C_y, K_y = np.zeros((3, 7, 7))
-    M_y[:6, :6], M_y[6, 6], M_y[1, 6] = J, 1.0, np.sqrt(m)
-    M_y[6, 1], M_y[1, 1] = np.sqrt(m), J[1, 1] + m
-    C_y[6, 6], K_y[6, 6] = 2.0, 400.0
-    block = Mount((("b", "top"),), 6, M_y, C_y, K_y, np.eye(7, 3))
+    block = block_on("b")
+    M_y, C_y, K_y = block.M, block.C, block.K
     assembly = Assembly(bodies, springs=[Spring(("a", "top"), ("b", "top"), k, c)], mounts=[block])
     motion = by_assembly(assembly, shaken, substeps=1)
     n = stick.n
@@ -235,12 +238,7 @@ def test_unilateral_links_of_a_body_on_soil(stick, theta):
 
 def test_the_ground_shakes_what_is_mounted_before_a_wall(stick, shaken):
     """Without contact the unilateral loop moves a stick and a mass on it as the implicit one."""
-    M, C, K = np.diag([5e4, 5e4, 5e4, 1e5, 1e5, 1e5, 1.0]), np.zeros((7, 7)), np.zeros((7, 7))
-    M[1, 6] = M[6, 1] = np.sqrt(2e4)
-    M[1, 1] += 2e4
-    C[6, 6], K[6, 6] = 2.0, 400.0
-    block = Mount((("a", "top"),), 6, M, C, K, np.eye(7, 3))
-    body = body_of(stick)[1]
+    body, block = body_of(stick)[1], block_on("a")
     wall = Assembly([body], [Link("1", ("a", "top"), None, np.eye(6)[1], 10.0)], mounts=[block])
     free = Assembly([body], mounts=[block])
     motion = ModalMotion(
@@ -280,7 +278,7 @@ def test_what_is_refused(stick):
     with pytest.raises(ImpactfemError, match="unique name for each body, got a, a"):
         Assembly([body, body])
     with pytest.raises(ImpactfemError, match=r"body a: shapes of port roof of shape \(2, 3\)"):
-        replace(body, ports={"roof": Port(np.zeros((2, 3)), np.zeros((2, 6)), ("x", "y"))})
+        replace(body, ports={"roof": Port(np.zeros((2, 3)), np.zeros((2, 6)))})
     infinite = replace(body.ports["top"], shapes=np.full((6, 18), np.inf))
     with pytest.raises(ImpactfemError, match=r"shapes of port top .* expected finite values"):
         replace(body, ports={"top": infinite})

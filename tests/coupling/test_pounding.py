@@ -11,7 +11,7 @@ from impactfem.coupling.pounding import End, Load, Pair, System, simulate, taken
 from impactfem.dynamics.damping import RatioTable, Rayleigh
 from impactfem.sticks.stick import mass_on_spring
 from impactfem.system.errors import ImpactfemError, SolutionError
-from impactfem.verify.contact import Y, against_wall, collision
+from impactfem.verify.contact import Y, collision
 
 from ..sticks.conftest import damped_stick
 
@@ -21,6 +21,10 @@ UX, UY, UZ, RX, RY, RZ = range(6)
 
 def point(name, offset=(0.0, 0.0, 0.0)):
     return End(name, 0, offset, 1)
+
+
+def before_wall(mass, law, gap=0.0):
+    return System((mass,), (Pair("wall", point(mass.name), None, Y, gap, law),))
 
 
 def test_a_gap_that_never_closes_changes_nothing(row, shake):
@@ -177,12 +181,11 @@ def test_roles_of_the_two_ends(row, shake):
 
 def test_a_wall_moves_with_the_ground():
     # A mass on a spring, at rest against a wall: the ground pushes it there or away.
-    mass, law = mass_on_spring("m", 1e3, 1e5), kelvin_voigt(1e9, 0.1, 1e3)
-    at_rest = against_wall(mass, law, 0.0, 0.0, 1e-4, 100)
+    system = before_wall(mass_on_spring("m", 1e3, 1e5), kelvin_voigt(1e9, 0.1, 1e3))
     for a, touches in ((-2.0, True), (2.0, False)):
         ground = np.zeros((100, 3))
         ground[:, 1] = a
-        response = simulate(at_rest.system, ground, 1e-4)
+        response = simulate(system, ground, 1e-4)
         assert response.force.any() == touches
         assert np.all(response.u[1:, UY] * a < 0.0)
 
@@ -193,10 +196,7 @@ def test_lagged_force_is_another_and_blows_up_for_a_long_step(row, shake):
     difference = np.abs(implicit.u - lagged.u).max() / np.abs(implicit.u).max()
     assert 1e-3 < difference < 1.0
     law = kelvin_voigt(1e11, 0.12, 1.5e6)
-    wall = Pair("wall", point("m"), None, Y, 0.0, law)
-    system = System((mass_on_spring("m", 1.5e6, 1e9),), (wall,))
-    v0 = np.zeros(6)
-    v0[UY] = 1.0
+    system, v0 = before_wall(mass_on_spring("m", 1.5e6, 1e9), law), np.eye(6)[UY]
     ground, dt = np.zeros((20000, 3)), law.duration(1.0) / 2.0
     with pytest.raises(SolutionError, match="grew without bound; a lagged contact force is only"):
         simulate(system, ground, dt, update="lagged", v0=v0)
@@ -207,10 +207,7 @@ def test_lagged_force_is_another_and_blows_up_for_a_long_step(row, shake):
 def test_a_lagged_blow_up_that_is_still_finite_is_refused(n_t):
     """A floor at a wall, five steps an impact; with the paper's step it is 52 and goes well."""
     law = kelvin_voigt(1e11, 0.12, 3014e3)
-    wall = Pair("wall", point("m"), None, Y, 0.0, law)
-    system = System((mass_on_spring("m", 3014e3, 3e9),), (wall,))
-    v0 = np.zeros(6)
-    v0[UY] = 0.163
+    system, v0 = before_wall(mass_on_spring("m", 3014e3, 3e9), law), 0.163 * np.eye(6)[UY]
     ground, coarse, paper = np.zeros((n_t, 3)), law.duration(0.163) / 5.0, 16.79 / 50_000
     with pytest.raises(SolutionError, match=r"lagged contact forces created energy, .* J; a lagg"):
         simulate(system, ground, coarse, update="lagged", v0=v0)
@@ -246,9 +243,8 @@ def test_a_start_at_the_wall(mass):
     v0 = 0.4 * np.eye(6)[1]
 
     def against(gap):
-        pair = Pair("wall", End.of_floor(stick, 1), None, np.array([0.0, 1.0, 0.0]), gap, law)
         u0 = gap * np.eye(6)[1]
-        return simulate(System((stick,), (pair,)), np.zeros((400, 3)), 1e-5, u0=u0, v0=v0)
+        return simulate(before_wall(stick, law, gap), np.zeros((400, 3)), 1e-5, u0=u0, v0=v0)
 
     found, wanted = against(0.013), against(0.0)
     assert wanted.force.max() > 0.0

@@ -4,11 +4,7 @@ import scipy.linalg
 from scipy.optimize import nnls
 
 from impactfem.coupling import unilateral
-from impactfem.coupling.unilateral import (
-    ModalMotion,
-    body_before_walls,
-    unilateral_response,
-)
+from impactfem.coupling.unilateral import ModalMotion, body_before_walls, unilateral_response
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.system.errors import SolutionError
 
@@ -37,28 +33,17 @@ def meets_wall(h, gap, steps, *, e=0.0, v0=1.0, load=0.0, **options):
     )
 
 
-@pytest.fixture
-def rack(chain):
-    """Eight masses between springs, four of them before walls, thrown against these."""
-    n = 8
-    K, M = 900.0 * chain(n), np.diag(np.linspace(1.0, 2.0, n))
-    G = np.zeros((n, 4))
-    G[[1, 3, 5, 7], range(4)] = 1.0
-    gap, v = np.array([0.02, 0.015, 0.02, 0.01]), np.linspace(1.0, 1.5, n)
-    return {"K": K, "M": M, "G": G, "gap": gap, "v": v, "h": 2e-3}
-
-
-def response(rack, steps, *, e=0.0, theta=0.5, load=None, u=None, damping=UNDAMPED):
-    """By all modes; the probes are all masses."""
+def response(rack, steps, *, e=0.0, theta=0.5, load=None, damping=UNDAMPED):
+    """By all modes; the probes are all masses, and all are loaded alike, or as the case says."""
     lam, phi = scipy.linalg.eigh(rack["K"], rack["M"])
     motion = ModalMotion(
         body_before_walls(lam, phi.T @ rack["G"], damping),
         rack["h"],
         theta=theta,
-        load=np.sum(phi, axis=0)[:, None],
+        load=(phi.T @ rack.get("f", np.ones(len(lam))))[:, None],
         probes=phi.T,
     )
-    u = np.zeros(len(lam)) if u is None else u
+    u = rack.get("u", np.zeros(len(lam)))
     return unilateral_response(
         motion,
         rack["gap"],

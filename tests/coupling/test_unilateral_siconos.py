@@ -1,59 +1,17 @@
 """Against Siconos, another group's program for nonsmooth dynamics, where it is installed."""
 
-import importlib.util
-import subprocess
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
-import scipy.linalg
 
-from impactfem.coupling.unilateral import ModalMotion, body_before_walls, unilateral_response
 from impactfem.dynamics.damping import Rayleigh
 
-SCRIPT = Path(__file__).with_name("with_siconos.py")
-
-pytestmark = pytest.mark.skipif(
-    importlib.util.find_spec("siconos") is None,
-    reason="siconos is not installed (Debian 12: python3-siconos; Debian 13 does not have it)",
-)
-
-
-@pytest.fixture
-def siconos(tmp_path):
-    """Step a case with Siconos."""
-
-    def run(case):
-        given, out = tmp_path / "case.npz", tmp_path / "results.npz"
-        np.savez(given, **case)
-        done = subprocess.run(
-            [sys.executable, SCRIPT, given, out], capture_output=True, text=True, timeout=600
-        )
-        assert done.returncode == 0, done.stdout + done.stderr
-        with np.load(out) as results:
-            return dict(results)
-
-    return run
+from .test_unilateral import response
 
 
 def ours(case, damping):
-    lam, phi = scipy.linalg.eigh(case["K"], case["M"])
-    steps = case["steps"]
-    motion = ModalMotion(
-        body_before_walls(lam, phi.T @ case["G"], damping),
-        case["h"],
-        load=(phi.T @ case["f"])[:, None],
-        probes=phi.T,
-    )
-    return unilateral_response(
-        motion,
-        case["gap"],
-        steps,
-        displacement=phi.T @ case["M"] @ case["u"],
-        velocity=phi.T @ case["M"] @ case["v"],
-        amplitudes=np.ones((steps + 1, 1)),
-        restitution=case["e"],
+    """By all modes, from the state and under the constant load of the case."""
+    return response(
+        case, case["steps"], e=case["e"], load=np.ones((case["steps"] + 1, 1)), damping=damping
     )
 
 
@@ -74,23 +32,10 @@ def block(e, gravity, steps=1000):
     }
 
 
-def rack(chain, e, load, steps=1500):
-    """Eight masses between springs, four of them before walls."""
-    n = 8
-    G = np.zeros((n, 4))
-    G[[1, 3, 5, 7], range(4)] = 1.0
-    return {
-        "M": np.diag(np.linspace(1.0, 2.0, n)),
-        "K": 900.0 * chain(n),
-        "G": G,
-        "gap": np.array([0.02, 0.015, 0.02, 0.01]),
-        "e": np.full(4, e),
-        "u": np.zeros(n),
-        "v": np.ones(n),
-        "f": np.full(n, load),
-        "h": 1e-3,
-        "steps": steps,
-    }
+def thrown(rack, e, load, steps=1500):
+    """The masses between springs, four of them before walls, of one speed and under one load."""
+    case = {**rack, "e": np.full(4, e), "u": np.zeros(8), "v": np.ones(8), "f": np.full(8, load)}
+    return case | {"h": 1e-3, "steps": steps}
 
 
 def with_damping(case, damping):
@@ -121,7 +66,7 @@ def contacts(history):
 )
 def test_a_rigid_block(siconos, e, gravity):
     case = with_damping(block(e, gravity), Rayleigh())
-    history, found = ours(case, Rayleigh()), siconos(case)
+    history, found = ours(case, Rayleigh()), siconos(**case)
     assert max(apart(history, found).values()) < 1e-8
     assert contacts(history)[1] >= 4
 
@@ -136,10 +81,10 @@ def test_a_rigid_block(siconos, e, gravity):
         (1.0, 5.0, 0.1, 1e-3),
     ],
 )
-def test_many_contacts(siconos, chain, e, load, alpha, beta):
+def test_many_contacts(siconos, rack, e, load, alpha, beta):
     damping = Rayleigh(alpha, beta)
-    case = with_damping(rack(chain, e, load), damping)
-    history, found = ours(case, damping), siconos(case)
+    case = with_damping(thrown(rack, e, load), damping)
+    history, found = ours(case, damping), siconos(**case)
     assert max(apart(history, found).values()) < 1e-8
     at_once, changes = contacts(history)
     assert at_once >= (4 if e == 0.0 else 2) and changes >= 10
@@ -148,10 +93,10 @@ def test_many_contacts(siconos, chain, e, load, alpha, beta):
     assert min(apart(other, found).values()) > 1e-4
 
 
-def test_where_siconos_gains_energy(siconos, chain):
+def test_where_siconos_gains_energy(siconos, rack):
     """The only difference: Siconos keeps Newton's law for what opens behind the wall."""
-    case = with_damping(rack(chain, 0.0, 5.0, steps=60), Rayleigh(0.1, 1e-3))
-    history, found = ours(case, Rayleigh(0.1, 1e-3)), siconos(case)
+    case = with_damping(thrown(rack, 0.0, 5.0, steps=60), Rayleigh(0.1, 1e-3))
+    history, found = ours(case, Rayleigh(0.1, 1e-3)), siconos(**case)
     speed = found["v"] @ case["G"]
     room = case["gap"] - found["u"] @ case["G"]
     different = np.abs(history.impulse - found["impulse"]) > 1e-8 * found["impulse"].max()

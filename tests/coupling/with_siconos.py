@@ -1,6 +1,6 @@
 """A structure before rigid walls, stepped by Siconos: `python with_siconos.py CASE RESULTS`.
 
-Run by test_unilateral_siconos.py in a process of its own: Siconos brings a sequential MUMPS, whose
+Run by the fixture `siconos` in a process of its own: Siconos brings a sequential MUMPS, whose
 functions have the names of those of PETSc's parallel one.
 """
 

@@ -1,11 +1,30 @@
 """Fixtures of small matrices and of a frame, and slabs without walls."""
 
 import numpy as np
+import pytest
 
 from impactfem.building.mesh import BuildingMesh, Part
+from impactfem.reduction.krylov import KrylovBasis
 
+from ..coupling.conftest import siconos  # noqa: F401
 from ..dynamics.conftest import chain, membrane, petsc  # noqa: F401
 from ..stages.transient.conftest import basis, csc, frame, full_runs, loads, spectra  # noqa: F401
+
+SHIFT = (2.0 * np.pi * 60.0) ** 2
+
+
+@pytest.fixture
+def krylov(membrane, petsc):  # noqa: F811
+    """Make a Krylov basis of some block steps of the membrane with its loads."""
+
+    def make(steps, model=None, *, loads=None, shift=SHIFT):  # noqa: F811
+        model = model or membrane()
+        made = KrylovBasis(petsc(model.K), petsc(model.M), shift)
+        made.add(model.loads if loads is None else loads)
+        made.grow(steps - 1)
+        return made
+
+    return make
 
 
 def slabs(sides, side="y+", turn=0.0, edges=None, shift=None):

@@ -40,6 +40,16 @@ def with_meshes(path):
     return case, meshes
 
 
+WIDE = ('gap = "1 mm"', 'gap = "10 cm"')
+
+
+def bent(meshes, out):
+    """The meshes, with the nodes of A moved along y by a function of x and y."""
+    nodes = meshes["A"].nodes.copy()
+    nodes[:, 1] += out(nodes[:, 0], nodes[:, 1])
+    return meshes | {"A": replace(meshes["A"], nodes=nodes)}
+
+
 def test_both_sides_of_a_line_take_the_same_force_and_moment(tmp_path):
     """On meshes that do not match, of another length and shifted along each other."""
     plan = 'length = "{} m"\nwidth = "4 m"\nslab_thickness = "20 cm"\nwalls = "walls.csv"\n'
@@ -56,14 +66,13 @@ def test_both_sides_of_a_line_take_the_same_force_and_moment(tmp_path):
     assert [line.name for line in lines] == [contact.name for contact in case.contacts]
     for line in lines:
         # A reaches from -2.6 m to 4.4 m of the pair, B from -3.6 m to 2.4 m.
-        assert line.length == pytest.approx(5.0)
-        assert line.weight.sum() == pytest.approx(line.length)
+        assert np.ptp(line.position) == pytest.approx(5.0) == line.weight.sum()
         share, w, _ = line.joined(2)
-        assert w.sum() == pytest.approx(line.length) and np.allclose(share.sum(axis=0), 1.0)
+        assert w.sum() == pytest.approx(5.0) and np.allclose(share.sum(axis=0), 1.0)
         arms = []
         for end in (line.a, line.b):
             mesh = meshes[end.point.building]
-            facade, _ = facades(mesh, end.floor, "")[""]
+            facade, _ = facades(mesh, end.point.floor, "")[""]
             middle = end.hats.mean(axis=1)
             for force, s in zip(end.forces, middle, strict=True):
                 load = force.load(mesh)
@@ -145,28 +154,21 @@ def test_a_corner_that_overlaps_is_refused(tmp_path, there, overlap):
 @pytest.mark.parametrize("slope", [0.03, -0.03])
 def test_a_side_that_is_not_parallel(tmp_path, slope):
     """A's side turns about the pair in its middle: both corners have the gap that they have."""
-    case, meshes = with_meshes(in_3d(tmp_path, ('gap = "1 mm"', 'gap = "10 cm"')))
-    nodes = meshes["A"].nodes.copy()
-    nodes[:, 1] += slope * (nodes[:, 0] - 3.0) * nodes[:, 1] / 4.0
-    meshes["A"] = replace(meshes["A"], nodes=nodes)
-    for line in contact_lines(case, meshes):
+    case, meshes = with_meshes(in_3d(tmp_path, WIDE))
+    for line in contact_lines(case, bent(meshes, lambda x, y: slope * (x - 3.0) * y / 4.0)):
         x = line.a.point.offset[0] - line.normal[1] * line.position  # from the middle
         assert x[[0, -1]] == pytest.approx([3.0, -3.0])
         assert line.gap == pytest.approx(0.1 - slope * x, abs=1e-9)
-    nodes[:, 1] += slope / 3.0 * (nodes[:, 0] - 3.0) * nodes[:, 1] / 4.0
-    meshes["A"] = replace(meshes["A"], nodes=1.0 * nodes)
     with pytest.raises(InputError, match=r"do not overlap: -?3 m along them"):
-        contact_lines(case, meshes)
+        contact_lines(case, bent(meshes, lambda x, y: slope * (x - 3.0) * y / 3.0))
 
 
 @pytest.mark.parametrize("pairs", [1, 2])
 def test_an_edge_that_is_not_straight(tmp_path, pairs):
     """It stands out 20 mm in its middle, where the pair is: at the corners the gap is larger."""
     more = [before(PAIR.format(2, 100 + 20 * (2 / 3) ** 2, "floor"))] * (pairs - 1)
-    case, meshes = with_meshes(in_3d(tmp_path, ('gap = "1 mm"', 'gap = "10 cm"'), *more))
-    nodes = meshes["A"].nodes.copy()
-    nodes[:, 1] += 0.02 * (1.0 - ((nodes[:, 0] - 3.0) / 3.0) ** 2) * nodes[:, 1] / 4.0
-    meshes["A"] = replace(meshes["A"], nodes=nodes)
+    case, meshes = with_meshes(in_3d(tmp_path, WIDE, *more))
+    meshes = bent(meshes, lambda x, y: 0.02 * (1.0 - ((x - 3.0) / 3.0) ** 2) * y / 4.0)
     for line in contact_lines(case, meshes):
         x = line.a.point.offset[0] - line.normal[1] * line.position
         assert line.gap.max() == pytest.approx(0.12, abs=1e-9)
@@ -175,27 +177,21 @@ def test_an_edge_that_is_not_straight(tmp_path, pairs):
 
 def test_a_bulge_between_the_points_is_one(tmp_path):
     """30 mm in the middle, where the pair of 10 cm is and no vertex: the others are at 13 cm."""
-    case, meshes = with_meshes(in_3d(tmp_path, ('gap = "1 mm"', 'gap = "10 cm"')))
-    nodes = meshes["A"].nodes.copy()
-    middle = (np.abs(nodes[:, 0] - 3.0) < 0.5) & (nodes[:, 1] > 3.9)
-    nodes[middle, 1] += 0.03
-    meshes["A"] = replace(meshes["A"], nodes=nodes)
-    lines = contact_lines(case, meshes)
-    for line in lines:
+    case, meshes = with_meshes(in_3d(tmp_path, WIDE))
+    meshes = bent(meshes, lambda x, y: 0.03 * ((np.abs(x - 3.0) < 0.5) & (y > 3.9)))
+    for line in contact_lines(case, meshes):
         assert line.gap.min() == pytest.approx(0.1, abs=1e-6)
         assert np.sort(line.gap)[1] == pytest.approx(0.13, abs=1e-6)
-        assert line.weight.sum() == pytest.approx(line.length)
+        assert line.weight.sum() == pytest.approx(np.ptp(line.position))
 
 
 @pytest.mark.parametrize("off", [1e-5, 1e-3])
 def test_a_side_that_is_a_little_off_a_line_is_one(tmp_path, off):
     """That of no group, too: in pieces, only one of which would be touched."""
-    _case, meshes = with_meshes(in_3d(tmp_path, ('gap = "1 mm"', 'gap = "10 cm"')))
-    nodes = meshes["A"].nodes.copy()
-    sides = list(facades(meshes["A"], 1))
-    nodes[(np.abs(nodes[:, 0] - 2.0) < 1.5) & (nodes[:, 1] < 0.1), 1] -= off
-    found = facades(replace(meshes["A"], nodes=nodes), 1)
-    assert [*found] == sides
+    _case, meshes = with_meshes(in_3d(tmp_path, WIDE))
+    moved = bent(meshes, lambda x, y: -off * ((np.abs(x - 2.0) < 1.5) & (y < 0.1)))
+    found = facades(moved["A"], 1)
+    assert [*found] == [*facades(meshes["A"], 1)]
     assert found["y-"][0].length == pytest.approx(6.0, abs=1e-5)
 
 
@@ -223,8 +219,10 @@ def test_a_floor_meets_what_stands_in_a_storey(tmp_path):
             assert load.forces @ mesh.nodes[load.nodes, 0] == pytest.approx(place, abs=1e-9)
             assert mesh.nodes[load.nodes, 1] == pytest.approx(1.5)
         # In the middle of the flexible part: 0.1 m above the floor below, 0.2 m below this one.
-        low = 3.0 * (line.b.floor - 1) + 0.1 * (line.b.floor > 1)
-        assert line.b.forces[0].height == pytest.approx(0.5 * (low + 3.0 * line.b.floor - 0.2))
+        low = 3.0 * (line.b.point.level - 1) + 0.1 * (line.b.point.level > 1)
+        assert line.b.forces[0].height == pytest.approx(
+            0.5 * (low + 3.0 * line.b.point.level - 0.2)
+        )
 
 
 @pytest.mark.parametrize("aside", [0.0, 0.4, 3.0])
@@ -269,7 +267,7 @@ def test_a_floor_meets_walls_and_columns(tmp_path, normal):
     case, meshes = with_meshes(path)
     mesh = meshes["B"]
     for line in contact_lines(case, meshes):
-        walls = mesh.triangles[mesh.triangles_of("storey", line.b.floor)]
+        walls = mesh.triangles[mesh.triangles_of("storey", line.b.point.level)]
         met = []
         for force, of_column in zip(line.b.forces, line.columns, strict=True):
             load = force.load(mesh)

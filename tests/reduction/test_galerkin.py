@@ -14,21 +14,18 @@ from impactfem.reduction.galerkin import (
     append_contacts,
     append_responses,
 )
-from impactfem.reduction.krylov import KrylovBasis
 
 SHIFT = (2.0 * np.pi * 5.0) ** 2
 
 
 @pytest.fixture
-def completed(membrane, petsc, monkeypatch):
+def completed(membrane, krylov, monkeypatch):
     """Vectors for the membrane whose far side may be held, so many responses at once."""
 
     def make(at_once=16, contacts=True):
         model = membrane()
         monkeypatch.setattr(galerkin, "AT_ONCE", at_once)
-        basis = KrylovBasis(petsc(model.K), petsc(model.M), SHIFT)
-        basis.add(model.loads[:, :1])
-        basis.grow(6)
+        basis = krylov(7, model, loads=model.loads[:, :1], shift=SHIFT)
         G = np.eye(len(model.K))[:, -(model.ny + 1) :]
         if contacts:
             append_contacts(basis, sp.csr_matrix(G))

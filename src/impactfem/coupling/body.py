@@ -25,7 +25,6 @@ from scipy.sparse.csgraph import connected_components
 
 from impactfem.dynamics.damping import Damping, DampingLaw, ModalDamping
 from impactfem.dynamics.soil import Soil
-from impactfem.sticks.element import COMPONENTS
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 
@@ -39,7 +38,6 @@ class Port:
 
     shapes: Array  #: Φ, its motion by the coordinates, shape (components, r)
     rigid: Array  #: R, its motion by a rigid motion of the base, shape (components, 6)
-    components: tuple[str, ...] = COMPONENTS[:3]  #: names of the components
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +69,7 @@ class Body:
         if self.mass is not None:
             wanted["mass"] = self.mass, (r,)
         for name, port in self.ports.items():
-            count = len(port.components)
+            count = len(port.shapes)
             wanted[f"shapes of port {name}"] = port.shapes, (count, r)
             wanted[f"rigid motion of port {name}"] = port.rigid, (count, 6)
         for name, (values, shape) in wanted.items():
@@ -109,10 +107,7 @@ def reduced_body(
     The ground moves it by patterns of loads.
     """
     r = len(eigenvalue)
-    made = {
-        port: Port(Φ, np.zeros((len(Φ), 6)), tuple(str(k) for k in range(len(Φ))))
-        for port, Φ in ports.items()
-    }
+    made = {port: Port(Φ, np.zeros((len(Φ), 6))) for port, Φ in ports.items()}
     return Body(name, eigenvalue, damping, np.zeros((r, 6)), np.zeros((6, 6)), made)
 
 

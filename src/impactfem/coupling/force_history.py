@@ -35,7 +35,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.integrate import trapezoid
 
 from impactfem.case.table import read_lines
 from impactfem.coupling.pounding import End, Pair, Response
@@ -220,20 +219,10 @@ class ForceHistory:
         names = tuple(pair.name for pair in pairs)
         return cls(response.time, names, force, ends=PairEnds.of_pairs(pairs))
 
-    @property
-    def impulse(self) -> Array:
-        """Time integral of each pair's force by the trapezoidal rule, shape (m,) [N s]."""
-        return np.asarray(trapezoid(self.force, self.time, axis=0))
-
     def of(self, columns: Sequence[int]) -> ForceHistory:
         """The history of some of the pairs, by their indices."""
-        chosen = list(columns)
-        return replace(
-            self,
-            pairs=tuple(self.pairs[j] for j in chosen),
-            force=self.force[:, chosen],
-            ends=self.ends.of(chosen),
-        )
+        pairs, force = tuple(self.pairs[j] for j in columns), self.force[:, list(columns)]
+        return replace(self, pairs=pairs, force=force, ends=self.ends.of(columns))
 
     def write_csv(self, path: Path) -> None:
         """Write it as CSV with units in the header."""
@@ -260,11 +249,8 @@ def write_forces(path: Path, response: Response, case_hash: str, key: str = "") 
         if name.startswith(("building", "line")) and values is not None:
             data[name] = "pair", words(values)
         elif name.startswith(("offset", "hat")) and values is not None:
-            data[name] = (
-                ("pair", "place" if name.startswith("hat") else "axis"),
-                values,
-                {"units": "m"},
-            )
+            second = "place" if name.startswith("hat") else "axis"
+            data[name] = ("pair", second), values, {"units": "m"}
         elif values is not None:
             data[name] = ("pair", "axis") if name == "normal" else "pair", np.array(values)
     dataset = xr.Dataset(

@@ -22,7 +22,6 @@ from impactfem.coupling.ground import Ground, as_ground
 from impactfem.coupling.implicit import respond
 from impactfem.coupling.links import Assembly, Link
 from impactfem.dynamics.energy import Energy
-from impactfem.sticks.element import COMPONENTS
 from impactfem.sticks.stick import Stick
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import ImpactfemError, SolutionError
@@ -103,17 +102,17 @@ class System:
     @cached_property
     def M(self) -> Array:
         """Mass matrix, shape (n, n)."""
-        return np.asarray(scipy.linalg.block_diag(*(stick.M for stick in self.sticks)))
+        return _diagonal([stick.M for stick in self.sticks])
 
     @cached_property
     def C(self) -> Array:
         """Damping matrix, shape (n, n)."""
-        return np.asarray(scipy.linalg.block_diag(*(stick.C for stick in self.sticks)))
+        return _diagonal([stick.C for stick in self.sticks])
 
     @cached_property
     def K(self) -> Array:
         """Stiffness matrix, shape (n, n)."""
-        return np.asarray(scipy.linalg.block_diag(*(stick.K for stick in self.sticks)))
+        return _diagonal([stick.K for stick in self.sticks])
 
     @cached_property
     def J(self) -> Array:
@@ -152,7 +151,7 @@ class System:
             ports = {}
             for k, floor in enumerate(stick.floors):
                 rows = slice(6 * k, 6 * k + 6)
-                ports[f"floor {floor.number}"] = Port(basis[rows], R[rows], COMPONENTS)
+                ports[f"floor {floor.number}"] = Port(basis[rows], R[rows])
             for pair in self.pairs:
                 for side, end in (("a", pair.a), ("b", pair.b)):
                     if end is not None and end.building == stick.name:
@@ -191,12 +190,12 @@ class System:
                 moved = stick.rigid_body() @ self.assembly.base_motion(body)
                 basis = np.hstack([basis, moved])
             blocks.append(basis)
-        return np.asarray(scipy.linalg.block_diag(*blocks))
+        return _diagonal(blocks)
 
     @cached_property
     def ground(self) -> Array:
         """Displacements of all masters for a unit ground translation x, y, z; shape (n, 3)."""
-        return np.vstack([stick.rigid_body()[:, :3] for stick in self.sticks])
+        return np.vstack([np.zeros((0, 3)), *(one.rigid_body()[:, :3] for one in self.sticks)])
 
     def coordinates(self, u: Array) -> Array:
         """Coordinates of displacements of the sticks, shape (n,), with bases on soil at rest."""
@@ -225,6 +224,11 @@ class System:
         """The same buildings and pairs; `make` gives the law of a pair by the one that it has."""
         pairs = tuple(replace(pair, law=make(pair)) for pair in self.pairs)
         return replace(self, pairs=pairs)
+
+
+def _diagonal(blocks: Sequence[Array]) -> Array:
+    """A matrix of blocks along its diagonal; without rows where there are none."""
+    return np.asarray(scipy.linalg.block_diag(np.zeros((0, 0)), *blocks))
 
 
 @dataclass(frozen=True)

@@ -66,11 +66,6 @@ class LineEnd:
     #: What the force of each point does to the 3D model for 1 N; none for a stick.
     forces: tuple[EdgeForce, ...]
 
-    @property
-    def floor(self) -> int:
-        """Number of the floor, or of the one above the storey."""
-        return self.point.level
-
 
 @dataclass(frozen=True, eq=False)
 class ContactLine:
@@ -88,11 +83,6 @@ class ContactLine:
 
     def __len__(self) -> int:
         return len(self.position)
-
-    @property
-    def length(self) -> float:
-        """Length over which the sides face each other [m]."""
-        return float(np.ptp(self.position))
 
     def forces_on(self, building: str) -> tuple[EdgeForce, ...]:
         """What its points do to the 3D model of a building; none where that is not touched."""
@@ -127,6 +117,15 @@ class ContactLine:
         w = hats.T @ self.weight
         gap = self.gap[np.append(walls[at], columns)]
         return np.asarray(self.weight[:, None] * hats / w), np.asarray(w), gap
+
+    def at_ends(self, share: Array) -> Array:
+        """Motion of both ends, extrapolated from that of the last two joined points, (2, fewer)."""
+        middle = share.T @ ((self.a.offset - self.a.point.offset) @ _along(self.normal))
+        rows = np.zeros((2, len(middle)))
+        for row, s, one, other in zip(rows, self.position[[0, -1]], (0, -1), (1, -2), strict=True):
+            row[other] = (s - middle[one]) / (middle[other] - middle[one])
+            row[one] = 1.0 - row[other]
+        return rows
 
 
 def contact_lines(case: Case, meshes: Mapping[str, BuildingMesh]) -> tuple[ContactLine, ...]:
@@ -169,10 +168,16 @@ def contact_lines(case: Case, meshes: Mapping[str, BuildingMesh]) -> tuple[Conta
         if contact.law != pairs[0].law:
             expected = f"expected '{pairs[0].law}', the law of {pairs[0].name} along the same edges"
             faults.append(Fault(whole.path, f"{table}.law", contact.law, expected))
-    made = [_line(whole, pairs, ends, faults) for pairs, ends in groups.values()]
+    lines = []
+    for pairs, ends in groups.values():
+        line = _line(whole, pairs, ends)
+        if isinstance(line, str):
+            faults.append(Fault(whole.path, f"contacts[{pairs[0].table}]", pairs[0].name, line))
+        else:
+            lines.append(line)
     if faults:
         raise InputError(faults)
-    return tuple(line for line in made if line is not None)
+    return tuple(lines)
 
 
 def warn_of_narrow(lines: Sequence[ContactLine], case: Case) -> None:
@@ -305,21 +310,17 @@ class _End:
         return PairEnd.of(self.point, np.array(self.outward))
 
 
-def _line(
-    case: Case, pairs: Sequence[Contact], ends: Sequence[_End], faults: list[Fault]
-) -> ContactLine | None:
+def _line(case: Case, pairs: Sequence[Contact], ends: Sequence[_End]) -> ContactLine | str:
+    """A line; what is expected where it cannot be one."""
     one = pairs[0]
     n = np.array(one.normal)
     t = _along(n)
-    key = f"contacts[{one.table}]"
     low, high = max(end.span[0] for end in ends), min(end.span[1] for end in ends)
     if not high - low > SHORT:
         spans = " and ".join(
             f"{end.point.label} from {end.span[0]:.4g} to {end.span[1]:.4g} m" for end in ends
         )
-        expected = f"expected sides that face each other; along them, from the pair, are {spans}"
-        faults.append(Fault(case.path, key, one.name, expected))
-        return None
+        return f"expected sides that face each other; along them, from the pair, are {spans}"
     vertices = [known for end in ends if (known := end.vertices) is not None]
     if vertices:
         s = min((_within(known, low, high) for known in vertices), key=len)
@@ -353,37 +354,24 @@ def _line(
         [all(isinstance(one[k], EdgeForce) for one in acting if one) for k in range(len(s))]
     )
     if not taken.any():
-        expected = (
+        return (
             "expected walls or columns that take the force: "
             f"{lacking[len(lacking) // 2]}; see offset of the pair and [transient] patch_width"
         )
-        faults.append(Fault(case.path, key, one.name, expected))
-        return None
     gap = _gap(pairs, ends, n, t, s)
     if gap is None:
-        expected = "expected one gap at one place along the edges"
-        faults.append(Fault(case.path, key, one.name, expected))
-        return None
+        return "expected one gap at one place along the edges"
     if gap.min() < -CLOSED:
-        expected = (
+        return (
             f"expected sides that do not overlap: {s[gap.argmin()]:.4g} m along them from the "
             f"pair their gap is {gap.min():.4g} m"
         )
-        faults.append(Fault(case.path, key, one.name, expected))
-        return None
-    made = [
-        LineEnd(
-            end.point,
-            (np.array(end.point.offset) + middle[:, None] * t)[taken],
-            hat[taken],
-            tuple(
-                one
-                for one, good in zip(forces, taken, strict=False)
-                if good and isinstance(one, EdgeForce)
-            ),
-        )
-        for end, hat, forces in zip(ends, hats, acting, strict=True)
-    ]
+    made = []
+    for end, hat, forces in zip(ends, hats, acting, strict=True):
+        offset = (np.array(end.point.offset) + middle[:, None] * t)[taken]
+        good = [force for force, acts in zip(forces, taken, strict=False) if acts]
+        kept = tuple(force for force in good if isinstance(force, EdgeForce))
+        made.append(LineEnd(end.point, offset, hat[taken], kept))
     return ContactLine(
         *(one.name, n, made[0], made[1] if len(made) > 1 else None, s[taken], weight[taken]),
         *(np.maximum(gap, 0.0)[taken], tuple(pair.name for pair in pairs), columns[taken]),

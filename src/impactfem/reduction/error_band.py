@@ -36,7 +36,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from impactfem.dynamics.damping import DampingLaw, Rayleigh
 from impactfem.reduction.krylov import KrylovBasis
@@ -151,12 +150,8 @@ class Effectivity:
     @property
     def good(self) -> float:
         """Share of the ratios between 1 and 10; 1 where there is no error at all."""
-        return _share((self.ratio >= LEAST) & (self.ratio <= MOST))
-
-    @property
-    def held(self) -> float:
-        """Share of the errors that the band holds."""
-        return _share(self.ratio >= LEAST)
+        good = (self.ratio >= LEAST) & (self.ratio <= MOST)
+        return float(np.mean(good)) if good.size else 1.0
 
     @property
     def misses(self) -> list[tuple[int, float, float]]:
@@ -194,7 +189,3 @@ def together(parts: Sequence[Effectivity]) -> Effectivity:
         spectrum=np.concatenate([one.spectrum for one in parts]),
         frequency=np.concatenate([one.frequency for one in parts]),
     )
-
-
-def _share(of: NDArray[np.bool_]) -> float:
-    return float(np.mean(of)) if of.size else 1.0

@@ -54,9 +54,7 @@ class Foundation:
             damping: Of the building.
             ports: Of each port Φ, shape (k, r), and its motion with the base, shape (k, 6).
         """
-        made = {
-            name: Port(Φ, R, tuple(str(k) for k in range(len(Φ)))) for name, (Φ, R) in ports.items()
-        }
+        made = {name: Port(Φ, R) for name, (Φ, R) in ports.items()}
         mass = self.rigid_mass + self.soil.raft
         return Body(
             *("building", eigenvalue, damping, -ground, mass, made), free_base=True, soil=self.soil
@@ -117,12 +115,8 @@ def _base_motion(
     )
     edges = model.load[:, [column[edge.name] for edge in loads.edges]]
     assembly = Assembly([body])
+    forces, none = below.loads(body, edges, loads), np.zeros(0, dtype=np.int64)
     motion = respond(
-        assembly,
-        below.loads(body, edges, loads),
-        loads.ground,
-        loads.time_step,
-        substeps=SUBSTEPS,
-        recorded=np.zeros(0, dtype=np.int64),
+        assembly, forces, loads.ground, loads.time_step, substeps=SUBSTEPS, recorded=none
     )
     return base_histories(assembly, motion, loads.time_step)[body.name]

@@ -129,7 +129,6 @@ class Pounding3D:
         in_3d = {one.name: one for one in case.contacts if case.touches_in_3d(one)}
         first = {pair.name: pair for pair in system.pairs}
         every_stick = {one.name: one for one in system.sticks}
-        area_of = {pair.name: pair.area for pair in system.pairs}
         others = tuple(pair for pair in system.pairs if pair.name not in in_3d)
         alone = tuple(one for one in system.sticks if one.name not in given.models)
         self._sticks = System(alone, others)
@@ -147,7 +146,7 @@ class Pounding3D:
             law = law_between(case, in_3d[line.name], every_stick, middles)
             # Several pairs of a line press together.
             law = law if law.code == UNILATERAL else law.part(len(line.pair_names))
-            areas = [area_of[name] for name in line.pair_names]
+            areas = [first[name].area for name in line.pair_names]
             area = None if None in areas else sum(a for a in areas if a is not None)
             a, b = middles[0], middles[1] if len(middles) > 1 else None
             lines.append(replace(one, a=a, b=b, law=law, gap=float(line.gap.min()), area=area))
@@ -175,7 +174,7 @@ class Pounding3D:
                 )
             number += [len(lines) - 1] * len(w)
             if len(w) > 1 and not any(at.relative_height is not None for at in middles):
-                ends_of.append((len(points) - len(w), _at_ends(line, share)))
+                ends_of.append((len(points) - len(w), line.at_ends(share)))
         self.system = System(system.sticks, (*lines, *others))
         self.points = (*points, *others)
         self.pair_of = np.array([*number, *range(len(lines), len(lines) + len(others))])
@@ -208,11 +207,11 @@ class Pounding3D:
             stick, (basis, _) = self._sticks.sticks[k], self._sticks.modes[k]
             translations = [stick.translation(at.master, place) for place in end.offset]
             moved = share.T @ np.array([line.normal @ one for one in translations])
-            return _named_port(moved @ basis, moved @ stick.rigid_body())
+            return Port(moved @ basis, moved @ stick.rigid_body())
         column = {str(name): k for k, name in enumerate(model.names)}
         # Forces push inwards, on the first building against the normal.
         rows = sign * model.edges[:, [column[force.name] for force in end.forces]]
-        return _named_port(share.T @ rows.T, np.zeros((share.shape[1], DOFS)))
+        return Port(share.T @ rows.T, np.zeros((share.shape[1], DOFS)))
 
     def respond(
         self, ground: Array | Ground, time_step: float, loads: Sequence[Load] = ()
@@ -251,8 +250,7 @@ class Pounding3D:
             here = np.searchsorted(kept, moved.moving)
             z[:, here], v[:, here] = moved.u, moved.v
             wanted = np.arange(len(one.gaps))
-        Φ = self._sticks.basis if self._sticks.sticks else np.zeros((0, 0))
-        u_sticks, v_sticks = z @ Φ.T, v @ Φ.T
+        u_sticks, v_sticks = z @ self._sticks.basis.T, v @ self._sticks.basis.T
         a_sticks = self._accelerations(u_sticks, v_sticks, force, ground, loads)
         models = self._motions(h, patterns, amplitudes, (mean, force), wanted)
         u, v, a = self._joined(ground, (u_sticks, v_sticks, a_sticks), models)
@@ -407,21 +405,13 @@ class Pounding3D:
     @cached_property
     def _in_storeys(self) -> Index:
         """Indices of the points of lines that meet a storey, where no mass centre is."""
-        return np.array(
-            [
-                k
-                for k, point in enumerate(self.points)
-                for end in (point.a, point.b)
-                if end is not None and end.relative_height is not None
-            ],
-            dtype=np.int64,
-        )
+        ends = [(k, end) for k, point in enumerate(self.points) for end in (point.a, point.b)]
+        inside = [k for k, end in ends if end is not None and end.relative_height is not None]
+        return np.array(inside, dtype=np.int64)
 
     @cached_property
     def _pressed(self) -> Array:
         """What each point of contact does to the masters of the sticks, shape (m, n of these)."""
-        if not self._sticks.sticks:
-            return np.zeros((len(self.points), 0))
         return self.assembly.gamma[:, self._of_sticks] @ np.linalg.inv(self._sticks.basis)
 
     def _opened(
@@ -458,8 +448,6 @@ class Pounding3D:
     ) -> Array:
         """Accelerations of the sticks from their equilibrium; zero of points without mass."""
         one = self._sticks
-        if not one.sticks:
-            return u
         moved = ground.acceleration @ one.ground.T
         add_ground(one, self._under_sticks(ground), [moved], first=2)
         balance = force @ self._pressed - moved @ one.M - v @ one.C - u @ one.K
@@ -488,21 +476,3 @@ class Pounding3D:
                 x[:, start : start + history.shape[1]] = history
         add_ground(self.system, ground, list(found))
         return found[0], found[1], found[2]
-
-
-def _at_ends(line: ContactLine, share: Array) -> Array:
-    """Motion of both ends of a line, extrapolated from that of the last two points, (2, m).
-
-    With a share of the points of the line in each, shape (points of the line, m).
-    """
-    along = np.array([-line.normal[1], line.normal[0], 0.0])
-    middle = share.T @ ((line.a.offset - line.a.point.offset) @ along)
-    rows = np.zeros((2, len(middle)))
-    for row, s, one, other in zip(rows, line.position[[0, -1]], (0, -1), (1, -2), strict=True):
-        row[other] = (s - middle[one]) / (middle[other] - middle[one])
-        row[one] = 1.0 - row[other]
-    return rows
-
-
-def _named_port(rows: Array, rigid: Array) -> Port:
-    return Port(rows, rigid, tuple(str(k) for k in range(len(rows))))

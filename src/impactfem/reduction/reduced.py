@@ -11,7 +11,6 @@ frequency ω, for p = exp(iωt), lies in a few directions,
     r = F − (K + iωC − ω²M) x = −(σ − σ0) (1 + iωβ) (K + σ0 M) Q S Y z.
 """
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,16 +31,12 @@ ABOVE = 1e-4
 class ReducedModel:
     """Modal equations of a Krylov space."""
 
-    eigenvalue: Array  #: λ, ascending, shape (r,) [1/s2].
+    #: λ, ascending, shape (r,) [1/s2]. The low ones are those of the structure.
+    eigenvalue: Array
     load: Array  #: b, shape (r, n_patterns).
     coordinates: Array  #: Y, shape (size of the basis, r).
     shift: float  #: σ0 [1/s2].
     tail: Array  #: S Y, shape (n_tail, r) [s2].
-
-    @property
-    def frequency(self) -> Array:
-        """√λ / 2π, shape (r,) [Hz]. The low ones are natural frequencies of the structure."""
-        return np.asarray(np.sqrt(np.maximum(self.eigenvalue, 0.0)) / (2.0 * math.pi))
 
     def shapes(self, basis: Array) -> Array:
         """Φ, shape (n, r), at rows of V, shape (n, size), of this basis or one it is nested in."""
