@@ -27,14 +27,12 @@ def rebound(force):
         return y[0]
 
     back.terminal, back.direction = True, -1
+
+    def rates(t, y):
+        return [y[1], -force(max(y[0], 0.0), y[1])]
+
     solution = scipy.integrate.solve_ivp(
-        lambda t, y: [y[1], -force(max(y[0], 0.0), y[1])],
-        (0.0, 1e3),
-        [0.0, 1.0],
-        events=back,
-        rtol=1e-10,
-        atol=1e-12,
-        method="LSODA",
+        rates, (0.0, 1e3), [0.0, 1.0], "LSODA", events=back, rtol=1e-10, atol=1e-12
     )
     assert solution.status == 1
     return -solution.y[1, -1], solution.t[-1]

@@ -155,7 +155,7 @@ def test_no_pairs(case):
 
 def test_wrong_and_missing_pairs(history, case):
     without = case.model_copy(update={"structure": None})
-    with pytest.raises(ValueError, match="without a structure"):
+    with pytest.raises(ValueError, match="has no structure"):
         checked_forces(history, PATH, without, slabs(8), DURATION)
     pairs = ("B1.floor_1-B2.flor_1", *history.pairs[1:7])
     wrong = replace(history.of(range(7)), pairs=pairs)

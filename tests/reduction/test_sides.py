@@ -84,11 +84,7 @@ def in_3d(frame, case, pairs, impulses=None, change=lambda shares: shares):
     return loads, loads.force @ (motion.T @ loads.patterns(frame.model, frame.parts.mesh)).T
 
 
-SPREADS = [
-    {},
-    {"spread": "patch", "patch_width": 1.3},
-    {"spread": "calibrated"},
-]
+SPREADS = [{}, {"spread": "patch", "patch_width": 1.3}, {"spread": "calibrated"}]
 
 
 @pytest.mark.parametrize("name", PAIRS)

@@ -47,9 +47,7 @@ class Complementary:
 class Complementarity:
     """Problems with one W, solved one after the other. Not collective: each rank has all of W.
 
-    Args:
-        W: Symmetric, positive definite, shape (m, m).
-        name: What W is, for messages.
+    W is symmetric, positive definite, shape (m, m); the name says what it is, for messages.
 
     Raises:
         SolutionError: W is not square, not finite, not symmetric, or not positive definite.

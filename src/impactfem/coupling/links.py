@@ -103,13 +103,9 @@ class Attached:
 
 
 class Assembly:
-    """Bodies and what is between them; coordinates one body after the other.
+    """Bodies, laws and springs between their ports, and what stands on these.
 
-    Args:
-        bodies: The bodies.
-        links: Laws between their ports.
-        springs: Linear springs and dashpots.
-        mounts: What stands on their ports.
+    Coordinates are those of one body after the other.
 
     Attributes:
         eigenvalue, damping, mass: λ, the diagonal of d, and μ, shape (r,).
@@ -289,11 +285,7 @@ def _attached(parts: Sequence[_Part], r: int) -> Attached:
 
 
 class Inverse:
-    """M̂⁻¹ with M̂ = M + s C + s² K, by equation (2); s = 0 is the inverse of the mass.
-
-    Args:
-        assembly: The bodies and what is between them.
-        s: s [s].
+    """M̂⁻¹ with M̂ = M + s C + s² K, s in [s], by equation (2); that of the mass with s = 0.
 
     Attributes:
         diagonal: D⁻¹, shape (r,); zero where D is.

@@ -123,16 +123,11 @@ def floor_shares(
     transient: Transient,
     contacts: tuple[Array, Array, Array] | None = None,
 ) -> Shares:
-    """What a force on a side of a floor is made of.
+    """What a force on a side of a floor is made of, spread as [transient] says.
 
-    Args:
-        floor: Number of the floor.
-        facade: The side.
-        direction: Horizontal unit vector along which it acts.
-        position: Where its line meets the side [m].
-        transient: How it is spread.
-        contacts: Positions, lengths w_i and impulses of the points of contact along the edge, of
-            the impact on the wall; needed by the spread `calibrated` alone.
+    It acts along a horizontal unit vector, whose line meets the side at a position [m]. Contacts
+    are positions, lengths w_i and impulses of the points of contact along the edge, of the impact
+    on the wall; the spread `calibrated` alone needs them.
     """
     one, L = even(floor, facade, direction), facade.length
     e = position - 0.5 * L
@@ -175,17 +170,11 @@ def hat_force(
     """
     one, width = even(floor, facade, direction), behind - before
     peak = 2.0 / width if width > 0.0 else 1.0
-    line = tuple(
-        place
-        for place, shown in (
-            ((before, 0.0), before < at),
-            ((at, peak), True),
-            ((behind, 0.0), behind > at),
-        )
-        if shown
-    )
+    rise = ((before, 0.0),) if before < at else ()
+    fall = ((behind, 0.0),) if behind > at else ()
     name = f"{one.name} contact {at:.9g} m from {before:.9g} to {behind:.9g} m"
-    return _with(one, name, 1.0, (before + at + behind) / 3.0 - 0.5 * facade.length, line)
+    moment = (before + at + behind) / 3.0 - 0.5 * facade.length
+    return _with(one, name, 1.0, moment, (*rise, (at, peak), *fall))
 
 
 def smooth(forces: Sequence[EdgeForce], degree: int) -> Array:

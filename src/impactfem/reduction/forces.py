@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -49,7 +50,7 @@ def checked_forces(
         ValueError: The case has no structure.
     """
     ends, faults = pair_ends(history, path, case, duration)
-    building = _three_d(case)
+    building = case.modelled.building
     mine = {j: end for j, pair in ends.items() for end in pair if end.building == building}
     sides = Sides(case, mesh, impulses)
     shares = []
@@ -71,13 +72,6 @@ def checked_forces(
     return history.of(list(mine)), shares
 
 
-def _three_d(case: Case) -> str:
-    """The building of the 3D model."""
-    if case.structure is None:
-        raise ValueError("a case without a structure has no edges that forces could act on")
-    return case.structure.building
-
-
 def pair_ends(
     history: ForceHistory, path: Path, case: Case, duration: float
 ) -> tuple[Ends, list[Fault]]:
@@ -85,7 +79,7 @@ def pair_ends(
 
     As the contacts of the case say, or the file, in a case without contacts; whatever the mesh is.
     """
-    building = _three_d(case)
+    building = case.modelled.building
     contacts = {contact.name: contact for contact in case.contacts}
     ends: Ends = {}
     faults: list[Fault] = []
@@ -132,20 +126,13 @@ def with_floor_forces(
 ) -> tuple[ForceHistory, list[Shares]]:
     """Impact forces with those of the loads of the case on the building of the 3D model.
 
-    Args:
-        case: The case, with a structure.
-        mesh: The mesh of its building.
-        forces: The impact forces on the building.
-        edges: The patterns of each, in their order.
-
-    Returns:
-        Both with a column and its patterns for each load on the building.
+    To the impact forces and the patterns of each a column and its patterns are added for each load.
 
     Raises:
         InputError: A load is not at right angles to an edge, or on a floor without one.
         ValueError: The case has no structure.
     """
-    three_d = _three_d(case)
+    three_d = case.modelled.building
     outward = {floor: outward_normal(mesh, floor) for floor in mesh.edges}
     sides = Sides(case, mesh)
     names, columns, every = list(forces.pairs), [forces.force], list(edges)
@@ -184,7 +171,7 @@ def loaded_edges(case: Case, mesh: BuildingMesh) -> dict[int, Shares]:
     Raises:
         ValueError: The case has no structure.
     """
-    building, sides, found = _three_d(case), Sides(case, mesh), dict[int, Shares]()
+    building, sides, found = case.modelled.building, Sides(case, mesh), dict[int, Shares]()
     for loads in case.loads:
         table = read_force_table(loads.file, [])
         for of, floor in () if table is None else table.floors:
@@ -203,29 +190,19 @@ def check_contacts(case: Case, mesh: BuildingMesh) -> tuple[EdgeForce, ...]:
         InputError: With every fault: what the building cannot take, floors without an edge.
         ValueError: The case has no structure.
     """
-    building, transient = _three_d(case), case.transient
+    building, transient = case.modelled.building, case.transient
     sides, path = Sides(case, mesh), case.path
     faults: list[Fault] = []
-    ends = [
-        (contact.name, end)
-        for contact in case.contacts
-        for end in _ends_of_contact(contact)
-        if end.building == building
-    ]
+    ends = [(one.name, end) for one in case.contacts for end in _ends_of_contact(one)]
     if transient is not None and transient.forces is not None and not case.contacts:
         path = transient.forces
         history = read_forces(path)
         found, faults = _ends_by_file(history, path, building) if history.pairs else ({}, [])
-        ends += [
-            (history.pairs[j], end)
-            for j, pair in found.items()
-            for end in pair
-            if end.building == building
-        ]
+        ends += [(history.pairs[j], end) for j, pair in found.items() for end in pair]
     named = None if transient is None else transient.floors
     patterns: list[EdgeForce] = []
     for name, end in ends:
-        shares = sides.shares(path, name, end)
+        shares = sides.shares(path, name, end) if end.building == building else ()
         if isinstance(shares, Fault):
             faults.append(shares)
         elif named is None or end.floor in named:
@@ -234,12 +211,9 @@ def check_contacts(case: Case, mesh: BuildingMesh) -> tuple[EdgeForce, ...]:
     loaded = set(by_floor)
     if named is not None:
         loaded = (loaded & set(named)) | {k for k in named if k not in {p.floor for p in patterns}}
-    bare = [str(floor) for floor in named or () if floor not in mesh.edges and floor in loaded]
-    if bare:
+    if bare := ", ".join(str(k) for k in named or () if k not in mesh.edges and k in loaded):
         known = ", ".join(map(str, sorted(mesh.edges))) or "none"
-        expected = (
-            f"floor {', '.join(bare)} has no edge (group edge_K) in the mesh, which has {known}"
-        )
+        expected = f"floor {bare} has no edge (group edge_K) in the mesh, which has {known}"
         faults.append(Fault(case.path, "transient.floors", list(named or ()), expected))
     if faults:
         raise InputError(faults)
@@ -258,49 +232,35 @@ def _ends_of_contact(contact: Contact) -> tuple[PairEnd, PairEnd]:
 def _ends_by_file(history: ForceHistory, path: Path, building: str) -> tuple[Ends, list[Fault]]:
     """Both ends of the pairs as the file says; what is wrong, as none on this building, if any."""
     said = history.ends
-    buildings, floors = (said.building_a, said.building_b), (said.floor_a, said.floor_b)
-    if None in buildings or None in floors or said.normal is None:
-        names = ("building_a", "building_b", "floor_a", "floor_b", "normal")
-        missing = ", ".join(name for name in names if getattr(said, name) is None)
+    names = ("building_a", "building_b", "floor_a", "floor_b", "normal")
+    if missing := ", ".join(name for name in names if getattr(said, name) is None):
         expected = "what each pair is between (NetCDF only): the case has no contacts to say it"
         return {}, [Fault(path, missing, None, expected)]
-    heights = (said.relative_height_a, said.relative_height_b)
-    hats = (said.hat_a, said.hat_b)
     ends: Ends = {}
     faults: list[Fault] = []
     for j, name in enumerate(history.pairs):
-        a, b = (
-            PairEnd(
-                names[j],
-                numbers[j],
-                None if height is None or math.isnan(height[j]) else float(height[j]),
-                sign * said.normal[j],
-                None
-                if offset is None
-                else (float(offset[j][0]), float(offset[j][1]), float(offset[j][2])),
-                None
-                if hat is None or math.isnan(hat[j][0])
-                else (float(hat[j][0]), float(hat[j][1]), float(hat[j][2])),
-            )
-            for names, numbers, height, sign, offset, hat in zip(
-                *(buildings, floors, heights, (1.0, -1.0), (said.offset_a, said.offset_b), hats),
-                strict=True,
-            )
-            if names is not None and numbers is not None
-        )
+        pair = []
+        for side, sign in (("a", 1.0), ("b", -1.0)):
+            of_end: list[Any] = [
+                None if (values := getattr(said, f"{what}_{side}")) is None else values[j]
+                for what in ("building", "floor", "relative_height", "offset", "hat")
+            ]
+            owner, floor, height, offset, hat = of_end
+            height = None if height is None or math.isnan(height) else float(height)
+            offset = None if offset is None else tuple(offset.tolist())
+            hat = None if hat is None or math.isnan(hat[0]) else tuple(hat.tolist())
+            outward = sign * np.asarray(said.normal)[j]
+            pair.append(PairEnd(owner, floor, height, outward, offset, hat))
+        a, b = pair
         if a.building == b.building:
             expected = "another building than that of a, or none for a rigid wall"
             faults.append(Fault(path, f"pair {name}, building_b", b.building, expected))
         else:
             ends[j] = (a, b)
-    if (
-        building
-        and not faults
-        and all(building not in (a.building, b.building) for a, b in ends.values())
-    ):
-        found = sorted({end.building for pair in ends.values() for end in pair} - {""})
+    touched = {end.building for both in ends.values() for end in both}
+    if building and not faults and building not in touched:
         expected = f"expected a pair that touches {building}, the building of the 3D model"
-        faults.append(Fault(path, "building_a, building_b", found, expected))
+        faults.append(Fault(path, "building_a, building_b", sorted(touched - {""}), expected))
     return ends, faults
 
 

@@ -137,11 +137,7 @@ class Sides:
             return Fault(path, f"pair {pair}", end.place, expected)
         met = struck(sides, self.point(end), (x, y, 0.0)) if abs(z) <= ALIGNED else None
         wrong = strike_fault(
-            (x, y, z),
-            end.offset or (0.0, 0.0, 0.0),
-            inside,
-            sides,
-            met is not None,
+            (x, y, z), end.offset or (0.0, 0.0, 0.0), inside, sides, met is not None
         )
         if wrong is not None or met is None:
             key, expected = wrong or ("", "")

@@ -166,7 +166,6 @@ class WallPatterns:
     """What a wall experiment needs of a building's matrices, as columns at this rank's rows."""
 
     floors: tuple[int, ...]  #: Floors that may hit the wall.
-    normal: Array  #: Unit vector towards the wall, shape (3,).
     floor_of: Index  #: Index into `floors` of each constraint, shape (m,).
     #: G: Gᵀ u is the displacement towards the wall of each constraint, shape (n_local, m), sparse.
     contact: scipy.sparse.csr_matrix
@@ -198,7 +197,6 @@ class WallPatterns:
             load = floor_load(mesh, displaced).vector(model, normal)
         return cls(
             floors=floors,
-            normal=normal,
             floor_of=np.repeat(np.arange(len(floors), dtype=np.int64), counts),
             contact=scipy.sparse.csr_matrix(scipy.sparse.hstack(contacts)),
             pull=FloorPull(wall.pull, normal, slab, load),
@@ -221,12 +219,8 @@ class WallPatterns:
 
     def carried(self, T: Any) -> WallPatterns:
         """The columns of the building with rigid links, forces on followers on their masters."""
-        return replace(
-            self,
-            contact=_carried(T, self.contact),
-            pull=self.pull.carried(T),
-            seen=_carried(T, self.seen),
-        )
+        contact, seen = (_carried(T, columns) for columns in (self.contact, self.seen))
+        return replace(self, contact=contact, pull=self.pull.carried(T), seen=seen)
 
 
 def _carried(T: Any, columns: scipy.sparse.csr_matrix) -> scipy.sparse.csr_matrix:
