@@ -39,12 +39,10 @@ def modal_response(
     damping: DampingLaw,
     *,
     scheme: str = "exact",
-    start: Array | None = None,
 ) -> ModalHistory:
-    """Integrate the modal equations by a scheme of STEPS: "exact" or "newmark".
+    """Integrate the modal equations from rest by a scheme of STEPS: "exact" or "newmark".
 
-    From samples of the load of each pattern, shape (n_steps + 1, n_patterns), Δt [s] apart; and
-    modal displacements at rest at the first one, shape (r,), zero when None.
+    By samples of the load of each pattern, shape (n_steps + 1, n_patterns), Δt [s] apart.
 
     Raises:
         SolutionError: An unknown scheme, a step that is not positive.
@@ -56,8 +54,7 @@ def modal_response(
     d = damping.modal(model.eigenvalue)
     D, G = STEPS[scheme](model.eigenvalue, d, time_step)
     loads = np.ascontiguousarray(model.load @ amplitudes.T)
-    z0 = np.zeros(len(model.eigenvalue)) if start is None else np.asarray(start, dtype=np.float64)
-    z, v = _march(D, G, loads, z0)
+    z, v = _march(D, G, loads)
     a = loads - d[:, None] * v - model.eigenvalue[:, None] * z
     return ModalHistory(z, v, a)
 
@@ -139,14 +136,13 @@ def _newmark_step(eigenvalue: Array, damping: Array, dt: float) -> tuple[Array, 
 
 
 @numba.njit(cache=True)
-def _march(D: Array, G: Array, loads: Array, start: Array) -> tuple[Array, Array]:
+def _march(D: Array, G: Array, loads: Array) -> tuple[Array, Array]:
     r, samples = loads.shape
     z, v = np.empty((r, samples)), np.empty((r, samples))
     for i in range(r):
         d00, d01, d10, d11 = D[i, 0, 0], D[i, 0, 1], D[i, 1, 0], D[i, 1, 1]
         g00, g01, g10, g11 = G[i, 0, 0], G[i, 0, 1], G[i, 1, 0], G[i, 1, 1]
-        x, y = start[i], 0.0
-        z[i, 0], v[i, 0] = x, y
+        x = y = z[i, 0] = v[i, 0] = 0.0
         for n in range(samples - 1):
             p0, p1 = loads[i, n], loads[i, n + 1]
             x, y = (
