@@ -102,8 +102,7 @@ def test_the_cut_goes_where_the_bays_leave_least(box):
 def test_rectangles_that_touch_are_one_opening(box):
     one = first_storey(box, bays=(Bay("1", "north", 1, 5.0, 0.0, 4.0, 3.0),))
     halves = tuple(Bay("1", "north", 1, centre, 0.0, 2.0, 3.0) for centre in (4.0, 6.0))
-    two = first_storey(box, bays=halves)
-    assert one == two
+    assert one == first_storey(box, bays=halves)
 
 
 def test_the_same_when_turned_and_moved(box):

@@ -216,8 +216,7 @@ SQUARE = [(0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0)]
 )
 def test_a_node_on_triangles(point, on):
     nodes, triangles = with_middles([*SQUARE, point], [(0, 1, 2), (0, 2, 3)])
-    found = nodes_on_triangles(nodes, triangles, NEAR)
-    assert found.tolist() == [[t, 4] for t in on]
+    assert nodes_on_triangles(nodes, triangles, NEAR).tolist() == [[t, 4] for t in on]
 
 
 @pytest.mark.parametrize(

@@ -365,8 +365,7 @@ RNG = np.random.default_rng(7)
 def test_parts_weigh_about_the_same(parts):
     points = RNG.random((500, 3)) * [46.0, 15.0, 30.0]
     weights = RNG.choice([3.0, 6.0], 500)
-    part = bisect(points, weights, parts)
-    weight = np.bincount(part, weights, parts)
+    weight = np.bincount(bisect(points, weights, parts), weights, parts)
     # Each cut is off by less than one point; a point weighs 6 of at least 330.
     assert len(weight) == parts
     assert np.abs(weight - weights.sum() / parts).max() < 6.0 * np.ceil(np.log2(parts) + 1)

@@ -88,8 +88,7 @@ def test_constant_shear(joint):
 
 def test_many_displacements(joint):
     one = field(joint, lambda x, y, z: (1e-4 * x, 0 * y, 0 * z))
-    every = np.stack([[one, 2 * one], [3 * one, 0 * one]])
-    found = section_forces(joint, every)
+    found = section_forces(joint, np.stack([[one, 2 * one], [3 * one, 0 * one]]))
     alone = section_forces(joint, one)
     assert found.values.shape == (2, 2, 40, 6, 8)
     assert found.values[1, 0] == pytest.approx(3.0 * alone.values, rel=1e-9, abs=1e-3)

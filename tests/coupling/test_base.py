@@ -96,8 +96,7 @@ def test_very_stiff_soil_is_a_clamped_base(row, shaken):
     assert reference.force.max() > 0.0
 
     def off(speed):
-        soil = half_space(speed)
-        sticks = tuple(replace(stick, soil=soil) for stick in clamped.sticks)
+        sticks = tuple(replace(stick, soil=half_space(speed)) for stick in clamped.sticks)
         found = simulate(replace(clamped, sticks=sticks), shaken[:800], DT / 4)
         names = ("u", "force", "absolute_acceleration")
         return [

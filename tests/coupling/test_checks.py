@@ -79,8 +79,7 @@ def test_oblique_normal(row):
     found = check(loaded(turned_to(row(), (3.0, 4.0, 0.0))))
     assert found.storey_shear == pytest.approx(0.8 * P, rel=1e-8)
     assert found.shear_stress == pytest.approx(0.8 * P / (0.36 * 1.1 + 0.64 * 0.9), rel=1e-8)
-    across = loaded(turned_to(row(), (1.0, 0.0, 0.0)))
-    assert check(across).storey_shear < 1e-6 * P
+    assert check(loaded(turned_to(row(), (1.0, 0.0, 0.0)))).storey_shear < 1e-6 * P
     # The vertical part of a normal shears nothing: its horizontal part counts.
     for vertical in (1.0, -20.0):
         inclined = check(loaded(turned_to(row(), (3.0, 4.0, vertical))))
@@ -140,8 +139,7 @@ def test_tensile_strength(row, strength, tensile):
 
 @pytest.mark.parametrize(("when", "counts"), [(6, False), (7, True), (12, True), (13, False)])
 def test_only_the_time_of_the_impact_counts(row, when, counts):
-    found = check(loaded(row(), when=when))
-    assert (found.storey_shear > 0.0) == counts
+    assert (check(loaded(row(), when=when)).storey_shear > 0.0) == counts
 
 
 def test_what_is_not_known_is_nan(row):
@@ -170,8 +168,7 @@ def test_separation_by_hand(row):
     )
     force = np.zeros((5, 2))
     force[4, 0] = -1.0
-    response = replace(free, system=system, u=0 * u, force=force)
-    lower, upper = separations(free, response)
+    lower, upper = separations(free, replace(free, system=system, u=0 * u, force=force))
     assert lower.required == pytest.approx(0.012) and lower.margin == pytest.approx(-0.002)
     assert lower.touched and lower.pair.name == "a1-b1"
     assert upper.required == 0.0 and upper.margin == 0.01 and not upper.touched

@@ -125,8 +125,7 @@ def test_rows_of_any_unit():
 
 
 def test_ties():
-    W = np.array([[2.0, 1.0], [1.0, 2.0]])
-    problem = Complementarity(W)
+    problem = Complementarity(np.array([[2.0, 1.0], [1.0, 2.0]]))
     for q in ([0.0, 0.0], [0.0, 1.0], [1.0, 2.0]):
         for guess in every([False, True], repeat=2):
             found = problem.solve(np.array(q), active=np.array(guess))
@@ -138,8 +137,7 @@ def test_ties():
 
 
 def test_it_ends(monkeypatch):
-    problem = Complementarity(ENDLESS)
-    found = problem.solve(ENDLESS_Q)
+    found = Complementarity(ENDLESS).solve(ENDLESS_Q)
     assert found.p == pytest.approx(enumerated(ENDLESS, ENDLESS_Q), rel=1e-12)
     # Without Murty's rule it does not; with nothing else it does, too.
     monkeypatch.setattr(complementarity, "PATIENCE", 10**9)

@@ -159,8 +159,7 @@ def test_laws(small_case):
     by_ratio = small_case((asked, 'damping_ratio = "14 %" #'))
     law = system_of(by_ratio, None).pairs[0].law
     assert law.xi == pytest.approx(0.14) and law.epsilon == pytest.approx(restitution(0.14))
-    clipped = small_case((asked, f"tension = false\n{asked}"))
-    law = system_of(clipped, None).pairs[0].law
+    law = system_of(small_case((asked, f"tension = false\n{asked}")), None).pairs[0].law
     assert law.code == KELVIN_VOIGT_NO_TENSION and law.epsilon == pytest.approx(0.65)
     assert law.xi == pytest.approx(0.1436, abs=0.05)
     assert restitution(law.xi, tension=False) == pytest.approx(0.65)
@@ -219,8 +218,7 @@ def test_a_storey_point_needs_damping(small_case):
 
 def test_calibration_as_given(small_case):
     extra = CALIBRATION.format(mode="given")
-    given = small_case(extra=extra, files={"targets.csv": TARGETS})
-    found = calibration_of(given)
+    found = calibration_of(small_case(extra=extra, files={"targets.csv": TARGETS}))
     assert found.parameters.factor == 0.5 and found.parameters.below == 0.4
     assert [target.frequency for target in found.targets] == [3.4, 12.4]
     assert found.targets[0].effective_mass == 540e3

@@ -41,8 +41,7 @@ def alone(frame, case, steps):
 
 def test_positive_forces_act_along_their_direction(frame, tmp_path):
     for direction, sign in (((0.0, -1.0, 0.0), 1.0), ((0.0, 2.0, 0.0), -1.0)):
-        case = blasted(frame, tmp_path / "blast.csv", direction, pulse())
-        loads = alone(frame, case, 50)
+        loads = alone(frame, blasted(frame, tmp_path / "blast.csv", direction, pulse()), 50)
         assert loads.edges == (EVEN[1], EVEN[2])
         assert not loads.impact_force.any() and main_impact(loads) is None
         impulse = trapezoid(loads.force, dx=STEP, axis=0)

@@ -185,8 +185,7 @@ def test_it_is_the_nearest_one():
 
 def test_zero_outside_the_given_times():
     """A force that ends with a jump, before the window does."""
-    time = np.linspace(0.0, 0.4, 5)
-    found = project(time, np.ones((5, 1)), 0.03, 40)
+    found = project(np.linspace(0.0, 0.4, 5), np.ones((5, 1)), 0.03, 40)
     grid = 0.03 * np.arange(41)
     assert moments(grid, found, 1.2) == pytest.approx(np.array([[0.4], [0.08]]), rel=1e-12)
     assert np.abs(found[25:]).max() < 1e-3

@@ -84,8 +84,7 @@ def test_decay_to_the_static_displacement():
 def test_newmark_as_of_the_full_model(membrane, petsc, damping):
     model = membrane()
     K, M, dt, n = petsc(model.K), petsc(model.M), 1e-3, 300
-    rng = np.random.default_rng(4)
-    loads = rng.standard_normal((n + 1, 3))
+    loads = np.random.default_rng(4).standard_normal((n + 1, 3))
     probes = np.array([0, 40, 167])
     with Newmark(K, M, dt, model.loads, damping=damping) as full:
         expected = full.march(full.start(loads[0]), loads, probes=probes)

@@ -147,8 +147,7 @@ def test_the_side_is_that_of_the_pair(frame, pair, axis, at):
 
 def test_a_patch_is_as_wide_as_it_is_asked_to_be(frame):
     mesh, pairs = frame.parts.mesh, [((0, 1, 0), (-0.4, 2, 0))]
-    shares = Sides(case_of(frame, pairs, spread="patch", patch_width=1.5), mesh)
-    case = shares.case
+    case = case_of(frame, pairs, spread="patch", patch_width=1.5)
     (((one, _),),) = checked_forces(forces_of(pairs), Path("f.nc"), case, mesh, 0.1)[1]
     load = one.load(mesh)
     x = mesh.nodes[load.nodes[load.forces != 0.0], 0]
@@ -259,8 +258,7 @@ def test_accidental_eccentricity_is_added(frame):
 
 def test_a_point_above_the_slab_is_no_force_in_it(frame):
     case = case_of(frame, [((0, 1, 0), (0, 2, 0.2))])
-    end = next(iter(case.contacts)).a
-    assert end.offset[2] == 0.2
+    assert next(iter(case.contacts)).a.offset[2] == 0.2
     with pytest.raises(InputError, match=r"0\.2 m above the floor's mass centre"):
         in_3d(frame, case, [((0, 1, 0), (0, 2, 0.2))])
 

@@ -139,8 +139,7 @@ def patch_load(
     struck &= inside & (depth >= outermost - SURFACE) & np.isin(nodes, _columns(mesh, storey))
     inside = struck if struck.sum() > 1 else inside
     chosen = inside & (depth >= outermost - SURFACE)
-    surface = nodes[depth >= outermost - SURFACE]
-    on = triangles[np.isin(triangles, surface).all(axis=1)]
+    on = triangles[np.isin(triangles, nodes[depth >= outermost - SURFACE]).all(axis=1)]
     area = area_shares(mesh.nodes, on)[nodes[chosen]]
     # Walls that stand on edge, and columns, have lines of nodes there.
     weight = area if (area > 0.0).sum() > 2 else np.ones(chosen.sum())

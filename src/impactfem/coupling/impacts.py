@@ -263,8 +263,7 @@ def approaches(response: Response, facing: Sequence[Facing]) -> list[Approach]:
             stick = system.stick(point.building)
             columns = slice(system.offsets[stick.name], system.offsets[stick.name] + stick.n)
             if point.floor is not None:
-                master = 6 * stick.floor_master(point.floor)
-                motion = np.eye(6, stick.n, master)
+                motion = np.eye(6, stick.n, 6 * stick.floor_master(point.floor))
             else:
                 storey, height = int(point.storey or 0), float(point.relative_height or 0.0)
                 motion = stick.storey_motion(storey, height)

@@ -104,8 +104,7 @@ def pair_ends(
             ends[j] = _ends_of_contact(contacts[name])
             faults += _contradictions(history, path, j, ends[j])
         for name, contact in contacts.items():
-            touches = building in contact.buildings
-            if touches and name not in history.pairs:
+            if building in contact.buildings and name not in history.pairs:
                 expected = (
                     f"missing; expected a column with the forces of the pair {name} of the case, "
                     f"which touches {building}"

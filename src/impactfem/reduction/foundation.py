@@ -67,8 +67,7 @@ class Foundation:
         """
         ground = Assembly([body]).ground
         wrench = np.array([self.wrench[edge.name] for edge in loads.edges]).reshape(-1, 6)
-        on_base = wrench @ Assembly.base_motion(body)
-        pattern = np.concatenate([edges, on_base.T])
+        pattern = np.concatenate([edges, (wrench @ Assembly.base_motion(body)).T])
         return np.asarray(loads.ground @ ground.T + loads.force @ pattern.T)
 
     def history(
