@@ -215,22 +215,15 @@ WHOLE = Rayleigh(0.3, 2e-4)
 OWN = Rayleigh(1.2, 5e-5)
 
 
-def dampings(parts, own):
-    """By the names of parts; "*" is every part."""
-    mesh = parts.mesh
-    shells, beams = (
-        tuple(own.get(part.group, own.get("*")) for part in some)
-        for some in (mesh.shell_parts, mesh.beam_parts)
-    )
-    return PartDamping(shells, beams)
-
-
 def dense(matrix):
     return np.asarray(matrix[:, :], dtype=np.float64)
 
 
 def added_damping(parts, own):
-    return dense(damping_matrix(MPI.COMM_SELF, parts, dampings(parts, own), FACTOR, WHOLE))
+    """With the dampings of parts by their names."""
+    both = parts.mesh.shell_parts, parts.mesh.beam_parts
+    dampings = PartDamping(*(tuple(own.get(part.group) for part in some) for some in both))
+    return dense(damping_matrix(MPI.COMM_SELF, parts, dampings, FACTOR, WHOLE))
 
 
 def test_added_mass_is_damped_with_its_slab(house):

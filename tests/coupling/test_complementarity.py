@@ -20,12 +20,6 @@ def matrix(rng, m, condition=1e3):
     return 0.5 * (W + W.T)
 
 
-def least_squares(W, q):
-    """p by scipy: with W = Uᵀ U it minimises ‖U p + U⁻ᵀ q‖ over p ≥ 0."""
-    U = np.linalg.cholesky(W).T
-    return nnls(U, -scipy.linalg.solve_triangular(U, q, trans=1), maxiter=100 * len(q))[0]
-
-
 def enumerated(W, q):
     """p by trying all sets of active rows."""
     found = []
@@ -59,11 +53,13 @@ def test_against_all_sets(seed):
 def test_against_least_squares(m):
     rng = np.random.default_rng(m)
     W = matrix(rng, m)
-    problem = Complementarity(W)
+    problem, U = Complementarity(W), np.linalg.cholesky(W).T
     assert len(problem) == m
     for _ in range(3):
         q = rng.standard_normal(m)
-        found, p = problem.solve(q), least_squares(W, q)
+        # With W = Uᵀ U p minimises ‖U p + U⁻ᵀ q‖ over p ≥ 0.
+        p, _ = nnls(U, -scipy.linalg.solve_triangular(U, q, trans=1), maxiter=100 * m)
+        found = problem.solve(q)
         assert np.abs(found.p - p).max() <= 1e-9 * max(np.abs(p).max(), 1e-12)
         assert is_solution(W, q, found)
     # Another problem has another solution.
