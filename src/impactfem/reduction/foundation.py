@@ -48,11 +48,8 @@ class Foundation:
     ) -> Body:
         """The building on its soil.
 
-        Args:
-            eigenvalue: λ, shape (r,) [1/s2].
-            ground: Modal loads of unit accelerations of the base, shape (r, 6).
-            damping: Of the building.
-            ports: Of each port Φ, shape (k, r), and its motion with the base, shape (k, 6).
+        By λ, shape (r,) [1/s2], modal loads of unit accelerations of the base, shape (r, 6), and
+        of each port Φ, shape (k, r), and its motion with the base, shape (k, 6).
         """
         made = {name: Port(Φ, R) for name, (Φ, R) in ports.items()}
         mass = self.rigid_mass + self.soil.raft

@@ -138,17 +138,12 @@ def make_loads(
     external: int = 0,
     delay: float = 0.0,
 ) -> Loads:
-    """Loads at the time step of the 3D model.
+    """Loads at the time step of the 3D model [s].
 
-    Args:
-        motions: Component, time step [s] and acceleration [m/s2] of each ground motion.
-        forces: Impact forces.
-        edges: The patterns of each pair with their amplitudes for 1 N, in the order of the pairs;
-            those of the same pattern add.
-        time_step: Δt [s].
-        n_steps: Number of steps.
-        external: Number of pairs, the last ones, that are loads of the case and no contacts.
-        delay: How much later the motions reach the building [s].
+    Of each ground motion component, time step [s] and acceleration [m/s2] are given, and how much
+    later all of them reach the building [s]; of each pair the patterns with their amplitudes for
+    1 N. Those of the same pattern add. The last pairs, `external` in number, are loads of the case
+    and no contacts.
     """
     along = list(dict.fromkeys(pattern for shares in edges for pattern, _ in shares))
     share = np.zeros((len(edges), len(along)))

@@ -111,11 +111,8 @@ class Response3D(Response):
 class Pounding3D:
     """The bodies and links of a case whose 3D models pound.
 
-    Args:
-        case: The case.
-        system: Its sticks, those of the 3D models among them, and its pairs.
-        given: The 3D models and their lines.
-        every: Lines have every n-th of their points, and the last one.
+    The system are its sticks, those of the 3D models among them, and its pairs. Lines have every
+    n-th of their points, and the last one.
 
     Attributes:
         system: The same sticks with one pair for each line.
