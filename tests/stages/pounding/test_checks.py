@@ -63,15 +63,16 @@ def checked(tmp_path):
         end=1.05,
         gap=0.01,
         onset=1e5,
+        pairs=1,
         **more,
     ):
         scalars = [Scalar(name, x, "-") for name, x in (scalars | more).items()]
         scalars += [Scalar(name, 1.0, "-", note) for name, note in (notes or {}).items()]
         values = {
-            "pair": ["one.floor_1-two.floor_1"],
-            "pair_rest_gap": [gap],
-            "pair_distance": [distance],
-            "pair_onset_force": [onset],
+            "pair": ["one.floor_1-two.floor_1"][:pairs],
+            "pair_rest_gap": [gap][:pairs],
+            "pair_distance": [distance][:pairs],
+            "pair_onset_force": [onset][:pairs],
             "impact_restitution": restitution,
             "impact_peak_force": [4e6, 1e6],
             "impact_steps": [26, 7],
@@ -148,6 +149,9 @@ def test_a_run_that_ends_while_a_building_moves(checked):
     met, text = one(checked(notes={"pounding.swing_at_end": "two"}), "last period")
     assert not met and "last period of the run two still moves by 100 % of its largest" in text
     assert text.endswith("what comes after it is not computed: see duration of [pounding]")
+    # Where nothing can touch, nothing comes after it.
+    found = checked(notes={"pounding.swing_at_end": "two"}, pairs=0)
+    assert not any("last period" in text for _, text in found)
 
 
 def test_the_steps_asked_are_those_of_the_case(checked):

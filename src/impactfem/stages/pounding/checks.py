@@ -310,7 +310,7 @@ def _accuracy(
 ) -> list[Check]:
     """Rest at the end, energy, steps in an impact, the time stepping in contact, spectra."""
     lines: list[Check] = []
-    if SWING_AT_END in values:
+    if SWING_AT_END in values and store["pair"].size:
         text = f"pounding: in the last period of the run {swinging} still moves by"
         swing = values[SWING_AT_END]
         met, text = limited(text, swing, SWING, "% of its largest displacement")
