@@ -86,7 +86,10 @@ def test_other_layouts(tmp_path):
                 ("time [s],NS [g],[g]", "no such column"),
             )
         ),
-        (GOOD.replace("acceleration [m/s2]", "velocity [g]"), "'velocity .g.': no such column"),
+        (
+            GOOD.replace("acceleration [m/s2]", "velocity [g]"),
+            "'velocity .g.': no such column, as its name",
+        ),
     ],
 )
 def test_faults(tmp_path, content, message):

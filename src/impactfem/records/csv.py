@@ -114,7 +114,9 @@ def _header(file: RecordFile, line_number: int, line: str) -> dict[str, float]:
         other = re.match(r"(?i)vel|disp", name)
         if not name or other or (factor is None and name not in {"time", "acceleration"}):
             what = "no such column"
-            if unit and unit not in TIME_UNITS and match:
+            if other:
+                what += ", as its name is not that of an acceleration"
+            elif unit and unit not in TIME_UNITS and match:
                 what += f", as '{match[2]}' is no unit of acceleration ({', '.join(units)})"
             file.note(line_number, cell.strip(), f"{what}; expected {file.expected}")
             continue
