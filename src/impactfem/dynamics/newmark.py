@@ -15,6 +15,8 @@ each in addition to α + β λ (`ModalPart`). The factor is that of S without it
     w = y - Z (1 + G Uᵀ Z)⁻¹ G Uᵀ y,   S₀ y = r,   S₀ Z = U.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
