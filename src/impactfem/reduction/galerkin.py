@@ -48,7 +48,8 @@ pound, forces differ by 1e-8 for one unit of rounding in K with 1e-9, and by 1e-
 LOCAL = 3e-3
 """The same of the responses to forces along the lines where buildings pound in 3D. With 1e-4, of
 `row_of_three_3d` with B in 3D, there are 6 % more vectors, no result moves by more than 0.1 %, and
-from 1 rank to 2 modes at 850 Hz differ by 1e-6, not by 4e-9, and forces by 8e-9, not by 1e-9."""
+from 1 rank to 2 modes at 850 Hz differ by 1e-6, not by 4e-9, and forces by 8e-9, not by 1e-9 (from
+1 to 3 by 6e-9 with this)."""
 
 
 def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 8) -> None:
