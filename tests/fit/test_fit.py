@@ -205,7 +205,7 @@ def test_a_key_that_the_data_do_not_see(case, written, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("most", "seen", "words"), [(20.0, "not here", "is not fitted: at 0.05 "), (0.5, "no", "")]
+    ("most", "seen", "words"), [(20.0, "not here", "is not fitted: at 0.05 the"), (0.5, "no", "")]
 )
 def test_a_key_that_the_data_see_elsewhere(case, written, tmp_path, monkeypatch, most, seen, words):
     """As a gap where nothing touches: no slope, and so many deviations at the lower bound."""
@@ -224,7 +224,11 @@ def test_a_key_that_the_data_see_elsewhere(case, written, tmp_path, monkeypatch,
     (text,) = [text for text in result.warnings if "damping.ratio" in text]
     assert ("do not see damping.ratio: by the slope" in text) == (most < 1.0)
     if words:
-        assert words in text and "by 20 standard deviations" in text and "lower bound" in text
+        assert words in text and "lower bound they change by 20 standard deviations" in text
+    # At a bound where the case is refused nothing is known, and the other one counts.
+    assert replace(result, across={2: (np.nan, most)}).unseen == result.unseen
+    assert replace(result, across={2: (most, np.nan)}).unseen == result.unseen
+    assert replace(result, across={2: (np.nan, np.nan)}).unseen == [2]
 
 
 def test_a_key_that_the_data_do_not_see_keeps_its_start(case, written, tmp_path, monkeypatch):

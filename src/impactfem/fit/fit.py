@@ -344,14 +344,14 @@ def _warnings(result: Fit) -> list[str]:
         has_prior = problem.fit.free[keys[k]].prior is not None
         reset = result.u[k] == problem.start[k]
         if k not in result.unseen:
-            bounds = problem.fit.free[keys[k]].bounds
+            unit = problem.fit.free[keys[k]].bounds[0].unit
+            here = f"{result.values[k]:.4g} {unit}".removesuffix(" -")
             changes = np.nan_to_num(result.across[k])
             at = int(changes.argmax())
             texts.append(
-                f"{keys[k]} is not fitted: at {result.values[k]:.4g} {bounds[at].unit} the data do "
-                f"not see it by their slope, but they change by {changes[at]:.2g} standard "
-                f"deviations where it alone goes to its {('lower', 'upper')[at]} bound; start "
-                "where they do"
+                f"{keys[k]} is not fitted: at {here} the data have no slope by it, but where it "
+                f"alone goes to its {('lower', 'upper')[at]} bound they change by "
+                f"{changes[at]:.2g} standard deviations; give it a start nearer to that bound"
             )
             continue
         rest = "its value is that of its start" if reset else "its value says nothing"

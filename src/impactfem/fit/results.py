@@ -63,7 +63,8 @@ class Fit:
     @property
     def unseen(self) -> list[int]:
         """The keys that the data see neither by their slopes nor at a bound."""
-        return [k for k, changes in self.across.items() if not max(changes) >= BLIND]
+        # A bound without a result says nothing, whatever the other one does.
+        return [k for k, ends in self.across.items() if not any(end >= BLIND for end in ends)]
 
     @property
     def errors(self) -> tuple[Array, Array]:
