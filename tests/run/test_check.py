@@ -463,3 +463,8 @@ def test_published_values_that_no_result_has(caplog):
         "'frs.floor_8.pfa'?",
         "warning: published value sticks.nobody: no result of this run",
     ]
+
+
+def test_a_folder_of_records_that_is_not_there(frame):
+    case = frame('[ensemble]\nrecords = "nowhere"\n')
+    assert "expected a folder of records; there is none of this name" in "".join(faults(case, True))

@@ -218,3 +218,13 @@ def test_a_process_that_is_killed_is_told(case, tmp_path, monkeypatch):
 
 def _die(*_, **__):
     os._exit(9)
+
+
+def test_an_interrupt_ends_the_sweep(case, tmp_path, monkeypatch):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sticks, "run_sticks", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        study.sweep(case, FACTORS, stage="pounding", out=tmp_path / "s")
+    assert not (tmp_path / "s" / "sweep.csv").exists()

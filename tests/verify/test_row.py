@@ -111,8 +111,6 @@ DISTANCE = "largest distance of that end from the wall over v₀ 2L/c"
         (curved, {"thickness": 1.01}, curved.hyperbolic_paraboloid, 1.0, ()),
         (curved, {"thickness": 1.01}, curved.twisted_strip, 1.0, ()),
         (plates, {"E": 1.01}, plates.nafems_fv32, 1.0, ()),
-        # Of FV12's own numbers the first are rounded.
-        (plates, {"thickness": 1.03}, plates.nafems_fv12, 0.75, ()),
         (forced, {"E": 1.01}, forced.strip_pulse, 0.0, ["largest deflection, undamped, full"]),
         (forced, {"E": 1.005}, forced.travelling_force, 0.8, ()),
         (in_time, {"E": 1.01}, in_time.nafems_13t, 0.0, PEAKS),
@@ -127,3 +125,10 @@ def test_another_model_is_seen(altered, failed, module, factor, benchmark, least
     found = failed(rows)
     assert sum(not row.passed for row in rows) >= least * len(rows) and set(some) <= found
     assert benchmark is not slab.bar_against_wall or "impulse" not in found
+
+
+def test_a_thicker_plate_is_seen(altered, failed):
+    """Of FV12's own numbers, the first of which are rounded, at least half."""
+    altered(plates, thickness=1.03)
+    rows = plates.nafems_fv12()
+    assert len(failed(rows[:6])) >= 3 and len(failed(rows[6:])) == 6

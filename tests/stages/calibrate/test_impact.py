@@ -298,3 +298,21 @@ def test_runs_that_do_not_compare():
     far = run_before_wall(0.1, gap=0.05)
     with pytest.raises(SolutionError, match="no impact: floor 1"):
         compare(far, far, 1)
+
+
+def test_a_second_impact(history):
+    found = floor_impacts(history(half_sine() + half_sine(first=1200, steps=40, peak=1e3)), 8)
+    assert found.number == 2
+    assert found.second.start == pytest.approx(1.2, abs=DT)
+    assert found.second.impulse == pytest.approx(2.0 / np.pi * 1e3 * 0.040, rel=1e-3)
+    assert (
+        found.first_complete().impulse
+        == floor_impacts(history(half_sine()), 8).first_complete().impulse
+    )
+
+
+def test_approach_and_rebound(history):
+    F = half_sine()
+    velocity = np.where(np.arange(F.size) <= 600, 1.0, -0.6)
+    impact = floor_impacts(history(F, velocity=velocity[:, None]), 8).first_complete()
+    assert (impact.approach, impact.rebound) == (1.0, 0.6)
