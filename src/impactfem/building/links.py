@@ -268,8 +268,14 @@ class BasePlate:
                 f"({at[0]:g}, {at[1]:g}) m; the nearest one, at ({x:.4g}, {y:.4g}, {z:.4g}) m, is "
                 f"{away.min():.3g} m away: the mesh is too coarse for the radius"
             )
-        followers: Index = within[within != master]
-        return cls(name, floor, at, master, followers, at - mesh.nodes[master])
+        return cls(
+            name=name,
+            floor=floor,
+            point=at,
+            master=master,
+            followers=np.asarray(within[within != master], dtype=np.int64),
+            offset=at - mesh.nodes[master],
+        )
 
 
 def find_base_plates(case: Case, mesh: BuildingMesh) -> tuple[BasePlate, ...]:

@@ -56,8 +56,11 @@ def _numbers(mesh: BuildingMesh) -> Faults:
     for cells, owner in ((mesh.triangles, shell_groups(mesh)), (mesh.lines, beam_groups(mesh))):
         bad = np.flatnonzero(~np.isfinite(mesh.nodes[cells]).all(axis=(1, 2)))
         for group, some, where in by_group(mesh, bad, cells, owner):
-            text = f"{len(some)} cells with coordinates that are not finite, the first at {where}"
-            yield group, f"{text}; expected numbers"
+            yield (
+                group,
+                f"{len(some)} cells with coordinates that are not finite, the first at {where}; "
+                "expected numbers",
+            )
 
 
 def _extent(mesh: BuildingMesh) -> Faults:
@@ -66,8 +69,11 @@ def _extent(mesh: BuildingMesh) -> Faults:
         size = " x ".join(f"{x:g}" for x in extent)
         far = mesh.nodes[int(np.argmax(np.abs(mesh.nodes).max(axis=1)))]
         parts = [part.group for part in (*mesh.shell_parts, *mesh.beam_parts)]
-        text = f"the mesh measures {size}, with a node at {place(far)}; expected metres, at most"
-        yield parts[0], f"{text} {LARGEST:g} m (is it in millimetres?)"
+        yield (
+            parts[0],
+            f"the mesh measures {size}, with a node at {place(far)}; expected metres, at most "
+            f"{LARGEST:g} m (is it in millimetres?)",
+        )
 
 
 def _cells(mesh: BuildingMesh) -> Faults:
@@ -107,9 +113,12 @@ def _duplicates(mesh: BuildingMesh) -> Faults:
     for i, j in pairs.tolist():
         seen.setdefault(tuple(sorted({groups[i], groups[j]})), []).append(i)
     for names, firsts in sorted(seen.items()):
-        where = place(mesh.nodes[firsts[0]])
-        text = f"{len(firsts)} pairs of nodes in one place, the first at {where}; expected shared"
-        yield ", ".join(names), f"{text} nodes (in gmsh: fragment the parts before meshing)"
+        yield (
+            ", ".join(names),
+            f"{len(firsts)} pairs of nodes in one place, the first at "
+            f"{place(mesh.nodes[firsts[0]])}; "
+            "expected shared nodes (in gmsh: fragment the parts before meshing)",
+        )
     for cells, corners, owner in (
         (mesh.triangles, mesh.triangles[:, :3], shell_groups(mesh)),
         (mesh.lines, mesh.lines[:, :2], beam_groups(mesh)),
@@ -162,8 +171,11 @@ def _standing(mesh: BuildingMesh) -> Faults:
             *beams[np.flatnonzero(piece[mesh.lines[:, 0]] == loose)].tolist(),
         }
         nodes = np.flatnonzero(piece == loose)
-        text = f"{len(nodes)} nodes, one at {place(mesh.nodes[nodes[0]])}, are not connected"
-        yield ", ".join(sorted(names)), f"{text} to the base: a mechanism"
+        yield (
+            ", ".join(sorted(names)),
+            f"{len(nodes)} nodes, one at {place(mesh.nodes[nodes[0]])}, are not connected to the "
+            "base: a mechanism",
+        )
 
 
 def _edges(mesh: BuildingMesh) -> Faults:

@@ -123,8 +123,17 @@ def own_law(
             else:
                 continue
             raise InputError([Fault(file, "force", f"p = {p:.6g} m, v = {v:.6g} m/s", wrong)])
-    asked, no_ratio = parting.epsilon if asked is None else asked, float("nan")
-    return OwnLaw(name, code, values, asked, parting.epsilon, no_ratio, mass, unit, compiled)
+    return OwnLaw(
+        name=name,
+        code=code,
+        parameters=values,
+        asked=parting.epsilon if asked is None else asked,
+        epsilon=parting.epsilon,
+        xi=float("nan"),
+        mass=mass,
+        unit=unit,
+        compiled=compiled,
+    )
 
 
 @lru_cache(maxsize=4096)

@@ -7,7 +7,6 @@ import math
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 import xarray as xr
@@ -21,8 +20,19 @@ from impactfem.system.scalar import Scalar
 
 Cell = str | float | int | None
 
-FACTORS = dict.fromkeys(("kN s", "kJ", "t"), 1e-3) | dict.fromkeys(("MN", "MN m", "MPa"), 1e-6)
-FACTORS |= {"GPa": 1e-9, "cm": 1e2, "%": 1e2, "mm": 1e3, "ms": 1e3}
+FACTORS = {
+    "kN s": 1e-3,
+    "kJ": 1e-3,
+    "t": 1e-3,
+    "MN": 1e-6,
+    "MN m": 1e-6,
+    "MPa": 1e-6,
+    "GPa": 1e-9,
+    "cm": 1e2,
+    "%": 1e2,
+    "mm": 1e3,
+    "ms": 1e3,
+}
 """Units in which tables show what stores have in SI, and the factors to them."""
 
 
@@ -90,8 +100,15 @@ class Table:
             table.add_row(*(f"{one:.4g}" if isinstance(one, float) else str(one) for one in known))
         stream = io.StringIO()
         # Plain text: in a notebook rich would show the table there, or colour it.
-        off: Any = dict.fromkeys(("markup", "highlight", "force_jupyter", "force_terminal"), False)
-        Console(file=stream, width=width, **off).print(table)
+        console = Console(
+            file=stream,
+            width=width,
+            markup=False,
+            highlight=False,
+            force_jupyter=False,
+            force_terminal=False,
+        )
+        console.print(table)
         return stream.getvalue().rstrip()
 
 

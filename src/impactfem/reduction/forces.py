@@ -201,7 +201,9 @@ def check_contacts(case: Case, mesh: BuildingMesh) -> tuple[EdgeForce, ...]:
     named = None if transient is None else transient.floors
     patterns: list[EdgeForce] = []
     for name, end in ends:
-        shares = sides.shares(path, name, end) if end.building == building else ()
+        if end.building != building:
+            continue
+        shares = sides.shares(path, name, end)
         if isinstance(shares, Fault):
             faults.append(shares)
         elif named is None or end.floor in named:

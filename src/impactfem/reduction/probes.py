@@ -154,8 +154,13 @@ def covered_points(case: Case, mesh: BuildingMesh) -> CoveredPoints:
     if faults:
         raise InputError(faults)
     names = chosen(list(probes), [p for _, wanted in patterns for p in wanted])
-    of_anchor = [tuple(map(names.index, chosen(names, wanted))) for _, wanted in patterns]
-    return CoveredPoints(tuple(names), tuple(probes[name] for name in names), tuple(of_anchor))
+    return CoveredPoints(
+        names=tuple(names),
+        nodes=tuple(probes[name] for name in names),
+        of_anchor=tuple(
+            tuple(names.index(name) for name in chosen(names, wanted)) for _, wanted in patterns
+        ),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,8 +184,12 @@ def motion_grid(mesh: BuildingMesh, which: str) -> MotionGrid:
     corners, ends = (6, 3) if which == "all" else (3, 2)
     triangles, lines = mesh.triangles[:, :corners], mesh.lines[:, :ends]
     nodes: Index = np.union1d(triangles, lines)
-    numbered = (np.searchsorted(nodes, cells) for cells in (triangles, lines))
-    return MotionGrid(nodes, mesh.nodes[nodes], *numbered)
+    return MotionGrid(
+        nodes=nodes,
+        points=mesh.nodes[nodes],
+        triangles=np.searchsorted(nodes, triangles),
+        lines=np.searchsorted(nodes, lines),
+    )
 
 
 def floor_vertices(mesh: BuildingMesh) -> Index:

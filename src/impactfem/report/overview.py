@@ -18,8 +18,14 @@ from impactfem.stages.stores import names_of
 from impactfem.stages.transient.selection import floors_of, known, shown
 
 UNITS: pint.UnitRegistry[float] = pint.UnitRegistry()
-PREFIXED = {"N": "newton", "N s": "newton * second", "N/m": "newton / metre"}
-PREFIXED |= {"Pa": "pascal", "s": "second", "m": "metre"}
+PREFIXED = {
+    "N": "newton",
+    "N s": "newton * second",
+    "N/m": "newton / metre",
+    "Pa": "pascal",
+    "s": "second",
+    "m": "metre",
+}
 GAPS = ["pair_rest_gap", "pair_required_separation"]
 BENDING = r"building\.frequency\.(\d+)"
 """Names of the frequencies of the modes of a 3D model that bend."""

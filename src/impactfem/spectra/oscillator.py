@@ -96,7 +96,16 @@ def step_coefficients(
     y = rate * h
     phi1 = np.array([phi(one, 1) for one in y], dtype=np.complex128)
     phi2 = np.array([phi(one, 2) for one in y], dtype=np.complex128)
-    return StepCoefficients(omega, xi, omega_d, h, rate, np.exp(y), -h * phi1**2, -h * phi2)
+    return StepCoefficients(
+        omega=omega,
+        xi=xi,
+        omega_d=omega_d,
+        time_step=h,
+        rate=rate,
+        propagator=np.exp(y),
+        input_gain=np.asarray(-h * phi1**2, dtype=np.complex128),
+        feedthrough=np.asarray(-h * phi2, dtype=np.complex128),
+    )
 
 
 @njit(nogil=True, cache=True)

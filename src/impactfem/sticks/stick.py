@@ -235,8 +235,20 @@ def build_stick(
         at = np.ix_(element.dofs[free], element.dofs[free])
         K[at] += k[np.ix_(free, free)]
     K = (K + K.T) / 2.0
-    own = name, tuple(floors), axis, base, np.array(positions)
-    return Stick(*own, M, damping.matrix(K, M), K, tuple(elements), damping, soil, masters)
+    return Stick(
+        name=name,
+        floors=tuple(floors),
+        axis=axis,
+        base=base,
+        positions=np.array(positions),
+        M=M,
+        C=damping.matrix(K, M),
+        K=K,
+        elements=tuple(elements),
+        damping=damping,
+        soil=soil,
+        storey_points=masters,
+    )
 
 
 def mass_on_spring(
@@ -282,6 +294,14 @@ def mass_on_spring(
     x, y, z = position
     ends = np.array([-1] * 6 + list(range(6)), dtype=np.int64)
     between = k * np.kron(np.array([[1.0, -1.0], [-1.0, 1.0]]), np.eye(6))
-    M, C, K = (one * np.eye(6) for one in (mass, c, k))
-    elements = (StoreyElement(0, ends, np.eye(12), between),)
-    return Stick(name, (floor,), (x, y), z - 1.0, np.array([[x, y, z]]), M, C, K, elements)
+    return Stick(
+        name=name,
+        floors=(floor,),
+        axis=(x, y),
+        base=z - 1.0,
+        positions=np.array([[x, y, z]]),
+        M=mass * np.eye(6),
+        C=c * np.eye(6),
+        K=k * np.eye(6),
+        elements=(StoreyElement(0, ends, np.eye(12), between),),
+    )

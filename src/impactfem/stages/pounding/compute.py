@@ -229,9 +229,21 @@ def run_sticks(
             for name, other in others.items():
                 peaks[name] = Peaks.of(other, lines, floor_spectra(case, other, floors.directions))
     return StickStudy(
-        *(case, motions, calibration, system, all_modes, response, free, found, checks, apart),
-        *(facing, floors, floors_free, foundations(case, response)),
-        *(peaks.get("peaks"), peaks.get("halved"), peaks.get("doubled")),
+        case,
+        motions,
+        calibration,
+        system,
+        all_modes,
+        response,
+        free,
+        found,
+        checks,
+        apart,
+        facing,
+        floors,
+        floors_free,
+        foundations(case, response),
+        **peaks,
     )
 
 
@@ -264,9 +276,12 @@ def floor_spectra(
     columns = dofs[:, [COMPONENTS.index(name) for name in directions]]
     records, asked = response.absolute_acceleration[:, columns.ravel()].T, case.spectra
     spectra = response_spectra(
-        *(records, response.time_step, asked.frequency_values, asked.damping),
-        points_per_cycle=asked.points_per_cycle,
-        method=asked.method,
+        records,
+        response.time_step,
+        case.spectra.frequency_values,
+        case.spectra.damping,
+        points_per_cycle=case.spectra.points_per_cycle,
+        method=case.spectra.method,
         threads=threads(),
         absolute=False,
     )

@@ -42,8 +42,13 @@ MAIN_IMPACT = {
     "restitution": ("restitution", "-"),
 }
 """The same of the main impact."""
-DEMANDS = {"bearing_pressure": "Pa", "bearing_ratio": "-", "storey_shear": "N"}
-DEMANDS |= {"shear_stress": "Pa", "cracking_ratio": "-"}
+DEMANDS = {
+    "bearing_pressure": "Pa",
+    "bearing_ratio": "-",
+    "storey_shear": "N",
+    "shear_stress": "Pa",
+    "cracking_ratio": "-",
+}
 """What an impact asks of the buildings, with its unit."""
 LARGEST = "of the largest values"
 SHORT, LONG = 0.2, 2.0

@@ -38,10 +38,15 @@ def transient_checks(folder: Path) -> list[Check]:
                 largest = over.isel(over.argmax(...))
                 low = 1.0 - 1.0 / float(largest)
                 met, text = limited("transient: peak accelerations, samples low by", low, LOST, "%")
-                text += f" at {largest['probe'].item()}, {largest['component'].item()}: "
-                text += "printed peak accelerations and ZPA are sampled values; spectra at the "
-                text += f"probes are those of histories made {finer} times finer by band-limited "
-                samples.append((met, f"{text}interpolation"))
+                samples.append(
+                    (
+                        met,
+                        f"{text} at {largest['probe'].item()}, {largest['component'].item()}: "
+                        "printed peak accelerations and ZPA are sampled values; "
+                        f"spectra at the probes are those of histories made {finer} times finer "
+                        "by band-limited interpolation",
+                    )
+                )
             else:
                 text = f"peak accelerations may be more than {100.0 * LOST:.2g} % low"
                 samples.append((None, f"transient: {text} between the samples"))
