@@ -158,7 +158,7 @@ def basis_figures(case_file: str = DEFAULT) -> list[Figure]:
         return 2.0 * float(A.getInfo()["nz_used"]) * X.shape[1]
 
     def projecting(basis: KrylovBasis) -> float:
-        return float(basis.Q.shape[0]) * basis.vectors.count**2
+        return float(basis.Q.shape[0]) * (basis.vectors.count - basis.size) ** 2
 
     watched: list[tuple[Any, str, str, Any]] = [
         (Factorisation, "__init__", "factor", lambda factor, *_, **__: factor.operations),

@@ -5,7 +5,7 @@ import pytest
 import scipy.linalg
 import scipy.sparse as sp
 
-from impactfem.reduction import galerkin
+from impactfem.reduction import galerkin, orthonormal
 from impactfem.reduction.galerkin import (
     LOCAL,
     GalerkinModes,
@@ -55,6 +55,22 @@ def test_free_and_held_modes(completed):
     assert free == pytest.approx(np.sqrt(model.eigenvalue[0]), rel=1e-9)
     exact = held_frequencies(model.K, model.M, G, 1)
     assert reduced_held(basis, G, 1) == pytest.approx(exact, rel=1e-6)
+
+
+@pytest.mark.parametrize("chunk", [5, 64])
+def test_modes_without_products_of_the_krylov_space(membrane, krylov, monkeypatch, chunk):
+    """φᵀ K φ = λ and φᵀ M φ = 1 on all vectors, wherever the tail is in memory."""
+    monkeypatch.setattr(orthonormal, "CHUNK", chunk)
+    model = membrane()
+    basis = krylov(6, model, loads=np.eye(len(model.K))[:, [3, 30, 77]], shift=SHIFT)
+    append_responses(basis, np.eye(len(model.K))[:, [12, 50]])
+    modes = GalerkinModes.of(basis)
+    shapes = basis.vectors.columns(0, basis.vectors.count) @ modes.coordinates
+    frequency = np.sqrt(modes.eigenvalue)
+    K = shapes.T @ model.K @ shapes / frequency / frequency[:, None]
+    assert len(K) == basis.size + 3 + 4
+    assert shapes.T @ model.M @ shapes == pytest.approx(np.eye(len(K)), abs=1e-11)
+    assert K == pytest.approx(np.eye(len(K)), abs=1e-8)
 
 
 def test_the_free_basis_alone_does_not_hold(completed):

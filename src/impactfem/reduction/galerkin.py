@@ -162,20 +162,35 @@ class GalerkinModes:
     @classmethod
     @all_blas_threads()
     def of(cls, basis: KrylovBasis) -> GalerkinModes:
-        """The modes on all vectors of a basis, also those that were appended to it. Collective."""
-        vectors = basis.vectors
-        n = vectors.count
-        stiffness = np.zeros((n, n))
-        first = 0
-        for V in vectors.pieces(0, n):
-            part = slice(first, first + V.shape[1])
-            stiffness[part, : part.stop] = vectors.seen(product(basis.K, V), part.stop)
-            first = part.stop
+        """The modes on all vectors of a basis, also those that were appended to it. Collective.
+
+        Of the Krylov space V no product with K is needed. With K̃ = K + σ0 M, W for the tail Q and
+        what was appended, all orthogonal to V in the mass, T Y = Y Θ and P = S Y Θ⁻¹,
+
+            K̃ V Y = M V Y Θ⁻¹ − K̃ Q P:   Yᵀ Vᵀ K̃ V Y = Θ⁻¹ + Pᵀ Qᵀ K̃ Q P,   Wᵀ K̃ V Y = −Wᵀ K̃ Q P.
+        """
+        vectors, n = basis.vectors, basis.vectors.count
+        known, first = reduced_model(basis), basis.size
+        P = known.tail * (known.eigenvalue + basis.shift)
+        pushed = np.zeros((n - first, n - first))  # Wᵀ K̃ W, first its lower triangle
+        start = 0
+        for W in vectors.pieces(first, n):
+            part = slice(start, start + W.shape[1])
+            pushed[part, : part.stop] = vectors.seen(product(basis.K, W), first + part.stop, first)
+            start = part.stop
+        pushed = np.tril(pushed) + np.tril(pushed, -1).T
+        pushed[np.diag_indices_from(pushed)] += basis.shift
+        r, by_tail = len(known.eigenvalue), pushed[:, : len(P)]
+        stiffness = np.zeros((r + n - first, r + n - first))
+        stiffness[:r, :r] = np.diag(known.eigenvalue + basis.shift) + P.T @ by_tail[: len(P)] @ P
+        stiffness[r:, :r], stiffness[r:, r:] = -by_tail @ P, pushed
+        stiffness[np.diag_indices_from(stiffness)] -= basis.shift
         # The first vectors are smooth and the last ones rough, so that entries grow along the
         # diagonal: reduced from the last row on, as of an upper triangle, the lowest modes keep
         # their digits (1e-12, where from the first row on they had 1e-10).
         eigenvalue, coordinates = np.linalg.eigh(stiffness.T, UPLO="U")
-        return cls(eigenvalue, coordinates, vectors)
+        krylov = known.coordinates @ coordinates[:r]
+        return cls(eigenvalue, np.vstack([krylov, coordinates[r:]]), vectors)
 
     def within(self, columns: Array) -> tuple[Array, Array]:
         """λ and coordinates of Galerkin's model in a part of the space of the vectors.

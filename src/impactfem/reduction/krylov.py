@@ -113,7 +113,7 @@ class KrylovBasis(Held):
     @property
     def Q(self) -> Array:
         """The tail: what A V has outside the space, shape (n_local, n_tail)."""
-        return self.vectors.columns(self._size, self.vectors.count)
+        return self.vectors.columns(self._size, len(self._T))
 
     @property
     def S(self) -> Array:

@@ -155,8 +155,8 @@ class Orthonormal:
             start += piece.shape[1]
         return found
 
-    def seen(self, L: Any, last: int) -> Array:
-        """Lᵀ V of the first columns, shape (k, last), the same on all ranks.
+    def seen(self, L: Any, last: int, first: int = 0) -> Array:
+        """Lᵀ V of a range of columns, shape (k, last - first), the same on all ranks.
 
         L, shape (n_local, k), is an array or of `scipy.sparse`.
         """
@@ -164,9 +164,9 @@ class Orthonormal:
         if scipy.sparse.issparse(L):
             # SciPy would copy all of a piece for the few rows that count.
             rows = np.unique(L.nonzero()[0])
-            pieces = [L.tocsr()[rows].T @ self.rows(rows, 0, last)]
+            pieces = [L.tocsr()[rows].T @ self.rows(rows, first, last)]
         else:
-            pieces = [L.T @ piece for piece in self.pieces(0, last)]
+            pieces = [L.T @ piece for piece in self.pieces(first, last)]
         return summed(self.M, np.concatenate([np.empty((L.shape[1], 0)), *pieces], axis=1))
 
     def combination(self, coordinates: Array) -> Array:
