@@ -129,9 +129,9 @@ def basis_figures(case_file: str = DEFAULT) -> list[Figure]:
     says what a better implementation could gain at most: MUMPS's count of its factorisation; four
     an entry of the factor and column for a solve; for the orthogonalisation of k columns against n
     others of N rows, in one pass or two and among themselves, 4 N k (n + k) a pass, 6 N k n for
-    what rounding left; two an entry of the matrix and column for a product, also for what
-    Galerkin's model is seen through. A block step takes rounding off while the next one is solved
-    for: both count as one.
+    what rounding left, 2 N k n where they stay as they are; two an entry of the matrix and column
+    for a product, also for what Galerkin's model is seen through. A block step takes rounding off
+    while the next one is solved for: both count as one.
     """
     case = load_case(in_source_tree(case_file))
     if case.structure is None:
@@ -151,6 +151,9 @@ def basis_figures(case_file: str = DEFAULT) -> list[Figure]:
         passes, first = (2.0, 0) if near is None else (1.0, near)
         return passes * 4.0 * X.size * max(basis.count - first, X.shape[1])
 
+    def knowing(basis: Orthonormal, X: Array, _: float) -> float:
+        return 2.0 * X.size * basis.stored
+
     def settling(basis: KrylovBasis, last: slice) -> float:
         return 6.0 * basis.Q.size * basis.size
 
@@ -164,6 +167,7 @@ def basis_figures(case_file: str = DEFAULT) -> list[Figure]:
         (Factorisation, "__init__", "factor", lambda factor, *_, **__: factor.operations),
         (Factorisation, "solve_block", "solves", solving),
         (Orthonormal, "append", "orthogonalisation", orthogonalising),
+        (Orthonormal, "append_kept", "orthogonalisation", knowing),
         (KrylovBasis, "_settle", "solves and orthogonalisation at once", settling),
         *((module, "product", "products with M and K", multiplying) for module in WITH_PRODUCTS),
         (GalerkinModes, "of", "Galerkin's products", projecting),

@@ -9,9 +9,9 @@ from impactfem.reduction import galerkin, orthonormal
 from impactfem.reduction.galerkin import (
     LOCAL,
     GalerkinModes,
-    append_at_shift,
     append_chain,
     append_contacts,
+    append_forces,
     append_responses,
 )
 
@@ -64,13 +64,23 @@ def test_modes_without_products_of_the_krylov_space(membrane, krylov, monkeypatc
     model = membrane()
     basis = krylov(6, model, loads=np.eye(len(model.K))[:, [3, 30, 77]], shift=SHIFT)
     append_responses(basis, np.eye(len(model.K))[:, [12, 50]])
+    append_forces(basis, np.eye(len(model.K))[:, [20, 21, 22, 40]], 4.0 * SHIFT)
+    # One force twice, and none.
+    forces = np.eye(len(model.K))[:, [20, 21, 22, 20, 41, 0]]
+    forces[:, -1] = 0.0
+    append_forces(basis, forces, 100.0 * SHIFT)
     modes = GalerkinModes.of(basis)
     shapes = basis.vectors.columns(0, basis.vectors.count) @ modes.coordinates
     frequency = np.sqrt(modes.eigenvalue)
-    K = shapes.T @ model.K @ shapes / frequency / frequency[:, None]
-    assert len(K) == basis.size + 3 + 4
-    assert shapes.T @ model.M @ shapes == pytest.approx(np.eye(len(K)), abs=1e-11)
-    assert K == pytest.approx(np.eye(len(K)), abs=1e-8)
+    stiffness = shapes.T @ model.K @ shapes / frequency / frequency[:, None]
+    one = np.eye(basis.size + 3 + 4 + 4 + 4)
+    assert shapes.T @ model.M @ shapes == pytest.approx(one, abs=1e-11)
+    for L in (model.loads, sp.csr_matrix(model.loads)):
+        assert modes.rows(L) == pytest.approx(shapes.T @ model.loads, rel=1e-10, abs=1e-10)
+    rows = basis.vectors.rows(np.array([[3, 9]]), 2, basis.vectors.count)
+    whole = np.vstack([np.zeros((2, len(one))), np.eye(len(one))[2:]])
+    assert basis.vectors.combination(whole)[[3, 9], 2:] == pytest.approx(rows[0], rel=1e-10)
+    assert stiffness == pytest.approx(one, abs=1e-8)
 
 
 def test_the_free_basis_alone_does_not_hold(completed):
@@ -90,7 +100,7 @@ def test_each_contact_force_at_the_shift(completed):
 def test_each_contact_force_at_further_shifts(completed):
     """(K + σ M)⁻¹ G is in the space for the shifts that are requested, and for no other."""
     model, G, basis = completed(contacts=False)
-    append_responses(basis, sp.csr_matrix(G), steps=1)
+    append_forces(basis, sp.csr_matrix(G), SHIFT)
     shifts = [9.0 * SHIFT, 81.0 * SHIFT]
 
     def outside():
@@ -103,9 +113,9 @@ def test_each_contact_force_at_further_shifts(completed):
         return found
 
     assert min(outside()) > 10.0 * LOCAL
-    append_at_shift(basis, sp.csr_matrix(G), shifts[0])
+    append_forces(basis, sp.csr_matrix(G), shifts[0])
     assert outside()[0] < LOCAL < 10.0 * LOCAL < outside()[1]
-    append_at_shift(basis, G, shifts[1])
+    append_forces(basis, G, shifts[1])
     assert max(outside()) < LOCAL
 
 

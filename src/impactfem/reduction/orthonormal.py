@@ -30,6 +30,9 @@ INDEPENDENT = 1e-6
 GONE = 0.5
 """Length that is left of a vector of length one up to which it was not there but by rounding."""
 
+TINY = np.finfo(np.float64).tiny
+"""Square of the length of a vector of zeros, so that it has one."""
+
 CHUNK = 64
 """Vectors that memory is set aside for at once. The system gives it when they are written."""
 
@@ -86,7 +89,8 @@ def room(rows: int, columns: int, processes: int = 1) -> Room:
 class Orthonormal:
     """Columns V with Vᵀ M V = I, each rank holding its rows.
 
-    Methods are collective, but `rows` and `columns`.
+    The last of them may be (X − V C) E of vectors X that are stored as they came in, C = Vᵀ M X of
+    the others (`append_kept`). Methods are collective, but `rows` and `columns`.
 
     Args:
         M: Mass, symmetric, positive definite (AIJ).
@@ -96,6 +100,9 @@ class Orthonormal:
         self.M = M
         self.count = 0
         self._chunks: list[Room] = []
+        self.stored = 0  # V and X
+        self._gram: Array = np.zeros((0, 0))  # C, and below it Xᵀ M X
+        self._E: Array = np.zeros((0, 0))
 
     @all_blas_threads()
     def append(
@@ -130,15 +137,40 @@ class Orthonormal:
         self._store(X)
         return np.vstack([coordinates, B]), MX
 
+    @all_blas_threads()
+    def append_kept(self, X: Array, dependent: float) -> None:
+        """Take in vectors that are stored as they are, shape (n_local, k), Fortran order.
+
+        What these and those before have outside the others comes in, but for directions in which no
+        combination of vectors of length one has more than `dependent`. The square of what is there
+        is a difference, of which 1e-15 is rounding, so that this is not to be small; it takes a
+        third of the time of `append`, which must not follow. SolutionError where x has values that
+        are not numbers.
+        """
+        n, m, MX = self.count - self._E.shape[1], len(self._E), product(self.M, X)
+        self._store(X)
+        self.count = n  # V alone, until it is known what comes in
+        seen = [summed(self.M, piece.T @ MX) for piece in self.pieces(0, self.stored)]
+        gram = np.pad(self._gram, ((0, n + m + X.shape[1] - len(self._gram)), (0, X.shape[1])))
+        gram[:, m:] = np.concatenate(seen)
+        gram[n + m :, :m] = gram[n : n + m, m:].T
+        if not np.all(np.isfinite(gram)):
+            raise SolutionError("a load pattern has values that are not numbers")
+        C, size = gram[:n], 1.0 / np.sqrt(np.maximum(np.diag(gram[n:]), TINY))
+        square, U = np.linalg.eigh((gram[n:] - C.T @ C) * size * size[:, None])
+        come = square > dependent**2
+        self._gram, self._E = gram, size[:, None] * U[:, come] / np.sqrt(square[come])
+        self.count = n + self._E.shape[1]
+
     def replace(self, first: int, X: Array) -> None:
         """Put others in place of the columns from one on, shape (n_local, number of them)."""
-        self.count = first
+        self.count = self.stored = first
         self._store(X)
 
     def drop(self, first: int) -> Array:
         """Take out the columns from one on, shape (n_local, number of them), Fortran order."""
         X = np.array(self.columns(first, self.count), order="F")
-        self.count = first
+        self.count = self.stored = first
         return X
 
     def rows(self, index: Index, first: int, last: int) -> Array:
@@ -147,31 +179,34 @@ class Orthonormal:
         The rows are counted from the first of this rank, of any shape; the columns are a further
         axis.
         """
-        found = np.empty((*np.shape(index), last - first))
-        flat, start = found.reshape(np.size(index), last - first), 0
-        for piece in self.pieces(first, last):
+        begin, end = self._stored_for(first, last)
+        flat, start = np.empty((np.size(index), end - begin)), 0
+        for piece in self.pieces(begin, end):
             # Column by column: a row of the piece is spread over all of its memory.
             flat[:, start : start + piece.shape[1]] = piece.T.take(np.ravel(index), axis=1).T
             start += piece.shape[1]
-        return found
+        return self._outside(flat, first, last).reshape(*np.shape(index), last - first)
 
-    def seen(self, L: Any, last: int, first: int = 0) -> Array:
-        """Lᵀ V of a range of columns, shape (k, last - first), the same on all ranks.
+    def seen(self, L: Any, last: int) -> Array:
+        """Lᵀ V of the first columns, shape (k, last), the same on all ranks.
 
         L, shape (n_local, k), is an array or of `scipy.sparse`.
         """
-        pieces: list[Array]
         if scipy.sparse.issparse(L):
             # SciPy would copy all of a piece for the few rows that count.
             rows = np.unique(L.nonzero()[0])
-            pieces = [L.tocsr()[rows].T @ self.rows(rows, first, last)]
-        else:
-            pieces = [L.T @ piece for piece in self.pieces(first, last)]
-        return summed(self.M, np.concatenate([np.empty((L.shape[1], 0)), *pieces], axis=1))
+            return summed(self.M, np.asarray(L.tocsr()[rows].T @ self.rows(rows, 0, last)))
+        pieces = [L.T @ piece for piece in self.pieces(*self._stored_for(0, last))]
+        found = np.concatenate([np.empty((L.shape[1], 0)), *pieces], axis=1)
+        return self._outside(summed(self.M, found), 0, last)
 
     def combination(self, coordinates: Array) -> Array:
         """V c of the first columns, shape (n_local, k), Fortran order; c one row a column."""
         X = np.zeros((self.M.getLocalSize()[0], coordinates.shape[1]), order="F")
+        C, E = self.kept(len(coordinates))
+        if E.size:
+            own = E @ coordinates[len(C) :]
+            coordinates = np.vstack([coordinates[: len(C)] - C @ own, own])
         first = 0
         for V in self.pieces(0, len(coordinates)):
             if X.size:
@@ -191,14 +226,13 @@ class Orthonormal:
 
     def _store(self, X: Array) -> None:
         for x in X.T:
-            at = self.count % CHUNK
-            if self.count == CHUNK * len(self._chunks):
+            if self.stored == CHUNK * len(self._chunks):
                 self._chunks.append(room(X.shape[0], CHUNK, self.M.getComm().getSize()))
-            self._chunks[self.count // CHUNK].array[:, at] = x
-            self.count += 1
+            self._chunks[self.stored // CHUNK].array[:, self.stored % CHUNK] = x
+            self.count, self.stored = self.count + 1, self.stored + 1
 
     def pieces(self, first: int, last: int) -> Iterator[Array]:
-        """The columns of a range, as they are stored: blocks of memory side by side.
+        """A range of what is stored, V and then X: blocks of memory side by side.
 
         One after the other: those in files may be too large to have all of them at hand.
         """
@@ -209,10 +243,35 @@ class Orthonormal:
 
     def columns(self, first: int, last: int) -> Array:
         """The columns of a range, shape (n_local, last - first): a copy, unless they are few."""
-        pieces = list(self.pieces(first, last))
-        if len(pieces) == 1:
-            return pieces[0]
-        return np.hstack([np.empty((self.M.getLocalSize()[0], 0), order="F"), *pieces])
+        pieces = list(self.pieces(*self._stored_for(first, last)))
+        if len(pieces) != 1:
+            pieces = [np.hstack([np.empty((self.M.getLocalSize()[0], 0), order="F"), *pieces])]
+        return self._outside(pieces[0], first, last)
+
+    def kept(self, last: int) -> tuple[Array, Array]:
+        """C and E of those of the first columns that are of X, shapes (n, m) and (m, k)."""
+        n = self.count - self._E.shape[1]
+        if last <= n:
+            return np.zeros((last, 0)), np.zeros((0, 0))
+        return self._gram[:n], self._E[:, : last - n]
+
+    @property
+    def gram(self) -> Array:
+        """Xᵀ M X of what is stored as it came in, shape (m, m)."""
+        return self._gram[len(self._gram) - len(self._E) :]
+
+    def _stored_for(self, first: int, last: int) -> tuple[int, int]:
+        """The range of what is stored that a range of columns needs."""
+        C, E = self.kept(last)
+        return (0, len(C) + len(E)) if E.size else (first, last)
+
+    def _outside(self, stored: Array, first: int, last: int) -> Array:
+        """Rows of a range of columns from those of what is stored for it."""
+        C, E = self.kept(last)
+        if not E.size:
+            return stored
+        n = len(C)
+        return np.hstack([stored[:, :n], (stored[:, n:] - stored[:, :n] @ C) @ E])[:, first:]
 
 
 def _orthonormal(M: PETSc.Mat, X: Array, MX: Array, least: Array) -> tuple[Array, Array, Array]:
@@ -221,7 +280,7 @@ def _orthonormal(M: PETSc.Mat, X: Array, MX: Array, least: Array) -> tuple[Array
     `least` is the length up to which what is left of each column is left out, shape (k,).
     """
     gram = inner(M, X, MX)
-    size = np.sqrt(np.maximum(np.diag(gram), np.finfo(np.float64).tiny))
+    size = np.sqrt(np.maximum(np.diag(gram), TINY))
     if not size.size or np.linalg.eigvalsh(gram / size / size[:, None]).min() <= INDEPENDENT:
         return _one_by_one(M, X, MX, least)
     # All at once by Cholesky's factor; a second time, as the first leaves some rounding.

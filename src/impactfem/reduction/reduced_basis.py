@@ -367,7 +367,7 @@ def completed(
         varying: Loads that many points share in the modes, shape (r, k), and the steps of the
             chain that completed the basis for them (`append_chain`).
         single: Those of single points, shape (r, n_points), and the shifts σ at which it has the
-            response to each, that of the basis first (`append_at_shift`).
+            response to each, that of the basis first (`append_forces`).
         loads: Names of the load patterns, the local ones last.
         b: Of each of them in the modes, shape (r, n_patterns).
         displacements: Those of its nodes.

@@ -32,13 +32,13 @@ from impactfem.dynamics.soil import Soil
 from impactfem.reduction.edge_force import EdgeForce, even, inward, smooth
 from impactfem.reduction.foundation import GROUND, Foundation
 from impactfem.reduction.galerkin import (
-    LOCAL,
     GalerkinModes,
-    append_at_shift,
     append_chain,
     append_contacts,
+    append_forces,
     append_responses,
     independent,
+    separated,
 )
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.loads import Loads
@@ -332,20 +332,20 @@ def reduce_building(
             anchors = _components(model, [(p.master, p.carried) for p in plan.base_plates])
             if plan.contacts:
                 append_chain(basis, touching @ varying, steps=SMOOTH_RESPONSES)
-                walls = [] if wall is None else [wall.contact]
-                contacts = independent([*walls, touching], model.mass.getComm().tompi4py())
-                append_responses(basis, contacts, steps=1, dependent=LOCAL)
             elif wall is not None:
                 append_contacts(basis, wall.contact)
             append_responses(basis, anchors)
             if state is not None:
                 basis.vectors.append(np.asfortranarray(state[:, None]))
-            # The factor goes now: there may not be room for it and what follows.
-            basis.destroy()
             if plan.contacts:
-                for k, shift in enumerate(shifts[1:], 1):
-                    steps.within("contacts and anchors", k / len(shifts))
-                    append_at_shift(basis, contacts, shift)
+                walls = [] if wall is None else [wall.contact]
+                contacts = independent([*walls, touching], model.mass.getComm().tompi4py())
+                contacts = separated(basis, contacts)
+                for k, shift in enumerate(shifts):
+                    steps.within("contacts and anchors", (1 + k) / (1 + len(shifts)))
+                    append_forces(basis, contacts, shift)
+                    # The factor goes: there may not be room for two.
+                    basis.destroy()
     with steps.step("modes"):
         modes = GalerkinModes.of(basis)
     kept = (
