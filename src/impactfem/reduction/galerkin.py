@@ -118,19 +118,6 @@ def independent(contacts: Sequence[Any], comm: Any) -> Any:
     return scipy.sparse.csr_matrix(G[:, np.sort(pivots[:rank] - 1)])
 
 
-def separated(free: KrylovBasis, G: Any) -> Any:
-    """Combinations of forces by how much they move together, in place of each alone. Collective.
-
-    Responses to neighbours hardly differ, and the difference of two is lost beside their sum. Those
-    to the eigenvectors of Gᵀ V Vᵀ (K + σ0 M)⁻¹ G, from forces that alternate to those that push all
-    together, differ in length and have each its own digits. G, of `scipy.sparse`, as of
-    `append_contacts`, and so is what is given.
-    """
-    seen = free.seen(G)
-    _, U = np.linalg.eigh(seen @ free.T @ seen.T)
-    return scipy.sparse.csr_matrix(G @ U)
-
-
 def append_responses(free: KrylovBasis, F: Any, *, steps: int = 2) -> None:
     """Append the first vectors of loads that the structure answers to locally. Collective.
 

@@ -114,8 +114,11 @@ class Orthonormal:
         `near` is the first of the columns in which X has large parts. The first of so many attempts
         at most takes off these alone, the others those in all columns. Gives the coordinates of X
         in all columns, shape (count, k); and M times the new ones, shape (n_local, number of new
-        columns). SolutionError where x has values that are not numbers.
+        columns). SolutionError where x has values that are not numbers; ValueError after
+        `append_kept`.
         """
+        if self._E.size:
+            raise ValueError("vectors that stay as they are must be the last ones")
         MX = product(self.M, X)
         length = np.sqrt(np.diag(inner(self.M, X, MX)))
         if not np.all(np.isfinite(length)):

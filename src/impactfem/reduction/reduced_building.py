@@ -38,7 +38,6 @@ from impactfem.reduction.galerkin import (
     append_forces,
     append_responses,
     independent,
-    separated,
 )
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.loads import Loads
@@ -340,12 +339,12 @@ def reduce_building(
             if plan.contacts:
                 walls = [] if wall is None else [wall.contact]
                 contacts = independent([*walls, touching], model.mass.getComm().tompi4py())
-                contacts = separated(basis, contacts)
-                for k, shift in enumerate(shifts):
-                    steps.within("contacts and anchors", (1 + k) / (1 + len(shifts)))
+                append_forces(basis, contacts, basis.shift)
+                # The factor goes now: there may not be room for it and those that follow.
+                basis.destroy()
+                for k, shift in enumerate(shifts[1:], 1):
+                    steps.within("contacts and anchors", k / len(shifts))
                     append_forces(basis, contacts, shift)
-                    # The factor goes: there may not be room for two.
-                    basis.destroy()
     with steps.step("modes"):
         modes = GalerkinModes.of(basis)
     kept = (
