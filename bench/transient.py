@@ -130,8 +130,8 @@ def basis_figures(case_file: str = DEFAULT) -> list[Figure]:
     an entry of the factor and column for a solve; for the orthogonalisation of k columns against n
     others of N rows, in one pass or two and among themselves, 4 N k (n + k) a pass, 6 N k n for
     what rounding left, 2 N k n where they stay as they are; two an entry of the matrix and column
-    for a product, also for what Galerkin's model is seen through. A block step takes rounding off
-    while the next one is solved for: both count as one.
+    for a product, also for what Galerkin's model is seen through. A block step that takes rounding
+    off does so while the next one is solved for: both count as one.
     """
     case = load_case(in_source_tree(case_file))
     if case.structure is None:
@@ -155,7 +155,7 @@ def basis_figures(case_file: str = DEFAULT) -> list[Figure]:
         return 2.0 * X.size * basis.stored
 
     def settling(basis: KrylovBasis, last: slice) -> float:
-        return 6.0 * basis.Q.size * basis.size
+        return 6.0 * basis.Q.size * basis.size if basis.clean else 0.0
 
     def multiplying(A: Any, X: Array) -> float:
         return 2.0 * float(A.getInfo()["nz_used"]) * X.shape[1]

@@ -9,7 +9,7 @@ import pytest
 
 from impactfem.reduction import orthonormal
 from impactfem.reduction.krylov import AT_ONCE, KrylovBasis
-from impactfem.reduction.orthonormal import CHUNK, DEPENDENT
+from impactfem.reduction.orthonormal import CHUNK, DEPENDENT, Orthonormal
 from impactfem.system import memory
 from impactfem.system.errors import SolutionError
 
@@ -60,18 +60,31 @@ def test_relations(membrane, basis):
     assert np.abs(image(model, V) - V @ made.T).max() > 1e-6 * np.abs(image(model, V)).max()
 
 
-@pytest.mark.parametrize(("threads", "rounding"), [(1, None), (2, None), (1, -1.0)])
-def test_threads_and_rounding(membrane, basis, monkeypatch, threads, rounding):
-    """With a second thread that solves at the same time; made orthogonal again at every step."""
+@pytest.mark.parametrize(
+    ("threads", "rounding", "loss"),
+    [(1, 1e-10, 0.0), (2, 1e-10, 0.0), (1, -1.0, 0.0), (1, 1e-10, 1e-12), (1, 1e-10, np.inf)],
+)
+def test_threads_and_rounding(membrane, basis, monkeypatch, threads, rounding, loss):
+    """With a second thread that solves at the same time; made orthogonal again at every step.
+
+    Or where rounding has grown; or never, and then it is orthogonal no more.
+    """
     monkeypatch.setenv("OMP_NUM_THREADS", str(threads))
-    if rounding is not None:
-        monkeypatch.setattr("impactfem.reduction.krylov.ROUNDING", rounding)
+    monkeypatch.setattr("impactfem.reduction.krylov.ROUNDING", rounding)
+    monkeypatch.setattr("impactfem.reduction.krylov.LOSS", loss)
+    settled, combination = [], Orthonormal.combination
+    monkeypatch.setattr(
+        Orthonormal, "combination", lambda V, c: settled.append(len(c)) or combination(V, c)
+    )
     model = membrane()
     made = basis(model.loads)
     made.grow(20)
     both = np.hstack([made.V, made.Q])
-    assert np.abs(both.T @ model.M @ both - np.eye(both.shape[1])).max() < 1e-12
+    apart = np.abs(both.T @ model.M @ both - np.eye(both.shape[1])).max()
+    assert apart > 1e-6 if np.isinf(loss) else apart < 1e-12
     assert relation(model, made) < 1e-13
+    steps = len(made.sizes)
+    assert len(settled) == {0.0: steps, np.inf: 0}.get(loss, np.clip(len(settled), 2, steps // 2))
 
 
 def test_solutions_in_parts(membrane, basis):

@@ -9,7 +9,7 @@ x0 = (K + σ0 M)⁻¹ F. The columns of x0, A x0, A² x0, ... span one space for
 basis V, with Vᵀ M V = I, fulfils A V = V T + Q S, where the few columns of Q are M-orthogonal to V.
 
 Beattie and Gugercin, Krylov-based model reduction of second-order systems with proportional
-damping, CDC 2005; full reorthogonalisation as in Grimme, Sorensen and Van Dooren (1996).
+damping, CDC 2005; reorthogonalised as in Simon, Mathematics of Computation 42 (1984) 115.
 """
 
 from collections.abc import Iterator
@@ -29,6 +29,11 @@ AT_ONCE = 64
 
 ROUNDING = 1e-10
 """Part of a unit vector in those before it up to which it is what rounding left there."""
+
+LOSS = 1e-12
+"""The same up to which it may stay there, as estimated."""
+
+EPS = float(np.finfo(np.float64).eps)
 
 
 class KrylovBasis(Held):
@@ -59,6 +64,8 @@ class KrylovBasis(Held):
         self._T: Array = np.zeros((0, 0))
         self._R: Array = np.zeros((0, 0))
         self._sizes: list[int] = []
+        self._loss = 0.0  # largest entry of Vᵀ M Q, as estimated
+        self.clean = 0  # last blocks in turn that it was taken off
 
     def destroy(self) -> None:
         """Free the factorisation; the basis stays and cannot grow any more. Collective."""
@@ -175,7 +182,17 @@ class KrylovBasis(Held):
         self._T[last, :] = coordinates.T
 
     def _settle(self, last: slice) -> None:
-        """Apply A to the new tail Q, and take off rounding at the same time. Collective."""
+        """Apply A to the new tail Q, and take off rounding where it grew. Collective."""
+        # A makes what there is of V in Q, and rounding, longer by ‖T‖ at most, and what is new of
+        # A Q, which S tells, shall have length one: so much does it grow in a step. It starts anew
+        # where it was taken off two blocks in turn, from which all of the next one comes.
+        new = np.linalg.svd(self.S[:, last], compute_uv=False).min(initial=np.inf)
+        self._loss = (self._loss + EPS) * float(np.linalg.norm(self.T, np.inf))
+        if self.clean != 1 and self._loss < LOSS * new:
+            self._loss /= new
+            self._AQ, self.clean = self.solve(self._MQ), 0
+            return
+        self._loss, self.clean = 0.0, self.clean + 1
         # Q = Q' + V c, with the small c = Vᵀ M Q. What was taken off Q counts in A V = V T + Q S,
         # and as A V c = V T c + Q S c is to be taken off A Q; left there, it would grow step by
         # step. The images of the last vectors under A brought in the tail.
