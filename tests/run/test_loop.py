@@ -16,8 +16,11 @@ import pytest
 import xarray as xr
 
 from impactfem.case import Published
+from impactfem.run import loop
 from impactfem.run.loop import run, write_summary
+from impactfem.stages.manifest import read_manifest
 from impactfem.system.files import write_netcdf
+from impactfem.system.own_process import OwnProcessError
 from impactfem.system.scalar import Scalar, scalars_of, values_of, with_scalars
 
 PROGRAM = Path(sys.executable).parent / "impactfem"
@@ -85,6 +88,38 @@ def test_results_alone(finished, edited, tmp_path):
     again = run(case, out=folder)
     assert again.reused == ["pounding"] and drawn() == before
     assert again.scalars == other.scalars and (folder / "report.html").is_file()
+
+
+def test_drawn_while_others_compute(finished, tmp_path, monkeypatch, caplog):
+    """In a process of its own, with the same outcome; an error of it stops the run at its end."""
+    monkeypatch.setattr(loop, "LONG", 0.0)
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    apart, own = [], loop.in_own_process
+    monkeypatch.setattr(
+        loop, "in_own_process", lambda f, name, *a: apart.append(name) or own(f, name, *a)
+    )
+    found = run(finished.case, out=tmp_path / "run")
+    assert apart == ["pounding"] and "pounding: tables and figures" in found.times
+    one, other = (read_manifest(of.folder, "pounding") for of in (found, finished))
+    assert one.drawn_from == other.drawn_from
+    drawn, expected = (
+        # Workbooks tell when they were made.
+        {name: digest for name, digest in of.drawings.items() if not name.endswith(".xlsx")}
+        for of in (one, other)
+    )
+    assert drawn == expected and one.drawings.keys() == other.drawings.keys()
+    caplog.clear()
+    assert run(finished.case, out=found.folder).reused == ["pounding"]
+    assert "drawn again" not in caplog.text and apart == ["pounding"]
+
+    def fail(*_):
+        raise OwnProcessError("no ink")
+
+    monkeypatch.setattr(loop, "in_own_process", fail)
+    with pytest.raises(OwnProcessError, match="no ink"):
+        run(finished.case, out=tmp_path / "other")
+    assert (tmp_path / "other" / "pounding.nc").exists()
+    assert not (tmp_path / "other" / "report.html").exists()
 
 
 def _says(path, words):

@@ -3,7 +3,7 @@
 import logging
 import math
 from collections.abc import Iterable, Mapping
-from concurrent.futures import wait
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
@@ -40,6 +40,7 @@ from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.files import write_json
 from impactfem.system.log import LOGGER, Steps, mirrored
 from impactfem.system.memory import available_memory, forget_peak, give_back, peak_memory
+from impactfem.system.own_process import in_own_process
 from impactfem.system.parallel import (
     on_root,
     one_blas_thread,
@@ -56,6 +57,9 @@ from impactfem.system.scalar import Scalar, alone, of_building, scalars_of
 APART = 20.0
 """Time that a stage takes for each building, as estimated, from which on they are computed side by
 side [s]: a process of its own takes some seconds to start."""
+LONG = 60.0
+"""Time that a run takes, as estimated, from which on a stage is drawn while others compute [s]: in
+a process of its own, which takes some seconds to start."""
 
 
 @dataclass
@@ -158,14 +162,19 @@ def run(
         for line in estimate.lines():
             LOGGER.debug("estimate: %s", line)
         warn_of_implausible(case, estimate.longest)
+        drawer = _Drawer(bar, apart=estimate.seconds > LONG) if draw else None
+        if drawer is not None:
+            opened.callback(drawer.executor.shutdown, cancel_futures=True)
         stages = asked_stages(case, stage)
         result.announced = [check for one in stages for check in one.announces(case)]
         log_checks(result.announced)  # before the first stage takes its time
         done = [
             work
             for one in asked_stages(case, None)
-            for work in _run_stage(one, result, one in stages, fresh, draw, bar, case, estimate)
+            for work in _run_stage(one, result, one in stages, fresh, drawer, bar, case, estimate)
         ]
+        if drawer is not None:
+            result.times |= drawer.wait()
         changed = on_root(lambda: _write_results(case, result, done, started))
         if stage in (None, REPORT):
             on_root(lambda: _warn_of_published(case, result.scalars))
@@ -177,12 +186,56 @@ def run(
     return result
 
 
+class _Drawer:
+    """Draws what stages computed: at once, or in processes, one by one, while others compute."""
+
+    def __init__(self, bar: bool, apart: bool) -> None:
+        self._bar, self._apart = bar, apart and world() is None and threads() > 1
+        self._drawn: list[Future[dict[str, float]]] = []
+        self.executor = ThreadPoolExecutor(1)
+
+    def draw(self, stage: Stage, case: Case, folder: Path, drawing: str, now: bool) -> None:
+        """Draw a stage, `now` or, in a long run, until `wait` has ended. Not collective."""
+        if now or not self._apart:
+            _draw(stage.name, case, folder, drawing, bar=self._bar)
+        else:
+            work = partial(in_own_process, _draw, stage.name, case, folder, drawing)
+            self._drawn.append(self.executor.submit(work))
+
+    def wait(self) -> dict[str, float]:
+        """Wait for what is still to be drawn; gives the times [s], as of `Run`."""
+        return {name: t for one in self._drawn for name, t in one.result().items()}
+
+
+def _draw(
+    name: str, case: Case, folder: Path, drawing: str, bar: bool | None = None
+) -> dict[str, float]:
+    """Draw the stage of this name, and write down from what; gives its time [s] by its step.
+
+    Without a word of how far it is where `bar` is None. Not collective.
+    """
+    stage = next(one for one in STAGES if one.name == name)
+    label, quiet = stage.label(case), bar is None
+    with (
+        stores_kept_open(),
+        Steps({DRAWING: 1.0}, f"stage {label}", quiet=quiet, bar=bool(bar)) as steps,
+        steps.step(DRAWING),
+    ):
+        pictures = stage.draw(case, case.folder(folder))
+    took = {f"{label}: {DRAWING}": round(steps.times[DRAWING], 3)}
+    manifest = read_manifest(folder, label)
+    update: dict[str, object] = {"drawn_from": drawing, "drawings": digests(folder, pictures)}
+    update["seconds"] = manifest.seconds | took
+    write_json(manifest_file(folder, label), manifest.model_copy(update=update).model_dump())
+    return took
+
+
 def _run_stage(
     stage: Stage,
     result: Run,
     asked: bool,
     fresh: bool,
-    draw: bool,
+    drawer: _Drawer | None,
     bar: bool,
     case: Case,
     estimate: Estimate,
@@ -213,7 +266,7 @@ def _run_stage(
         label = stage.label(view)
         if label in todo and label not in done:
             _compute(stage, *todo[label], folder, bar)
-        _finish_stage(stage, view, result, asked, label not in todo, draw, bar)
+        _finish_stage(stage, view, result, asked, label not in todo, drawer)
     return [(stage, view) for view in kept]
 
 
@@ -279,7 +332,7 @@ def _compute_named(name: str, case: Case, key: str, folder: Path) -> None:
 
 
 def _finish_stage(
-    stage: Stage, case: Case, result: Run, asked: bool, reused: bool, draw: bool, bar: bool
+    stage: Stage, case: Case, result: Run, asked: bool, reused: bool, drawer: _Drawer | None
 ) -> None:
     """Draw what a stage computed where it has to be, check it and read its results. Collective."""
     folder, label = result.folder, stage.label(case)
@@ -289,16 +342,11 @@ def _finish_stage(
     def finish() -> tuple[list[Scalar], dict[str, float]]:
         manifest = read_manifest(folder, label)
         whole = reused and changed_file(folder, manifest.drawings) is None
-        if asked and draw and (not whole or manifest.drawn_from != drawing):
+        if asked and drawer and (not whole or manifest.drawn_from != drawing):
             if reused:
                 LOGGER.info("stage %s: tables and figures are drawn again", label)
-            with Steps({DRAWING: 1.0}, f"stage {label}", bar=bar) as steps, steps.step(DRAWING):
-                pictures = stage.draw(case, own)
-            took = {f"{label}: {DRAWING}": round(steps.times[DRAWING], 3)}
-            update = {"drawn_from": drawing, "drawings": digests(folder, pictures)}
-            update["seconds"] = manifest.seconds | took
-            manifest = manifest.model_copy(update=update)
-            write_json(manifest_file(folder, label), manifest.model_dump())
+            drawer.draw(stage, case, folder, drawing, now=reused)
+            manifest = read_manifest(folder, label)
         # Checks begin with the name of the stage, and results with a word of theirs.
         checks, start = stage.checks(case, own), f"{case.part}/" if case.part else ""
         new = [check for check in checks if check not in result.announced]

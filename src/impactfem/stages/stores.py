@@ -131,6 +131,9 @@ def stores_kept_open() -> Iterator[None]:
 
     Opening one takes some 30 ms, as all of its outputs are read, and a page opens one 30 times.
     """
+    if _KEPT.get() is not None:
+        yield
+        return
     with ExitStack() as opened:
         token = _KEPT.set(cache(lambda path, _: opened.enter_context(_opened(path))))
         try:
