@@ -185,19 +185,13 @@ class Displacements:
 
         `rows` gives this rank's rows of the k vectors, shape (number of rows, k).
         """
-        here = rows(self._local)
-        values = np.zeros((len(self.rows), here.shape[1]))
-        values[self._here] = here
+        # No further copy: of many nodes in many vectors they are gigabytes.
+        moved = np.ascontiguousarray(self.motion[:, self._here] @ rows(self._local))
         if self.comm.size > 1:
             from mpi4py import MPI
 
-            self.comm.Allreduce(MPI.IN_PLACE, values)
-        if self.motion.nnz == self.motion.shape[0]:  # no followers: each is one of the rows
-            order = self.motion.indices
-            moved = values if np.array_equal(order, np.arange(len(order))) else values[order]
-        else:
-            moved = self.motion @ values
-        return np.asarray(moved).reshape(self.count, DOFS // 2, -1)
+            self.comm.Allreduce(MPI.IN_PLACE, moved)
+        return moved.reshape(self.count, DOFS // 2, -1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -188,7 +188,11 @@ class Orthonormal:
             # Column by column: a row of the piece is spread over all of its memory.
             flat[:, start : start + piece.shape[1]] = piece.T.take(np.ravel(index), axis=1).T
             start += piece.shape[1]
-        return self._outside(flat, first, last).reshape(*np.shape(index), last - first)
+        # In place, some rows at a time: all of them may be gigabytes.
+        for k in range(0, len(flat) if self.kept(last)[1].size else 0, CHUNK):
+            part = flat[k : k + CHUNK]
+            part[:, : last - first] = self._outside(part, first, last)
+        return flat[:, : last - first].reshape(*np.shape(index), last - first)
 
     def seen(self, L: Any, last: int) -> Array:
         """Lᵀ V of the first columns, shape (k, last), the same on all ranks.

@@ -320,15 +320,19 @@ def reduced_basis(
     displacements: Displacements,
     rotations: Displacements,
     rigid: Array | None = None,
+    *,
+    every: bool = False,
 ) -> ReducedBasis:
     """What is kept of a basis: its models, and its vectors at nodes. Collective.
 
     Its factorisation may be gone: there may not be room for both. The probes that it was grown for,
     and the nodes whose motion is wanted, with their displacements and R, are ascending; the
-    rotations are those of the probes.
+    rotations are those of the probes. The vectors are those of the models, or all (`every`), as
+    `completed` needs them.
     """
     models = grown.coarse.models
     size = max(len(model.coordinates) for model in (*models, *grown.larger))
+    size = basis.vectors.count if every else size
     kept = partial(basis.vectors.rows, first=0, last=size)
     return ReducedBasis(
         loads=loads,
@@ -353,8 +357,6 @@ def completed(
     single: tuple[Array, Sequence[float]],
     loads: tuple[str, ...],
     b: Array,
-    displacements: Displacements,
-    rotations: Displacements,
 ) -> ReducedBasis:
     """The same with what its basis was completed by for loads that act locally. Collective.
 
@@ -362,7 +364,7 @@ def completed(
     so are those nested in it and around it. The rigorous bound is not known of them.
 
     Args:
-        known: The reduced basis of the Krylov space.
+        known: The reduced basis of the Krylov space, with all vectors at its nodes.
         modes: Galerkin's modes on all vectors.
         varying: Loads that many points share in the modes, shape (r, k), and the steps of the
             chain that completed the basis for them (`append_chain`).
@@ -370,13 +372,10 @@ def completed(
             response to each, that of the basis first (`append_forces`).
         loads: Names of the load patterns, the local ones last.
         b: Of each of them in the modes, shape (r, n_patterns).
-        displacements: Those of its nodes.
-        rotations: Those of the certified ones.
     """
     points, V_F = len(loads) - len(known.loads), modes.coordinates @ b
     Φ, count = modes.coordinates, len(modes.coordinates)
     λ_Φ = modes.eigenvalue[:, None]
-    kept = partial(modes.vectors.rows, first=0, last=count)
 
     def outside(columns: Array, x: Array) -> Array:
         """Directions of Φ x outside orthonormal columns, but for those that hardly are."""
@@ -406,8 +405,6 @@ def completed(
         loads=loads,
         models=models,
         larger=tuple(model(len(one.coordinates)) for one in known.larger),
-        vectors=displacements.of(kept),
-        rotations=rotations.of(kept),
         gram=np.zeros((0, 0)),
         points=points,
     )

@@ -347,10 +347,6 @@ def reduce_building(
                     append_forces(basis, contacts, shift)
     with steps.step("modes"):
         modes = GalerkinModes.of(basis)
-    kept = (
-        Displacements(model, plan.nodes, links, mesh.nodes),
-        Displacements(model, plan.probes, links, mesh.nodes, rotations=True),
-    )
     # A point that follows a base plate moves as its master does, one of the base does not move.
     points = []
     for node in plan.points:
@@ -366,7 +362,17 @@ def reduce_building(
     ]
     at_nodes = rigid_body(mesh.nodes[plan.nodes], np.zeros(3)).reshape(-1, DOFS, DOFS)[:, :3]
     standing = mesh.nodes[np.unique(mesh.base)]
-    known = reduced_basis(basis, grown, plan.loads, plan.probes, plan.nodes, *kept, at_nodes)
+    known = reduced_basis(
+        basis,
+        grown,
+        plan.loads,
+        plan.probes,
+        plan.nodes,
+        Displacements(model, plan.nodes, links, mesh.nodes),
+        Displacements(model, plan.probes, links, mesh.nodes, rotations=True),
+        at_nodes,
+        every=bool(plan.contacts),
+    )
     names, ground = list(edges), modes.rows(-model.ground)
     loads = modes.rows(np.column_stack(list(edges.values()) or [np.zeros((rows.shape[0], 0))]))
     if plan.contacts:
@@ -385,7 +391,6 @@ def reduce_building(
             (single, shifts),
             acting,
             np.column_stack([b[name] for name in acting]),
-            *kept,
         )
     made = ReducedBuilding(
         basis=known,

@@ -260,7 +260,7 @@ class WallModel:
         b = modes.rows(push[:, None])[:, 0]
         z = b / modes.eigenvalue
         slab = np.flatnonzero(patterns.pull.slab)
-        moved = modes.vectors.rows(slab, 0, modes.vectors.count) @ (modes.coordinates @ z)
+        moved = modes.vectors.combination((modes.coordinates @ z)[:, None])[slab, 0]
         away = np.abs(moved - patterns.pull.unit[slab]).max(initial=0.0)
         return cls(
             eigenvalue=modes.eigenvalue,
