@@ -61,6 +61,7 @@ def test_free_and_held_modes(completed):
 def test_modes_without_products_of_the_krylov_space(membrane, krylov, monkeypatch, chunk):
     """φᵀ K φ = λ and φᵀ M φ = 1 on all vectors, wherever the tail is in memory."""
     monkeypatch.setattr(orthonormal, "CHUNK", chunk)
+    monkeypatch.setattr(orthonormal, "ROWS", 1)
     model = membrane()
     basis = krylov(6, model, loads=np.eye(len(model.K))[:, [3, 30, 77]], shift=SHIFT)
     append_responses(basis, np.eye(len(model.K))[:, [12, 50]])
@@ -81,6 +82,17 @@ def test_modes_without_products_of_the_krylov_space(membrane, krylov, monkeypatc
     whole = np.vstack([np.zeros((2, len(one))), np.eye(len(one))[2:]])
     assert basis.vectors.combination(whole)[[3, 9], 2:] == pytest.approx(rows[0], rel=1e-10)
     assert stiffness == pytest.approx(one, abs=1e-8)
+
+
+def test_nothing_after_vectors_that_stay_as_they_are(membrane, krylov):
+    """Also where none of them brought in a direction of its own: they are stored all the same."""
+    model = membrane()
+    vectors = krylov(6, model).vectors
+    count, inside = vectors.count, np.array(vectors.columns(0, 3), order="F")
+    vectors.append_kept(2.0 * inside, LOCAL)
+    assert vectors.count == count and vectors.stored == count + 3
+    with pytest.raises(ValueError, match="must be the last ones"):
+        vectors.append(np.array(model.loads, order="F"))
 
 
 def test_the_free_basis_alone_does_not_hold(completed):

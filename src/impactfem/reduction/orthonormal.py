@@ -36,6 +36,9 @@ TINY = np.finfo(np.float64).tiny
 CHUNK = 64
 """Vectors that memory is set aside for at once. The system gives it when they are written."""
 
+ROWS = 4096
+"""Rows whose columns are combined at once."""
+
 LEFT = 4
 """Blocks of vectors that must have room beside the one that is set up: their copies and products
 with a matrix."""
@@ -117,7 +120,7 @@ class Orthonormal:
         columns). SolutionError where x has values that are not numbers; ValueError after
         `append_kept`.
         """
-        if self._E.size:
+        if len(self._E):
             raise ValueError("vectors that stay as they are must be the last ones")
         MX = product(self.M, X)
         length = np.sqrt(np.diag(inner(self.M, X, MX)))
@@ -188,10 +191,11 @@ class Orthonormal:
             # Column by column: a row of the piece is spread over all of its memory.
             flat[:, start : start + piece.shape[1]] = piece.T.take(np.ravel(index), axis=1).T
             start += piece.shape[1]
-        # In place, some rows at a time: all of them may be gigabytes.
-        for k in range(0, len(flat) if self.kept(last)[1].size else 0, CHUNK):
-            part = flat[k : k + CHUNK]
-            part[:, : last - first] = self._outside(part, first, last)
+        if self.kept(last)[1].size:
+            # In place, some rows at a time: a copy of all of them may take gigabytes.
+            for k in range(0, len(flat), ROWS):
+                part = flat[k : k + ROWS]
+                part[:, : last - first] = self._outside(part, first, last)
         return flat[:, : last - first].reshape(*np.shape(index), last - first)
 
     def seen(self, L: Any, last: int) -> Array:
