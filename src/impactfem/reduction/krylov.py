@@ -31,7 +31,7 @@ ROUNDING = 1e-10
 """Part of a unit vector in those before it up to which it is what rounding left there."""
 
 LOSS = 1e-12
-"""The same up to which it may stay there, as estimated."""
+"""Largest entry of Vᵀ M Q, as estimated, up to which Q is not made orthogonal again."""
 
 EPS = float(np.finfo(np.float64).eps)
 
@@ -65,7 +65,7 @@ class KrylovBasis(Held):
         self._R: Array = np.zeros((0, 0))
         self._sizes: list[int] = []
         self._loss = 0.0  # largest entry of Vᵀ M Q, as estimated
-        self.clean = 0  # last blocks in turn that it was taken off
+        self.clean = 0  # how many of the last blocks in a row were made orthogonal again
 
     def destroy(self) -> None:
         """Free the factorisation; the basis stays and cannot grow any more. Collective."""
@@ -182,10 +182,10 @@ class KrylovBasis(Held):
         self._T[last, :] = coordinates.T
 
     def _settle(self, last: slice) -> None:
-        """Apply A to the new tail Q, and take off rounding where it grew. Collective."""
-        # A makes what there is of V in Q, and rounding, longer by ‖T‖ at most, and what is new of
-        # A Q, which S tells, shall have length one: so much does it grow in a step. It starts anew
-        # where it was taken off two blocks in turn, from which all of the next one comes.
+        """Apply A to the new tail Q, and take off rounding where it has grown. Collective."""
+        # A step multiplies the rounding in Vᵀ M Q by ‖T‖ at most, as A is applied, and divides it
+        # by the least singular value of S, as the new columns are scaled to unit length. The next
+        # block follows from the last two: when both are orthogonal again, the growth starts anew.
         new = np.linalg.svd(self.S[:, last], compute_uv=False).min(initial=np.inf)
         self._loss = (self._loss + EPS) * float(np.linalg.norm(self.T, np.inf))
         if self.clean != 1 and self._loss < LOSS * new:

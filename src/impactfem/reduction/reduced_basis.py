@@ -330,9 +330,9 @@ def reduced_basis(
     rotations are those of the probes. The vectors are those of the models, or all (`every`), as
     `completed` needs them.
     """
-    models = grown.coarse.models
-    size = max(len(model.coordinates) for model in (*models, *grown.larger))
-    size = basis.vectors.count if every else size
+    models, size = grown.coarse.models, basis.vectors.count
+    if not every:
+        size = max(len(model.coordinates) for model in (*models, *grown.larger))
     kept = partial(basis.vectors.rows, first=0, last=size)
     return ReducedBasis(
         loads=loads,
