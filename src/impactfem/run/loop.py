@@ -187,7 +187,10 @@ def run(
 
 
 class _Drawer:
-    """Draws what stages computed: at once, or in processes, one by one, while others compute."""
+    """Draws the results of stages: at once, or one by one in a second process.
+
+    `apart`: in a second process, where this one has two cores and no other ranks.
+    """
 
     def __init__(self, bar: bool, apart: bool) -> None:
         self._bar, self._apart = bar, apart and world() is None and threads() > 1
@@ -195,9 +198,17 @@ class _Drawer:
         self.executor = ThreadPoolExecutor(1)
 
     def draw(self, stage: Stage, case: Case, folder: Path, drawing: str, now: bool) -> None:
-        """Draw a stage, `now` or, in a long run, until `wait` has ended. Not collective."""
+        """Draw a stage at once, or, in a long run, before `wait` returns. Not collective.
+
+        Args:
+            stage: The stage, with its results in the folder.
+            case: The case, or the view of one of its buildings.
+            folder: The run's folder.
+            drawing: Key of the drawing.
+            now: At once in a long run, too.
+        """
         if now or not self._apart:
-            _draw(stage.name, case, folder, drawing, bar=self._bar)
+            _draw(stage.name, case, folder, drawing, quiet=False, bar=self._bar)
         else:
             work = partial(in_own_process, _draw, stage.name, case, folder, drawing)
             self._drawn.append(self.executor.submit(work))
@@ -208,17 +219,17 @@ class _Drawer:
 
 
 def _draw(
-    name: str, case: Case, folder: Path, drawing: str, bar: bool | None = None
+    name: str, case: Case, folder: Path, drawing: str, *, quiet: bool = True, bar: bool = False
 ) -> dict[str, float]:
-    """Draw the stage of this name, and write down from what; gives its time [s] by its step.
+    """Draw the stage of this name and record it in its manifest; gives the time [s] by its step.
 
-    Without a word of how far it is where `bar` is None. Not collective.
+    `drawing` is the key of the drawing, `quiet` and `bar` are those of `Steps`. Not collective.
     """
     stage = next(one for one in STAGES if one.name == name)
-    label, quiet = stage.label(case), bar is None
+    label = stage.label(case)
     with (
         stores_kept_open(),
-        Steps({DRAWING: 1.0}, f"stage {label}", quiet=quiet, bar=bool(bar)) as steps,
+        Steps({DRAWING: 1.0}, f"stage {label}", quiet=quiet, bar=bar) as steps,
         steps.step(DRAWING),
     ):
         pictures = stage.draw(case, case.folder(folder))
