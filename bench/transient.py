@@ -147,9 +147,11 @@ def basis_figures(case_file: str = DEFAULT) -> list[Figure]:
     def solving(factor: Factorisation, B: Any) -> float:
         return 4.0 * factor.entries * float(B.shape[1])
 
-    def orthogonalising(basis: Orthonormal, X: Array, near: int | None = None) -> float:
-        passes, first = (2.0, 0) if near is None else (1.0, near)
-        return passes * 4.0 * X.size * max(basis.count - first, X.shape[1])
+    def orthogonalising(
+        basis: Orthonormal, X: Array, near: int = 0, dependent: float = 0.0, attempts: int = 3
+    ) -> float:
+        firsts = (near,) if attempts == 1 else (near, 0)
+        return sum(4.0 * X.size * max(basis.count - first, X.shape[1]) for first in firsts)
 
     def knowing(basis: Orthonormal, X: Array, _: float) -> float:
         return 2.0 * X.size * basis.stored
