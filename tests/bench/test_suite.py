@@ -9,6 +9,7 @@ from rich.console import Console
 
 from bench import suite
 from bench.suite import Figure, Watch, as_table, best_time
+from bench.transient import basis_figures
 from impactfem.system.errors import InputError
 
 
@@ -108,3 +109,14 @@ def test_what_a_watch_sees_fail_is_as_before():
     with pytest.raises(ValueError), watch.on(watched, "fails", "a", lambda: 1.0):
         watched.fails()
     assert watched.fails is fails and not watch.operations and watch._inside == [0.0]
+
+
+@pytest.mark.slow
+def test_the_parts_of_a_reduced_building():
+    """Each is seen by the names and the arguments of today's functions."""
+    found = {one.name: one.value for one in basis_figures("geometry/row_of_three_3d.toml")}
+    counted = {name for name in found if name.endswith(", operations")}
+    parts = ("factor", "solves", "orthogonalisation", "solves and orthogonalisation at once")
+    parts += ("products with M and K", "Galerkin's products")
+    assert counted == {f"basis, {part}, operations" for part in parts}
+    assert all(found[name] > 0.0 for name in counted)
