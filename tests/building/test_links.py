@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
+from impactfem import building
 from impactfem.building.links import (
     BasePlate,
     Displacements,
@@ -88,9 +89,11 @@ def test_the_follower_moves_with_the_master(arm, csr):
     assert np.abs(follower[:3] - master[:3]).max() > 1e-4
 
 
+@pytest.mark.parametrize("at_once", [5, 32768])
 @pytest.mark.parametrize("with_links", [True, False])
-def test_displacements_of_any_nodes(arm, csr, with_links):
+def test_displacements_of_any_nodes(arm, csr, with_links, at_once, monkeypatch):
     """Of a follower, its master, a clamped node and another one, in an order of no meaning."""
+    monkeypatch.setattr(building.links, "AT_ONCE", at_once)
     model, X, top, start, end = arm
     links = [RigidLink(top, np.array([start]))] if with_links else []
     small, T = linked(model, links, X)

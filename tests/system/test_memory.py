@@ -54,6 +54,24 @@ def test_what_is_left(machine, groups, left):
     assert memory.available_memory() == left
 
 
+STAT_1 = "inactive_file 9\nactive_file 9\ntotal_inactive_file 30\ntotal_active_file 20\n"
+
+
+@pytest.mark.parametrize("controllers", ["memory", "cpu,memory", "cpu"])
+@pytest.mark.parametrize("folder", [".", "docker", "docker/own"])
+def test_what_is_left_in_a_group_of_version_1(machine, tmp_path, controllers, folder):
+    # In a container the group has a path that is not there; what is there is its own.
+    machine(1000)
+    group = tmp_path / "groups" / "memory" / folder
+    group.mkdir(parents=True)
+    (tmp_path / "own").write_text(f"7:pids:/\n4:{controllers}:/docker/own\n0::/\n")
+    values = {"limit_in_bytes": 1000, "usage_in_bytes": 700, "stat": STAT_1}
+    for name, value in values.items():
+        (group / f"memory.{name}").write_text(f"{value}\n")
+    assert memory.available_memory() == (1000 if controllers == "cpu" else 350)
+    assert memory.available_memory(whole=True) == (2000 if controllers == "cpu" else 1000)
+
+
 @pytest.mark.parametrize(("most", "total"), [(500, 500), ("max", 2000)])
 def test_the_whole_memory_of_machine_and_job(machine, most, total):
     machine(10, ("job", most, 499, STAT))

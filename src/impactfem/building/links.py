@@ -16,6 +16,8 @@ from impactfem.case import Case
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError, SolutionError
 
+AT_ONCE = 32768
+"""Displacements that are taken from vectors at once."""
 LEVEL = 0.05
 """How far from a floor's level an anchor may be [m]."""
 INSIDE = 1e-6
@@ -185,8 +187,16 @@ class Displacements:
 
         `rows` gives this rank's rows of the k vectors, shape (number of rows, k).
         """
-        # No further copy: of many nodes in many vectors they are gigabytes.
-        moved = np.ascontiguousarray(self.motion[:, self._here] @ rows(self._local))
+        motion, moved = self.motion[:, self._here], np.empty((0, 0))
+        # Some at a time, as of many nodes in many vectors a copy takes gigabytes; not a few, as
+        # vectors in files are read each time.
+        for first in range(0, max(motion.shape[0], 1), AT_ONCE):
+            part = motion[first : first + AT_ONCE]
+            used = np.unique(part.indices)
+            found = part[:, used] @ rows(self._local[used])
+            if first == 0:
+                moved = np.empty((motion.shape[0], found.shape[1]))
+            moved[first : first + AT_ONCE] = found
         if self.comm.size > 1:
             from mpi4py import MPI
 

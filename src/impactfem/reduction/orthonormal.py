@@ -17,7 +17,7 @@ from impactfem.dynamics.columns import inner, product, summed
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 from impactfem.system.log import LOGGER
-from impactfem.system.memory import available_memory, disk_folder
+from impactfem.system.memory import available_memory, disk_folder, give_back
 from impactfem.system.parallel import all_blas_threads
 
 DEPENDENT = 1e-9
@@ -67,6 +67,8 @@ def room(rows: int, columns: int, processes: int = 1) -> Room:
     folder.
     """
     size = 8 * rows * columns
+    if (1 + LEFT) * size * processes > available_memory():
+        give_back()  # blocks that are free again stay with the allocator
     if not size or (1 + LEFT) * size * processes <= available_memory():
         return Room(np.empty((rows, columns), order="F"), None)
     folder = disk_folder()

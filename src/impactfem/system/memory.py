@@ -10,7 +10,12 @@ import psutil
 
 STATUS, RESET = Path("/proc/self/status"), Path("/proc/self/clear_refs")
 GROUP, GROUPS = Path("/proc/self/cgroup"), Path("/sys/fs/cgroup")
-FILE_CACHE = ("inactive_file ", "active_file ")
+FILES = {
+    1: ("memory", "memory.limit_in_bytes", "memory.usage_in_bytes", "total_"),
+    2: ("", "memory.max", "memory.current", ""),
+}
+"""Of either version of control groups: the folder in GROUPS, the files of the limit and of what is
+used, and what the names of statistics of a group with all below it begin with."""
 DISK = "/var/tmp"  # folder of temporary files without TMPDIR: /tmp is memory on many systems
 
 
@@ -46,24 +51,34 @@ def disk_folder() -> str:
 def available_memory(*, whole: bool = False) -> float:
     """Memory that this process and others of its job may still take, or all of it (`whole`) [byte].
 
-    psutil knows the machine only; a batch system limits the group of a job: the tightest of the
-    control groups (version 2) counts.
+    psutil knows the machine only; a batch system or a container limits the group of a job: the
+    tightest of the control groups (version 1 or 2) counts.
     """
     machine = psutil.virtual_memory()
     left = float(machine.total if whole else machine.available)
     with suppress(OSError):
-        lines = GROUP.read_text(encoding="utf-8").splitlines()
-        own = next((line[3:] for line in lines if line.startswith("0::/")), "/").strip("/")
-        groups = (GROUPS / own, *(GROUPS / own).parents)
-        for group in [path for path in groups if path.is_relative_to(GROUPS)]:
-            # A group without such a limit, or not for this user to read, limits nothing.
-            with suppress(OSError, ValueError, IndexError):
-                limit = float((group / "memory.max").read_text().replace("max", "inf"))
-                if not whole:
-                    limit -= float((group / "memory.current").read_text())
-                    # The kernel gives up pages of files where memory is short.
-                    stat = (group / "memory.stat").read_text().splitlines()
-                    cached = [line for line in stat if line.startswith(FILE_CACHE)]
-                    limit += sum(float(line.split()[1]) for line in cached)
-                left = min(left, limit)
+        for line in GROUP.read_text(encoding="utf-8").splitlines():
+            _, controllers, own = line.split(":", 2)
+            if controllers and "memory" not in controllers.split(","):
+                continue
+            folder, *files = FILES[1 if controllers else 2]
+            # A group above limits this one, too. In a container the top is its own group.
+            top = GROUPS / folder
+            group = top / own.strip("/")
+            for one in (group, *group.parents):
+                # A group without such a limit, or not for this user to read, limits nothing.
+                with suppress(OSError, ValueError, IndexError):
+                    if one.is_relative_to(top):
+                        left = min(left, _left(one, *files, whole=whole))
     return left
+
+
+def _left(group: Path, limit: str, used: str, total: str, *, whole: bool) -> float:
+    most = float((group / limit).read_text().replace("max", "inf"))
+    if whole:
+        return most
+    # The kernel gives up pages of files where memory is short.
+    cached = (f"{total}inactive_file ", f"{total}active_file ")
+    stat = (group / "memory.stat").read_text().splitlines()
+    freed = sum(float(line.split()[1]) for line in stat if line.startswith(cached))
+    return most - float((group / used).read_text()) + freed
