@@ -2,6 +2,7 @@
 
 import json
 import math
+import multiprocessing
 import os
 import random
 import shutil
@@ -15,14 +16,17 @@ from pathlib import Path
 import pytest
 import xarray as xr
 
+from frame_case import QUICK
 from impactfem.case import Published
 from impactfem.run import loop
 from impactfem.run.loop import run, write_summary
 from impactfem.stages.manifest import read_manifest
+from impactfem.system.errors import SolutionError
 from impactfem.system.files import write_netcdf
 from impactfem.system.own_process import OwnProcessError
 from impactfem.system.scalar import Scalar, scalars_of, values_of, with_scalars
 
+GEOMETRY = Path(__file__).parents[2] / "geometry"
 PROGRAM = Path(sys.executable).parent / "impactfem"
 
 
@@ -120,6 +124,50 @@ def test_drawn_while_others_compute(finished, tmp_path, monkeypatch, caplog):
         run(finished.case, out=tmp_path / "other")
     assert (tmp_path / "other" / "pounding.nc").exists()
     assert not (tmp_path / "other" / "report.html").exists()
+
+
+@pytest.mark.slow
+def test_computed_while_3d_models_are_made(edited, tmp_path, monkeypatch):
+    """In a second process, with the same outcome; an error elsewhere ends it at once."""
+    for name in ("frame.toml", "frame_floors.csv", "frame.msh"):
+        shutil.copy(GEOMETRY / name, tmp_path)
+    case, folder = edited(tmp_path / "frame.toml", *QUICK), tmp_path / "run"
+    run(case, out=tmp_path / "other", draw=False)
+    checked = loop.checked
+
+    def lasting(*arguments, **options):
+        found, estimate = checked(*arguments, **options)
+        assert [one.name for one in estimate.stages] == ["building", "pounding"]
+        stages = (replace(estimate.stages[0], seconds=1000.0), *estimate.stages[1:])
+        return found, replace(estimate, stages=stages)
+
+    monkeypatch.setattr(loop, "checked", lasting)
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    here, compute = [], loop._compute
+
+    def failing(stage, *_):
+        raise SolutionError(f"no {stage.name}")
+
+    monkeypatch.setattr(loop, "_compute", failing)
+    with pytest.raises(SolutionError, match="no building"):
+        run(case, out=folder, draw=False)
+    for child in multiprocessing.active_children():
+        child.join(60.0)
+        assert child.exitcode == -signal.SIGTERM
+
+    monkeypatch.setattr(loop, "_compute", lambda one, *a: here.append(one.name) or compute(one, *a))
+    found = run(case, out=folder, draw=False)
+    assert here == ["building"] and not found.reused
+    assert {name.partition(":")[0] for name in found.times} == {"building", "pounding"}
+    assert "DEBUG   pounding: stores:" in (folder / "run.log").read_text(encoding="utf-8")
+    one, other = (results(tmp_path / of, ["pounding.nc"])[1] for of in ("run", "other"))
+    xr.testing.assert_allclose(one["pounding.nc"], other["pounding.nc"], rtol=1e-9)
+    assert run(case, out=folder, draw=False).reused == ["building", "pounding"]
+    assert here == ["building"]
+    # On one core they come one after the other.
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    assert run(case, out=folder, draw=False, fresh=True).reused == []
+    assert here == ["building", "building", "pounding"]
 
 
 def _says(path, words):

@@ -2,12 +2,13 @@
 
 import logging
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from functools import partial
+from itertools import takewhile
 from pathlib import Path
 
 from impactfem.case import Case, Published, SyntheticMotion
@@ -59,7 +60,8 @@ APART = 20.0
 side [s]: a process of its own takes some seconds to start."""
 LONG = 60.0
 """Time that a run takes, as estimated, from which on a stage is drawn while others compute [s]: in
-a process of its own, which takes some seconds to start."""
+a process of its own, which takes some seconds to start. The same of stages that others are computed
+beside."""
 
 
 @dataclass
@@ -168,10 +170,13 @@ def run(
         stages = asked_stages(case, stage)
         result.announced = [check for one in stages for check in one.announces(case)]
         log_checks(result.announced)  # before the first stage takes its time
+        ahead = opened.enter_context(_computed_ahead(stages, case, folder, fresh, estimate))
         done = [
             work
             for one in asked_stages(case, None)
-            for work in _run_stage(one, result, one in stages, fresh, drawer, bar, case, estimate)
+            for work in _run_stage(
+                one, result, one in stages, fresh, drawer, bar, case, estimate, ahead
+            )
         ]
         if drawer is not None:
             result.times |= drawer.wait()
@@ -241,6 +246,50 @@ def _draw(
     return took
 
 
+@contextmanager
+def _computed_ahead(
+    stages: Sequence[Stage], case: Case, folder: Path, fresh: bool, estimate: Estimate
+) -> Iterator[Mapping[str, Future[None]]]:
+    """Compute what needs no 3D model in a second process, while 3D models are made. Collective.
+
+    Gives the work by the label of its stage, if any: in one process with two cores, of stages that
+    take less time on one core than the 3D models before them, and where there is the memory.
+    """
+    ahead: list[Stage] = []
+    for stage in stages:
+        if not stage.each and set(stage.needs(case)) <= set(ahead):
+            ahead.append(stage)
+
+    def todo(some: Iterable[Stage]) -> dict[str, tuple[Stage, Case, str]]:
+        every = [(one, view, one.key(view)) for one in some for view in one.cases(case)]
+        labelled = {one.label(view): (one, view, key) for one, view, key in every}
+        return {
+            label: work
+            for label, work in labelled.items()
+            if fresh or not is_finished(folder, label, work[2])
+        }
+
+    costs = {one.name: one for one in estimate.stages}
+    work = todo(ahead) if world() is None and threads() > 1 else {}
+    before = todo(takewhile(lambda stage: stage not in ahead, stages)) if work else {}
+    own, rest = ([costs[label] for label in some if label in costs] for some in (work, before))
+    time = sum(one.seconds for one in rest)
+    memory = sum(max((one.memory for one in some), default=0.0) for some in (own, rest))
+    if (
+        not work
+        or time < max(LONG, threads() * sum(one.seconds for one in own))
+        or memory > available_memory()
+    ):
+        yield {}
+        return
+    with workers(1, logging_here=True, finish=False) as executor:
+        assert executor is not None
+        yield {
+            label: executor.submit(_compute_named, stage.name, view, key, folder, quiet=True)
+            for label, (stage, view, key) in work.items()
+        }
+
+
 def _run_stage(
     stage: Stage,
     result: Run,
@@ -250,13 +299,15 @@ def _run_stage(
     bar: bool,
     case: Case,
     estimate: Estimate,
+    ahead: Mapping[str, Future[None]],
 ) -> list[tuple[Stage, Case]]:
     """Run a stage for the case, or for each view in the folder of its building. Collective.
 
     What was not requested (`asked`) is kept, without a message, where it and all that it needs are
-    finished: the record of the run in the folder stays whole. Gives what the run has.
+    finished: the record of the run in the folder stays whole. What is computed `ahead` is waited
+    for. Gives what the run has.
     """
-    folder, todo, kept = result.folder, dict[str, tuple[Case, str]](), []
+    folder, todo, kept, made = result.folder, dict[str, tuple[Case, str]](), [], set[str]()
 
     def reusable(view: Case, key: str) -> bool:
         if asked:
@@ -266,30 +317,42 @@ def _run_stage(
 
     for view in stage.cases(case):
         label, key = stage.label(view), on_root(partial(stage.key, view))
-        if on_root(partial(reusable, view, key)):
+        if label in ahead:
+            if not ahead[label].done():
+                LOGGER.info("stage %s: goes on, begun while 3D models were made", label)
+            ahead[label].result()
+            kept.append(view)
+            made.add(label)
+        elif on_root(partial(reusable, view, key)):
             kept.append(view)
             result.reused += [label] if asked else []
         elif asked:
             kept.append(view)
             todo[label] = view, key
-    done = _compute_apart(stage, todo, folder, estimate)
+    made |= _compute_apart(stage, todo, folder, estimate)
     for view in kept:
         label = stage.label(view)
-        if label in todo and label not in done:
+        if label in todo and label not in made:
             _compute(stage, *todo[label], folder, bar)
-        _finish_stage(stage, view, result, asked, label not in todo, drawer)
+        reused = label not in todo and label not in made
+        _finish_stage(stage, view, result, asked, reused, drawer)
     return [(stage, view) for view in kept]
 
 
-def _compute(stage: Stage, case: Case, key: str, folder: Path, bar: bool) -> None:
-    """Compute a stage for the case or a view of it, and write its stores. Collective."""
+def _compute(
+    stage: Stage, case: Case, key: str, folder: Path, bar: bool, quiet: bool = False
+) -> None:
+    """Compute a stage for the case or a view of it, and write its stores. Collective.
+
+    `bar` and `quiet` are those of `Steps`.
+    """
     label, own = stage.label(case), case.folder(folder)
-    LOGGER.info("stage %s: starts", label)
+    LOGGER.log(logging.DEBUG if quiet else logging.INFO, "stage %s: starts", label)
     give_back()  # what the stage before had
     forget_peak()
     on_root(lambda: own.mkdir(exist_ok=True))
     names = {name: share for name, share in stage.steps.items() if name != DRAWING}
-    with Steps(names, f"stage {label}", quiet=rank() != 0, bar=bar) as steps:
+    with Steps(names, f"stage {label}", quiet=quiet or rank() != 0, bar=bar) as steps:
         compute = partial(stage.compute, case, own, key, steps)
         files = compute() if stage.collective else on_root(compute)
         times = {f"{label}: {name}": round(t, 3) for name, t in steps.times.items()}
@@ -327,7 +390,7 @@ def _compute_apart(
     return set(todo)
 
 
-def _compute_named(name: str, case: Case, key: str, folder: Path) -> None:
+def _compute_named(name: str, case: Case, key: str, folder: Path, quiet: bool = False) -> None:
     """`_compute` of the stage of this name, in a worker, whose details say whose they are."""
     stage = next(one for one in STAGES if one.name == name)
 
@@ -339,7 +402,7 @@ def _compute_named(name: str, case: Case, key: str, folder: Path) -> None:
     for handler in LOGGER.handlers:
         handler.filters = [labelled]
     with file_errors(), one_blas_thread():
-        _compute(stage, case, key, folder, bar=False)
+        _compute(stage, case, key, folder, bar=False, quiet=quiet)
 
 
 def _finish_stage(

@@ -282,12 +282,15 @@ class _Passed(logging.Handler):
 
 
 @contextmanager
-def workers(count: int | None = None, *, logging_here: bool = False) -> Iterator[Executor | None]:
+def workers(
+    count: int | None = None, *, logging_here: bool = False, finish: bool = True
+) -> Iterator[Executor | None]:
     """An executor over all ranks, or over as many processes as there are threads. Collective.
 
     Rank 0 gets the executor. The other ranks work inside this call until rank 0 leaves the block,
     and get None: `mpirun -n 3` keeps two cores busy. In `alone` the executor is a thread. Without
-    ranks there are `count` processes, `threads` when None, whose logs come here on request.
+    ranks there are `count` processes, `threads` when None, whose logs come here on request. After
+    an error in the block, what they are at is finished first, or not (`finish`).
     """
     comm = world()
     if _alone:
@@ -318,7 +321,8 @@ def workers(count: int | None = None, *, logging_here: bool = False) -> Iterator
                 yield pool
             except BaseException as error:
                 pool.shutdown(wait=False, cancel_futures=True)  # waiting work does not start
-                if not isinstance(error, Exception):  # interrupted: nor does running work go on
+                # Where the block is interrupted, running work does not go on either.
+                if not (finish and isinstance(error, Exception)):
                     for worker in set(multiprocessing.active_children()) - others:
                         worker.terminate()
                 raise
