@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -54,10 +55,14 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(items):
-    """Files with slow tests last; of these, those that start `mpirun` first: they take longest."""
-    slow = {item.path for item in items if item.get_closest_marker("slow") is not None}
+    """Files with slow tests last; of these those first that take longest.
+
+    They are those that start `mpirun`, and then those with many slow tests: a worker that is at one
+    of them when no others are left keeps everybody waiting.
+    """
+    slow = Counter(item.path for item in items if item.get_closest_marker("slow") is not None)
     on_ranks = {item.path for item in items if "under_mpirun" in item.fixturenames}
-    items.sort(key=lambda item: (item.path in slow, item.path not in on_ranks))
+    items.sort(key=lambda item: (item.path in slow, item.path not in on_ranks, -slow[item.path]))
 
 
 @dataclass(frozen=True)

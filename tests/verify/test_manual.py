@@ -137,8 +137,10 @@ def test_a_part_of_the_names(monkeypatch):
 
 
 @pytest.mark.slow
-# Two of them take long: tests in waves run them on coarse meshes.
-@pytest.mark.parametrize("name", sorted(k for k in manual.FULL if "reduced_against_full" not in k))
+# Those of the paper's case take long: tests in waves run them on coarse meshes.
+@pytest.mark.parametrize(
+    "name", sorted(k for k in manual.FULL if not k.startswith(("paper_", "pounding_")))
+)
 def test_a_heavy_benchmark(name):
     rows = manual.FULL[name]()
     assert rows and [row.quantity for row in rows if not row.passed] == []

@@ -220,3 +220,15 @@ def test_on_a_coarse_mesh(monkeypatch, wrong, tmp_path):
     failed = {row.quantity for row in rows if not row.passed}
     assert "free degrees of freedom, at least 1000000 (yes = 1)" in failed
     assert len([quantity for quantity in failed if "floor spectrum" in quantity]) == 4
+
+
+@pytest.mark.slow
+def test_the_paper_s_floor_as_a_bar_on_a_coarse_mesh(tmp_path):
+    case = tmp_path / "coarse.toml"
+    case.write_text(
+        f'extends = "{in_source_tree(paper.CASE)}"\n'
+        '[buildings.B1.structure.mesh]\nsize = "2.5 m"\n',
+        encoding="utf-8",
+    )
+    rows = benchmark.paper_floor_as_a_bar(case)
+    assert len(rows) == 9 and all(row.passed for row in rows)
