@@ -59,7 +59,7 @@ from impactfem.system.files import read_archive, write_archive
 from impactfem.system.log import LOGGER, Steps
 from impactfem.system.memory import give_back
 
-STEPS = "basis", "contacts and anchors", "modes"
+STEPS = "loads", "factor", "basis", "contacts and anchors", "modes", "shapes"
 """Names of the steps of a reduction."""
 PUSH = "push"
 """Name of the load pattern that holds the displaced floor of the wall experiment."""
@@ -280,36 +280,39 @@ def reduce_building(
         SolutionError: An accuracy is not reached with the most vectors; base plates overlap.
     """
     steps = steps or Steps(dict.fromkeys(STEPS, 1.0), quiet=True)
-    links = [plate.link for plate in plan.base_plates]
-    model, T = linked(building, links, mesh.nodes)
-    for matrix in (building.fixed, building.storeys, building.mass):
-        matrix.destroy()
-    give_back()
-    K = model.take_stiffness(storey_factor)
-    edges = {edge.name: edge.vector(building, mesh) for edge in plan.edges}
-    if plan.wall is not None:
-        for floor in plan.wall.floors:
-            facade, _ = facades(mesh, floor, "")[""]
-            pressed = even(floor, facade, inward(facade))
-            edges.setdefault(pressed.name, pressed.vector(building, mesh))
-    edges = {name: carried(T, load[:, None])[:, 0] for name, load in edges.items()}
-    touching = _carried_forces(building, mesh, plan.contacts, T)
-    varying = scipy.sparse.csr_matrix(smooth(plan.contacts, SMOOTH_DEGREE))
-    patterns = {name: -model.ground[:, c] for c, name in enumerate(GROUND)}
-    carriers = model.rigid_body()
-    resultants = [*(carriers.T @ load for load in edges.values()), *(touching.T @ carriers)]
-    wrench = np.array(model.comm.allreduce(np.array(resultants).reshape(-1, 6)))
-    patterns |= edges
-    wall = state = None
-    if plan.wall is not None:
-        wall = WallPatterns.of(building, mesh, plan.wall).carried(T)
-        # Before the basis: the memory of its factorisation is free again then.
-        state, patterns[PUSH] = wall.held(K)
-    T.destroy()
-    probes = Displacements(model, plan.probes, links, mesh.nodes)
-    with KrylovBasis(K, model.mass, (2.0 * math.pi * plan.shift) ** 2) as basis:
-        basis.add(np.column_stack([patterns[name] for name in plan.loads]))
+    with steps.step("loads"):
+        links = [plate.link for plate in plan.base_plates]
+        model, T = linked(building, links, mesh.nodes)
+        for matrix in (building.fixed, building.storeys, building.mass):
+            matrix.destroy()
+        give_back()
+        K = model.take_stiffness(storey_factor)
+        edges = {edge.name: edge.vector(building, mesh) for edge in plan.edges}
+        if plan.wall is not None:
+            for floor in plan.wall.floors:
+                facade, _ = facades(mesh, floor, "")[""]
+                pressed = even(floor, facade, inward(facade))
+                edges.setdefault(pressed.name, pressed.vector(building, mesh))
+        edges = {name: carried(T, load[:, None])[:, 0] for name, load in edges.items()}
+        touching = _carried_forces(building, mesh, plan.contacts, T)
+        varying = scipy.sparse.csr_matrix(smooth(plan.contacts, SMOOTH_DEGREE))
+        patterns = {name: -model.ground[:, c] for c, name in enumerate(GROUND)}
+        carriers = model.rigid_body()
+        resultants = [*(carriers.T @ load for load in edges.values()), *(touching.T @ carriers)]
+        wrench = np.array(model.comm.allreduce(np.array(resultants).reshape(-1, 6)))
+        patterns |= edges
+        wall = state = None
+        if plan.wall is not None:
+            wall = WallPatterns.of(building, mesh, plan.wall).carried(T)
+            # Before the basis: the memory of its factorisation is free again then.
+            state, patterns[PUSH] = wall.held(K)
+        T.destroy()
+        probes = Displacements(model, plan.probes, links, mesh.nodes)
+    with steps.step("factor"):
+        basis = KrylovBasis(K, model.mass, (2.0 * math.pi * plan.shift) ** 2)
+    with basis:
         with steps.step("basis"):
+            basis.add(np.column_stack([patterns[name] for name in plan.loads]))
             grown = grow_basis(
                 basis,
                 probes,
@@ -347,77 +350,80 @@ def reduce_building(
                     append_forces(basis, contacts, shift)
     with steps.step("modes"):
         modes = GalerkinModes.of(basis)
-    # A point that follows a base plate moves as its master does, one of the base does not move.
-    points = []
-    for node in plan.points:
-        master = next((plate.master for plate in plan.base_plates if node in plate.nodes), node)
-        points.append((master, rigid_body(mesh.nodes[[node]], mesh.nodes[master])))
-    rows = _components(model, points)
-    r = len(modes.eigenvalue)
-    at_anchors, at_points = (modes.rows(L).T.reshape(-1, DOFS, r) for L in (anchors, rows))
-    anchored = [(p.master, p.carried) for p in plan.base_plates]
-    carried_by_base = [
-        np.array([motion @ rigid_body(mesh.nodes[[node]], np.zeros(3)) for node, motion in places])
-        for places in (anchored, points)
-    ]
-    at_nodes = rigid_body(mesh.nodes[plan.nodes], np.zeros(3)).reshape(-1, DOFS, DOFS)[:, :3]
-    standing = mesh.nodes[np.unique(mesh.base)]
-    known = reduced_basis(
-        basis,
-        grown,
-        plan.loads,
-        plan.probes,
-        plan.nodes,
-        Displacements(model, plan.nodes, links, mesh.nodes),
-        Displacements(model, plan.probes, links, mesh.nodes, rotations=True),
-        at_nodes,
-        every=bool(plan.contacts),
-    )
-    names, ground = list(edges), modes.rows(-model.ground)
-    loads = modes.rows(np.column_stack(list(edges.values()) or [np.zeros((rows.shape[0], 0))]))
-    if plan.contacts:
-        # Local forces are many: the Krylov space does not hold them, what it was completed by does.
-        names += [one.name for one in plan.contacts]
-        loads = np.hstack([loads, modes.rows(touching)])
-        b = dict(zip((*GROUND, *names), (*ground.T, *loads.T), strict=True))
-        if wall is not None:
-            b[PUSH] = modes.rows(patterns[PUSH][:, None])[:, 0]
-        acting = tuple(dict.fromkeys([*plan.loads, *(one.name for one in plan.contacts)]))
-        single = loads[:, len(edges) :]
-        known = completed(
-            known,
-            modes,
-            (single @ varying, SMOOTH_RESPONSES),
-            (single, shifts),
-            acting,
-            np.column_stack([b[name] for name in acting]),
+    with steps.step("shapes"):
+        # A point that follows a base plate moves as its master does, one of the base does not move.
+        points = []
+        for node in plan.points:
+            master = next((plate.master for plate in plan.base_plates if node in plate.nodes), node)
+            points.append((master, rigid_body(mesh.nodes[[node]], mesh.nodes[master])))
+        rows = _components(model, points)
+        r = len(modes.eigenvalue)
+        at_anchors, at_points = (modes.rows(L).T.reshape(-1, DOFS, r) for L in (anchors, rows))
+        anchored = [(p.master, p.carried) for p in plan.base_plates]
+        carried_by_base = [
+            np.array(
+                [motion @ rigid_body(mesh.nodes[[node]], np.zeros(3)) for node, motion in places]
+            )
+            for places in (anchored, points)
+        ]
+        at_nodes = rigid_body(mesh.nodes[plan.nodes], np.zeros(3)).reshape(-1, DOFS, DOFS)[:, :3]
+        standing = mesh.nodes[np.unique(mesh.base)]
+        known = reduced_basis(
+            basis,
+            grown,
+            plan.loads,
+            plan.probes,
+            plan.nodes,
+            Displacements(model, plan.nodes, links, mesh.nodes),
+            Displacements(model, plan.probes, links, mesh.nodes, rotations=True),
+            at_nodes,
+            every=bool(plan.contacts),
         )
-    made = ReducedBuilding(
-        basis=known,
-        complete=CompleteModel(
-            eigenvalue=modes.eigenvalue,
-            ground=ground,
-            names=np.array(names, dtype=np.str_),
-            edges=loads,
-            anchors=np.ascontiguousarray(at_anchors),
-            points=np.ascontiguousarray(at_points),
-            difference=max(grown.differences),
-            wall=None
-            if wall is None
-            else WallModel.of(modes, wall, patterns[PUSH], grown.differences[0]),
-            rigid_mass=model.total,
-            wrench=wrench,
-            anchors_carried=carried_by_base[0].reshape(-1, DOFS, DOFS),
-            points_carried=carried_by_base[1].reshape(-1, DOFS, DOFS),
-            base=0.5 * (standing.min(axis=0) + standing.max(axis=0)),
-        ),
-        fine=grown.fine,
-        errors=grown.differences,
-    )
-    if not plan.contacts:
-        return made
-    # The vectors of contacts make the models better: the errors are theirs, as where they are read.
-    return made.serving(plan)[0] or made
+        names, ground = list(edges), modes.rows(-model.ground)
+        loads = modes.rows(np.column_stack(list(edges.values()) or [np.zeros((rows.shape[0], 0))]))
+        if plan.contacts:
+            # Local forces are many: not the Krylov space holds them, but what it was completed by.
+            names += [one.name for one in plan.contacts]
+            loads = np.hstack([loads, modes.rows(touching)])
+            b = dict(zip((*GROUND, *names), (*ground.T, *loads.T), strict=True))
+            if wall is not None:
+                b[PUSH] = modes.rows(patterns[PUSH][:, None])[:, 0]
+            acting = tuple(dict.fromkeys([*plan.loads, *(one.name for one in plan.contacts)]))
+            single = loads[:, len(edges) :]
+            known = completed(
+                known,
+                modes,
+                (single @ varying, SMOOTH_RESPONSES),
+                (single, shifts),
+                acting,
+                np.column_stack([b[name] for name in acting]),
+            )
+        made = ReducedBuilding(
+            basis=known,
+            complete=CompleteModel(
+                eigenvalue=modes.eigenvalue,
+                ground=ground,
+                names=np.array(names, dtype=np.str_),
+                edges=loads,
+                anchors=np.ascontiguousarray(at_anchors),
+                points=np.ascontiguousarray(at_points),
+                difference=max(grown.differences),
+                wall=None
+                if wall is None
+                else WallModel.of(modes, wall, patterns[PUSH], grown.differences[0]),
+                rigid_mass=model.total,
+                wrench=wrench,
+                anchors_carried=carried_by_base[0].reshape(-1, DOFS, DOFS),
+                points_carried=carried_by_base[1].reshape(-1, DOFS, DOFS),
+                base=0.5 * (standing.min(axis=0) + standing.max(axis=0)),
+            ),
+            fine=grown.fine,
+            errors=grown.differences,
+        )
+        if not plan.contacts:
+            return made
+        # The vectors of contacts make the models better: errors are theirs, as where they are read.
+        return made.serving(plan)[0] or made
 
 
 def _carried_forces(

@@ -204,7 +204,8 @@ def run_reduce(
     with steps.step("matrices"):
         building = assemble_building(comm, prepared.parts)
     reduced = reduce_building(building, prepared.parts.mesh, prepared.storey_factor, plan, steps)
-    on_root(lambda: reduced.write(folder / MODEL, model_key))
+    with steps.step("stores"):
+        on_root(lambda: reduced.write(folder / MODEL, model_key))
     return reduced if comm.rank == 0 else None
 
 
