@@ -153,7 +153,7 @@ def test_workers_of_one_process(monkeypatch):
     with parallel.workers() as executor:
         assert list(executor.map(abs, [-1, 2, -3])) == [1, 2, 3]
         assert list(executor.map(os.getenv, ["OMP_NUM_THREADS"])) == ["1"]
-    assert os.environ["OMP_NUM_THREADS"] == "2"
+        assert os.environ["OMP_NUM_THREADS"] == "2"  # this process may use both
     with parallel.workers(1) as executor:
         assert len(set(executor.map(eval, ["__import__('os').getpid()"] * 4))) == 1
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from logging.handlers import QueueHandler, QueueListener
+from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any, NoReturn, TypeVar
 
 from impactfem.system.errors import ImpactfemError, InputError
@@ -272,6 +273,28 @@ def meanwhile(work: Callable[[], T]) -> Iterator[Callable[[], T]]:
             yield thread.submit(work).result
 
 
+class _OneThreaded(SpawnProcess):
+    """A worker whose libraries have one thread."""
+
+    def start(self) -> None:
+        """Start it, with its own environment."""
+        before = os.environ.get(THREADS)
+        os.environ[THREADS] = "1"
+        try:
+            super().start()
+        finally:
+            if before is None:
+                del os.environ[THREADS]
+            else:
+                os.environ[THREADS] = before
+
+
+class _Context(SpawnContext):
+    """Workers are not forked: a fork of a process with threads and HDF5 open may hang."""
+
+    Process = _OneThreaded
+
+
 class _Passed(logging.Handler):
     """Hands the records of a worker to the logger of their name in this process."""
 
@@ -304,10 +327,7 @@ def workers(
             yield executor
         return
     others, number = set(multiprocessing.active_children()), count or threads()
-    before = os.environ.get(THREADS)
-    os.environ[THREADS] = "1"  # of each new process
-    # Not forked: a fork of a process with threads and HDF5 open may hang.
-    context = multiprocessing.get_context("spawn")
+    context = _Context()
     records = context.Queue() if logging_here else None
     pool = ProcessPoolExecutor(
         number, mp_context=context, initializer=_follow_parent, initargs=(records,)
@@ -329,7 +349,3 @@ def workers(
     finally:
         if listener is not None:
             listener.stop()
-        if before is None:
-            del os.environ[THREADS]
-        else:
-            os.environ[THREADS] = before
