@@ -59,9 +59,8 @@ APART = 20.0
 """Time that a stage takes for each building, as estimated, from which on they are computed side by
 side [s]: a process of its own takes some seconds to start."""
 LONG = 60.0
-"""Time that a run takes, as estimated, from which on a stage is drawn while others compute [s]: in
-a process of its own, which takes some seconds to start. The same of stages that others are computed
-beside."""
+"""Estimated time of a run from which on stages are drawn by a second process while others compute,
+and of the 3D models from which on it computes sticks meanwhile [s]: it takes seconds to start."""
 
 
 @dataclass
@@ -319,7 +318,7 @@ def _run_stage(
         label, key = stage.label(view), on_root(partial(stage.key, view))
         if label in ahead:
             if not ahead[label].done():
-                LOGGER.info("stage %s: goes on, begun while 3D models were made", label)
+                LOGGER.info("stage %s: still at work in a second process", label)
             ahead[label].result()
             kept.append(view)
             made.add(label)

@@ -74,6 +74,7 @@ def available_memory(*, whole: bool = False) -> float:
 
 
 def _left(group: Path, limit: str, used: str, total: str, *, whole: bool) -> float:
+    """Memory that a control group may still take, or its limit (`whole`) [byte]."""
     most = float((group / limit).read_text().replace("max", "inf"))
     if whole:
         return most

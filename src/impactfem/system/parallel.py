@@ -312,8 +312,8 @@ def workers(
 
     Rank 0 gets the executor. The other ranks work inside this call until rank 0 leaves the block,
     and get None: `mpirun -n 3` keeps two cores busy. In `alone` the executor is a thread. Without
-    ranks there are `count` processes, `threads` when None, whose logs come here on request. After
-    an error in the block, what they are at is finished first, or not (`finish`).
+    ranks there are `count` processes, `threads` when None, whose logs come here on request. Where
+    the block fails, running work ends first (`finish`) or is stopped.
     """
     comm = world()
     if _alone:
