@@ -68,7 +68,8 @@ def test_the_lines(case):
     assert "50,000 of the pounding, 3,824 at the wall, 10,000 of the 3D model, 80,000 with" in text
     assert re.search(r"about 3[0-9]0,000 degrees of freedom; vectors .* transient, .* reduce", text)
     assert re.search(
-        r"^about \d+ min, \d(\.\d)? GB of memory and \d+ MB of disk .*: building ",
+        r"^about \d+ min, (\S+) GB of memory \((\S+) GB of it in a file where memory is short\) "
+        r"and \d+ MB of disk, within a factor of 2: building ",
         text,
         re.MULTILINE,
     )

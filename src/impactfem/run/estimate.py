@@ -112,10 +112,13 @@ class Estimate:
         each = ", ".join(
             f"{one.name} {duration(one.seconds)} {1e-9 * one.memory:.2g} GB" for one in self.stages
         )
-        disk = sum(one.disk for one in self.stages)
+        disk, most = sum(one.disk for one in self.stages), self.largest
+        memory = f"{1e-9 * most.memory:.2g} GB of memory"
+        if most.file > 0.0:
+            memory += f" ({1e-9 * most.file:.2g} GB of it in a file where memory is short)"
         yield (
-            f"about {duration(self.seconds)}, {1e-9 * self.largest.memory:.2g} GB of memory and "
-            f"{_rounded(1e-6 * disk):,} MB of disk (within a factor of 2): {each}"
+            f"about {duration(self.seconds)}, {memory} and {_rounded(1e-6 * disk):,} MB of disk, "
+            f"within a factor of 2: {each}"
         )
 
 
