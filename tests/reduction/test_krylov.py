@@ -1,11 +1,13 @@
 import errno
 import os
+import tracemalloc
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import psutil
 import pytest
+import scipy.sparse
 
 from impactfem.reduction import orthonormal
 from impactfem.reduction.krylov import AT_ONCE, KrylovBasis
@@ -187,6 +189,25 @@ def test_blocks_of_columns_near_each_other(membrane, petsc, monkeypatch, apart):
     assert np.abs(both @ coordinates - X).max() < 1e-13 * np.abs(X).max()
     assert np.abs(MV - model.M @ both[:, 4:]).max() < 1e-12 * np.abs(MV).max()
     assert bool(one_by_one) == (apart < 1e-3)
+
+
+@pytest.mark.parametrize("apart", [1.0, 1e-12])
+def test_a_block_is_taken_in_with_one_more_of_its_size(petsc, apart):
+    """M X, and no third one: at the end of a large reduction there is no room for it."""
+    n, k = 5000, 16
+    V, rng = (
+        Orthonormal(petsc(scipy.sparse.diags(np.linspace(1.0, 2.0, n)))),
+        np.random.default_rng(5),
+    )
+    V.append(np.asfortranarray(rng.standard_normal((n, 4))))
+    X = np.asfortranarray(rng.standard_normal((n, k)))
+    X[:, 1::2] = X[:, ::2] + apart * X[:, 1::2]
+    tracemalloc.start()
+    V.append(X)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert V.count == 4 + (k if apart > DEPENDENT else k // 2)
+    assert most < 1.5 * X.nbytes
 
 
 def test_an_exhausted_space(membrane, basis):

@@ -21,13 +21,17 @@ def wrapped(A: PETSc.Mat, array: Array) -> PETSc.Vec:
     return PETSc.Vec().createWithArray(array, size=A.getSizes()[0], comm=A.getComm())
 
 
-def product(A: PETSc.Mat, X: Array) -> Array:
-    """A X of columns X, shape (n_local, k), Fortran order. Collective."""
+def product(A: PETSc.Mat, X: Array, Y: Array | None = None) -> Array:
+    """A X of columns X, shape (n_local, k), Fortran order. Collective.
+
+    It is put into Y where that is given, in Fortran order and not X.
+    """
     if X.shape[1] == 0:
         return np.zeros(X.shape, order="F")
     # All columns at once: A is read once for four of them.
     X = np.asfortranarray(X, dtype=np.float64)
-    Y = np.empty((A.getLocalSize()[0], X.shape[1]), order="F")
+    if Y is None:
+        Y = np.empty((A.getLocalSize()[0], X.shape[1]), order="F")
     sizes = reversed(A.getSizes())
     block, found = (
         PETSc.Mat().createDense((rows, (None, X.shape[1])), array=columns, comm=A.getComm())

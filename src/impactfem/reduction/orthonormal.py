@@ -137,7 +137,7 @@ class Orthonormal:
         for attempt in range(attempts):
             known = self._subtract(first, X, MX)
             coordinates[first:] += known @ B
-            X, MX, inside = _orthonormal(self.M, X, product(self.M, X), least)
+            X, MX, inside = _orthonormal(self.M, X, product(self.M, X, MX), least)
             B = inside @ B
             if attempt > 0 and np.all(np.diag(inside) > GONE):
                 break
@@ -326,4 +326,4 @@ def _one_by_one(M: PETSc.Mat, X: Array, MX: Array, least: Array) -> tuple[Array,
             B[n, j] = left
             n += 1
     # M times them anew: what was taken along has lost digits where little of a column is left.
-    return X[:, :n], product(M, X[:, :n]), B[:n]
+    return X[:, :n], product(M, X[:, :n], MX[:, :n]), B[:n]
