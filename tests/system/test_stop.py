@@ -60,6 +60,24 @@ def test_a_signal_is_never_lost(tmp_path, how):
     assert found == (128 + signal.SIGTERM, "", "terminated\n")
 
 
+PIPE = """
+{library}
+status = open("/proc/self/status").read()
+print(int(status.partition("SigIgn:")[2].split()[0], 16) >> 12 & 1)
+"""
+
+
+@pytest.mark.parametrize(
+    ("library", "ignored"),
+    [("import impactfem.dynamics.modes", 1), ("from petsc4py import PETSc", 0)],
+    ids=["with PETSc", "PETSc alone"],
+)
+def test_an_output_that_is_closed_is_no_crash(monkeypatch, library, ignored):
+    """`impactfem check CASE.toml | head -1`: Python ignores SIGPIPE, and PETSc would abort."""
+    monkeypatch.delenv("PETSC_OPTIONS", raising=False)
+    assert ended(sys.executable, "-c", PIPE.format(library=library)) == (0, f"{ignored}\n", "")
+
+
 BACKGROUND = """
 def interrupted(*_, **__):
     os.kill(os.getpid(), signal.SIGINT)

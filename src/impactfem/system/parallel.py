@@ -27,6 +27,9 @@ LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS")
 # For a program of one process Open MPI starts a daemon, which it does not need here, and ends the
 # program where the daemon has no network, not even the loopback.
 os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")
+# PETSc would answer signals by its own report and exit code 59, also that of an output that is
+# closed (`| head`), which Python ignores.
+os.environ["PETSC_OPTIONS"] = f"-no_signal_handler {os.environ.get('PETSC_OPTIONS', '')}".strip()
 _alone = False  # whether this process acts as a program of one
 
 
