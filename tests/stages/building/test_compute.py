@@ -22,6 +22,7 @@ from impactfem.case import load_case
 from impactfem.dynamics.columns import product
 from impactfem.dynamics.modes import Modes, modes
 from impactfem.stages.building import compute
+from impactfem.stages.building import store as store_module
 from impactfem.stages.building.compute import analysed, fit_storey_factor
 from impactfem.stages.building.store import bending_direction
 from impactfem.stages.building.targets import bending_modes
@@ -96,6 +97,23 @@ def test_scalars(frame_run):
     assert values["building.mass"] > 58e3  # with what belongs to the base
     listed = json.loads((frame_run.folder / "summary.json").read_text())
     assert {entry["name"] for entry in listed} >= set(values)
+
+
+def test_a_mode_that_is_not_there_says_how_to_have_it(monkeypatch):
+    monkeypatch.setattr(store_module, "bending_direction", lambda study: "y")
+    monkeypatch.setattr(store_module, "bending_of", lambda study: [1])
+    study = SimpleNamespace(
+        report=SimpleNamespace(shells=1, beams=1, nodes=1),
+        total=np.ones(6),
+        factor=1.0,
+        frequency=np.array([1.0, 2.0]),
+        effective_mass=np.ones((2, 6)),
+        masses=SimpleNamespace(floors=[1.0], added=[0.0]),
+    )
+    notes = {one.name: one.note for one in store_module.building_scalars(study)}
+    assert notes["building.frequency.1"] == "bending about e_x, mode 2 of all"
+    absent = "bending about e_x: 1 of the 2 modes; request more of them"
+    assert notes["building.frequency.2"] == notes["building.effective_mass.3"] == absent
 
 
 def test_effective_masses_add_up_to_less_than_the_mass(store):

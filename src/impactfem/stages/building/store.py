@@ -51,10 +51,12 @@ def building_scalars(study: BuildingStudy) -> list[Scalar]:
         ("storey_stiffness_factor", study.factor, "on walls and columns"),
     ]
     for number in range(SHOWN_BENDING):
-        mode = int(bending[number]) if number < len(bending) else None
-        which = note if mode is None else f"{note}, mode {mode + 1} of all"
-        frequency = None if mode is None else float(study.frequency[mode])
-        mass = None if mode is None else float(effective[mode])
+        frequency = mass = None
+        which = f"{note}: {len(bending)} of the {len(study.frequency)} modes; request more of them"
+        if number < len(bending):
+            mode = int(bending[number])
+            frequency, mass = float(study.frequency[mode]), float(effective[mode])
+            which = f"{note}, mode {mode + 1} of all"
         rows += [
             (f"frequency.{number + 1}", frequency, which),
             (f"effective_mass.{number + 1}", mass, which),
