@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import numpy as np
@@ -45,6 +46,33 @@ def test_work_meanwhile(monkeypatch, count):
     with parallel.meanwhile(threading.current_thread) as thread:
         here = threading.current_thread()
     assert (thread() is here) == (count == 1)
+
+
+def test_a_signal_while_it_waits_for_work(monkeypatch):
+    """The work is done before what it uses is freed, though the wait for it is left."""
+    monkeypatch.setattr(parallel, "threads", lambda: 2)
+    done, ended = [], []
+
+    class Stop(BaseException):
+        pass
+
+    def stop(*_):
+        ended.append(list(done))
+        raise Stop
+
+    def work():
+        time.sleep(0.2)  # so that the main thread waits
+        signal.pthread_kill(threading.main_thread().ident, signal.SIGUSR1)
+        time.sleep(0.2)
+        done.append(True)
+
+    before = signal.signal(signal.SIGUSR1, stop)
+    try:
+        with pytest.raises(Stop), parallel.meanwhile(work):
+            pass
+        assert (ended, done) == ([[]], [True])
+    finally:
+        signal.signal(signal.SIGUSR1, before)
 
 
 def test_an_error_meanwhile(monkeypatch):

@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from logging.handlers import QueueHandler, QueueListener
 from multiprocessing.context import SpawnContext, SpawnProcess
@@ -273,7 +273,14 @@ def meanwhile(work: Callable[[], T]) -> Iterator[Callable[[], T]]:
         yield lambda: done
     else:
         with ThreadPoolExecutor(1) as thread:
-            yield thread.submit(work).result
+            future = thread.submit(work)
+            try:
+                yield future.result
+                wait([future])
+            finally:
+                # Once more where a signal stops the program while it waits: on its way out it
+                # frees what the work uses.
+                wait([future])
 
 
 class _OneThreaded(SpawnProcess):
