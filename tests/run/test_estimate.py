@@ -75,6 +75,24 @@ def test_the_lines(case):
     )
 
 
+def test_stages_of_two_buildings_side_by_side(monkeypatch):
+    """They take the memory of both and the time of one, where there is room and a core for each."""
+    pair = load_case(GEOMETRY / "npp_pair_coupled.toml")
+    found = {}
+    for room, cores in ((64e9, 2), (12e9, 2), (64e9, 1)):
+        monkeypatch.setattr(module, "available_memory", lambda room=room: room)
+        monkeypatch.setattr(module, "threads", lambda cores=cores: cores)
+        costs = estimate(pair, LONGEST)
+        found[room, cores] = {one.name: one for one in costs.in_turn}, costs.largest.memory
+    (both, most), (alone, least) = found[64e9, 2], found[12e9, 2]
+    first, second = alone["reduce"], alone["B2/reduce"]
+    assert both["reduce"].memory == most == first.memory + second.memory
+    assert least == first.memory
+    assert both["reduce"].seconds == max(first.seconds, second.seconds)
+    assert both["reduce"].disk == first.disk + second.disk and "B2/reduce" not in both
+    assert "B2/reduce" in found[64e9, 1][0]
+
+
 def test_steps_are_whole(case):
     """A step printed with four digits gives the steps that were meant."""
     exact = case.pounding.model_copy(update={"duration": 10.0, "time_step": 0.1})

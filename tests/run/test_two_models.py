@@ -165,8 +165,9 @@ def test_another_model_computes_nothing_of_the_other(case, changed):
             assert stage.key(case) == stage.key(other)
 
 
-def test_estimate(case):
-    """Times add up; buildings run one after another, so that the larger one needs the memory."""
+def test_estimate(case, monkeypatch):
+    """On one core buildings run one after another: times add up, the larger needs the memory."""
+    monkeypatch.setattr("impactfem.run.estimate.threads", lambda: 1)
     found = estimate(case, 1.0)
     alone = [estimate(view, 1.0) for view in case.views]
     assert [one.name for one in found.models] == ["3D model of A", "3D model of B"]
@@ -231,7 +232,7 @@ def test_buildings_side_by_side(tmp_path, monkeypatch, capfd):
         study.run(path, out=one, stage="building")
         shutil.copytree(one, two)
         one_by_one = study.run(path, out=one, stage="reduce")
-        patch.setattr("impactfem.run.loop.APART", 0.0)
+        patch.setattr("impactfem.run.estimate.APART", 0.0)
         capfd.readouterr()
         at_once = study.run(path, out=two, stage="reduce")
         assert "DEBUG:" not in capfd.readouterr().err  # what a library's handler would say

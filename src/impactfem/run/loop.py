@@ -18,7 +18,7 @@ from impactfem.report.flowchart import headlines
 from impactfem.report.page import REPORT as PAGE
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY, RunFiles
 from impactfem.run.check import check_mesh, checked, warn_of_implausible
-from impactfem.run.estimate import Estimate
+from impactfem.run.estimate import Estimate, side_by_side
 from impactfem.run.folder import LOG, check_same_case, open_folder
 from impactfem.run.report import remove_page, write_page
 from impactfem.run.stages import RENAMED, REPORT, STAGES, asked_stages, check_stage_name
@@ -55,9 +55,6 @@ from impactfem.system.parallel import (
 )
 from impactfem.system.scalar import Scalar, alone, of_building, scalars_of
 
-APART = 20.0
-"""Time that a stage takes for each building, as estimated, from which on they are computed side by
-side [s]: a process of its own takes some seconds to start."""
 LONG = 60.0
 """Estimated time of a run from which on stages are drawn by a second process while others compute,
 and of the 3D models from which on it computes sticks meanwhile [s]: it takes seconds to start."""
@@ -363,19 +360,8 @@ def _compute(
 def _compute_apart(
     stage: Stage, todo: Mapping[str, tuple[Case, str]], folder: Path, estimate: Estimate
 ) -> set[str]:
-    """Compute views side by side, each on a core of its own; gives their labels. Collective.
-
-    None where one process has one core, where ranks share the work on each, or where there is not
-    the memory for all of them, or too little to do for a process of its own.
-    """
-    costs = [one for one in estimate.stages if one.name in todo]
-    if (
-        world() is not None
-        or len(todo) < 2
-        or threads() < 2
-        or min((one.seconds for one in costs), default=0.0) < APART
-        or sum(one.memory for one in costs) > available_memory()
-    ):
+    """Compute views side by side, if `side_by_side`; gives their labels. Collective."""
+    if not side_by_side([one for one in estimate.stages if one.name in todo]):
         return set()
     with workers(min(len(todo), threads()), logging_here=True) as executor:
         futures = [
