@@ -159,7 +159,7 @@ def basis_figures(case_file: str = DEFAULT) -> list[Figure]:
     def settling(basis: KrylovBasis, last: slice) -> float:
         return 6.0 * basis.Q.size * basis.size if basis.clean else 0.0
 
-    def multiplying(A: Any, X: Array) -> float:
+    def multiplying(A: Any, X: Array, Y: Array | None = None) -> float:
         return 2.0 * float(A.getInfo()["nz_used"]) * X.shape[1]
 
     def projecting(basis: KrylovBasis) -> float:
