@@ -112,7 +112,7 @@ def test_a_mode_that_is_not_there_says_how_to_have_it(monkeypatch):
     )
     notes = {one.name: one.note for one in store_module.building_scalars(study)}
     assert notes["building.frequency.1"] == "bending about e_x, mode 2 of all"
-    absent = "bending about e_x: 1 of the 2 modes; request more of them"
+    absent = "bending about e_x: 1 of the 2 modes; raise structure.modes"
     assert notes["building.frequency.2"] == notes["building.effective_mass.3"] == absent
 
 

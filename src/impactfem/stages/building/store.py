@@ -52,7 +52,7 @@ def building_scalars(study: BuildingStudy) -> list[Scalar]:
     ]
     for number in range(SHOWN_BENDING):
         frequency = mass = None
-        which = f"{note}: {len(bending)} of the {len(study.frequency)} modes; request more of them"
+        which = f"{note}: {len(bending)} of the {len(study.frequency)} modes; raise structure.modes"
         if number < len(bending):
             mode = int(bending[number])
             frequency, mass = float(study.frequency[mode]), float(effective[mode])
