@@ -195,10 +195,8 @@ def test_blocks_of_columns_near_each_other(membrane, petsc, monkeypatch, apart):
 def test_a_block_is_taken_in_with_one_more_of_its_size(petsc, apart):
     """M X, and no third one: at the end of a large reduction there is no room for it."""
     n, k = 5000, 16
-    V, rng = (
-        Orthonormal(petsc(scipy.sparse.diags(np.linspace(1.0, 2.0, n)))),
-        np.random.default_rng(5),
-    )
+    rng, M = np.random.default_rng(5), petsc(scipy.sparse.diags(np.linspace(1.0, 2.0, n)))
+    V = Orthonormal(M)
     V.append(np.asfortranarray(rng.standard_normal((n, 4))))
     X = np.asfortranarray(rng.standard_normal((n, k)))
     X[:, 1::2] = X[:, ::2] + apart * X[:, 1::2]

@@ -66,7 +66,7 @@ def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 
     for _, H in free.solutions(G):
         flexibility.append(np.asarray(G.T @ H))
         coordinates.append(vectors.append(H)[0])
-        del H  # while the next ones are solved for
+        del H  # not to be held while the next ones are solved for
     known = np.hstack(
         [np.zeros((vectors.count, 0))]
         + [np.pad(one, ((0, vectors.count - len(one)), (0, 0))) for one in coordinates]

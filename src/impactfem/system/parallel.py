@@ -29,7 +29,8 @@ LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS")
 os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")
 # PETSc would answer signals by its own report and exit code 59, also that of an output that is
 # closed (`| head`), which Python ignores.
-os.environ["PETSC_OPTIONS"] = f"-no_signal_handler {os.environ.get('PETSC_OPTIONS', '')}".strip()
+if "-no_signal_handler" not in (petsc := os.environ.get("PETSC_OPTIONS", "")):
+    os.environ["PETSC_OPTIONS"] = f"-no_signal_handler {petsc}".strip()
 _alone = False  # whether this process acts as a program of one
 
 
