@@ -1,4 +1,4 @@
-"""What to keep in mind of a run: its one motion, its damping, contact laws that were chosen."""
+"""Caveats of a run: a single motion, its damping, contact laws that were chosen."""
 
 import math
 

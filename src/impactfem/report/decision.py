@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from impactfem.plot.curves import Curve, CurveFigure, Panel
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED
 from impactfem.report.overview import (
     RESIDUAL,
+    SMALL,
     Facts,
     anchor_forces,
     digits,
@@ -27,7 +28,7 @@ from impactfem.report.run_files import SPECTRA, RunFiles
 from impactfem.stages.check import HALVED, QUIET
 from impactfem.stages.device import selection as of_device
 from impactfem.stages.stores import names_of
-from impactfem.stages.transient.selection import known
+from impactfem.stages.transient.selection import known, resolved
 
 STICK, MODEL = "stick", "3D model"
 G = 9.80665
@@ -37,13 +38,10 @@ KEY_RESULTS = 10
 PLACES = {"centre": "mass centre", "edge": "impact edge", "line": "on the line across"}
 """Kinds of probes in words."""
 PURPLE = "#7a4fa3"
-SLIGHT = 0.05
-"""Least ratio of the largest ordinate without impact to that of the building along all directions,
-for the factor of the first screen."""
 NEAR = 5e-4
 """Differences below it are 0.0 % in print."""
 COUNTS = 0.1
-"""Least ratio of an ordinate to that which governs, for the same."""
+"""Least ratio of an ordinate to the governing one, for the largest ratio of the first screen."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +57,10 @@ class Answer:
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """The floor spectrum with the largest ordinate of a body along a direction."""
+    """The floor spectrum with the largest ordinate of a body along a direction, in resolved band.
+
+    The resolved band ends at the last frequency of `psa`.
+    """
 
     building: str
     model: str  #: `STICK`, `MODEL`, or name of the device at whose anchor it is
@@ -68,8 +69,9 @@ class Spectrum:
     direction: str
     damping: float  #: of the oscillators [-]; nan where not known
     psa: xr.DataArray  #: by frequency [m/s2]
-    pfa: float  #: peak acceleration [m/s2]
     free: xr.DataArray | None  #: the same without impact; None where that was not computed
+    #: Largest ZPA without impact of the place along any direction [m/s2].
+    free_zpa: float = 0.0
 
     @property
     def at_anchor(self) -> bool:
@@ -87,30 +89,42 @@ class Spectrum:
         return float(self.psa.idxmax("frequency"))
 
     @property
-    def still(self) -> float:
-        """The largest ordinate without impact [m/s2]; 0 where that was not computed."""
+    def end(self) -> float:
+        """Highest frequency of the resolved band [Hz]."""
+        return float(self.psa["frequency"][-1])
+
+    @property
+    def zpa(self) -> float:
+        """Zero-period acceleration: the ordinate at the end of the resolved band [m/s2]."""
+        return float(self.psa[-1])
+
+    @property
+    def free_peak(self) -> float:
+        """Largest ordinate without impact [m/s2]; 0 where that was not computed."""
         return 0.0 if self.free is None else float(self.free.max())
 
     @property
-    def factors(self) -> tuple[float, float]:
-        """Its peak over that without impact, and the ratio at the frequency of the former.
+    def least(self) -> float:
+        """Ordinate without impact up to which no ratio is formed [m/s2]."""
+        return max(SMALL * self.free_zpa, RESIDUAL * self.peak)
 
-        nan where impacts alone move the point: what is left without them is rounding.
+    @property
+    def peak_ratio(self) -> float:
+        """Ratio of the peaks with / without impact [-]; nan where the latter is small."""
+        return self.peak / self.free_peak if self.free_peak > self.least else math.nan
+
+    def largest_ratio(self, counts: float) -> tuple[float, float]:
+        """Return the largest ratio with / without impact [-] and its frequency [Hz].
+
+        Only ordinates with impact of at least `counts` [m/s2] and ordinates without impact that are
+        not small count; 0 and nan where there is none.
         """
-        if self.free is None or self.still <= RESIDUAL * self.peak:
-            return math.nan, math.nan
-        there = self.free.sel(frequency=self.at, method="nearest")
-        with np.errstate(divide="ignore", invalid="ignore"):
-            both = self.peak / np.array([self.still, float(there)])
-        return float(both[0]), float(both[1])
-
-    def largest_factor(self, least: float) -> tuple[float, float]:
-        """The largest ratio to that without impact of ordinates of at least so much, and where."""
-        if self.free is None or self.still <= RESIDUAL * self.peak:
+        if self.free is None:
             return 0.0, math.nan
-        counts = (self.psa >= least) & (self.free > RESIDUAL * self.psa)
-        ratio = (self.psa / self.free).where(counts, 0.0)
-        return float(ratio.max()), float(ratio.idxmax("frequency"))
+        both = (self.psa >= counts) & (self.free > self.least)
+        ratio = (self.psa / self.free).where(both, 0.0)
+        largest = float(ratio.max())
+        return largest, float(ratio.idxmax("frequency")) if largest > 0.0 else math.nan
 
     @property
     def words(self) -> str:
@@ -135,14 +149,15 @@ def _of_sticks(run: RunFiles) -> list[Spectrum]:
     """Of each floor along each direction, as it pounded."""
     found, touched = [], in_3d(run.case)
     with run.store("pounding.nc") as store:
-        one = store[["psa", "psa_free", "pfa"]].isel(damping=0).load()
+        one = resolved(store[["psa", "psa_free"]].isel(damping=0)).load()
         for k, name in enumerate(one["station_building"].values.tolist()):
             model, place = (MODEL, PLACES["centre"]) if name in touched else (STICK, "")
+            free_zpa = float(one["psa_free"].isel(station=k, frequency=-1).max())
             for direction in names_of(store, "direction"):
                 at = one.isel(station=k).sel(direction=direction)
                 floor, ratio = int(at["station_floor"]), float(at["damping"])
-                values = at["psa"], float(at["pfa"]), at["psa_free"]
-                found.append(Spectrum(name, model, floor, place, direction, ratio, *values))
+                where = (name, model, floor, place, direction, ratio)
+                found.append(Spectrum(*where, at["psa"], at["psa_free"], free_zpa))
     return _moving(found)
 
 
@@ -151,23 +166,23 @@ def _of_model(run: RunFiles) -> list[Spectrum]:
     found = []
     if run.ran("design"):
         with run.store("design.nc") as store:
-            one = known(store[["psa", "zpa"]].isel(damping=0)).load()
+            one = resolved(store[["psa"]].isel(damping=0)).load()
             place = f"largest {'over the floor' if 'vertex' in store.dims else 'of its probes'}"
             for direction in names_of(store, "direction"):
                 at = _largest(one.sel(direction=direction), "station")
                 floor, ratio = int(at["station_floor"]), float(at["damping"])
                 where = (str(store.attrs["building"]), MODEL, floor, place, direction, ratio)
-                found.append(Spectrum(*where, at["psa"], float(at["zpa"]), None))
+                found.append(Spectrum(*where, at["psa"], None))
             kept = names_of(store, "elsewhere")  # on no floor
     with run.store("transient.nc") as store:
-        one = known(store[["psa", "pfa"]].isel(damping=0)).load()
+        one = resolved(store[["psa"]].isel(damping=0)).load()
         one = one.sel(probe=kept) if found else one
         for direction in names_of(store, "component") if one.sizes["probe"] else []:
             at = _largest(one.sel(component=direction), "probe")
             place = PLACES.get(str(at["probe_kind"].item()), str(at["probe"].item()))
             floor, ratio = int(at["probe_floor"]), float(at["damping"])
             where = (str(store.attrs["building"]), MODEL, floor, place, direction, ratio)
-            found.append(Spectrum(*where, at["psa"], float(at["pfa"]), None))
+            found.append(Spectrum(*where, at["psa"], None))
     found.sort(key=lambda one: -one.peak)
     return _moving(list({one.direction: one for one in reversed(found)}.values()))
 
@@ -182,15 +197,16 @@ def _of_anchors(run: RunFiles) -> list[Spectrum]:
     found = []
     with run.store("device.nc") as store:
         for device in names_of(store, "device"):
-            loads = {impact: of_device.Load(store, device, impact) for impact in of_device.LOADS}
-            hit, quiet = (loads[impact].of("psa").load() for impact in ("with", "without"))
+            hit, quiet = (
+                of_device.Load(resolved(store), device, impact).of("psa").load()
+                for impact in (of_device.WITH, of_device.WITHOUT)
+            )
             axis = str(hit.max("frequency").idxmax("axis").item())
-            moved = loads["with"].of("anchor_acceleration", component=axis)
             _, floor, _ = of_device.anchor_of(store, device)
             damping = float(of_device.modes_of(store, device)["mode_damping"][:1].sum())
             where = (str(store.attrs["building"]), device, floor, "", axis, damping or math.nan)
-            pfa = float(abs(moved).max())
-            found.append(Spectrum(*where, hit.sel(axis=axis), pfa, quiet.sel(axis=axis)))
+            free_zpa = float(quiet.isel(frequency=-1).max())
+            found.append(Spectrum(*where, hit.sel(axis=axis), quiet.sel(axis=axis), free_zpa))
     return found
 
 
@@ -201,22 +217,26 @@ def _moving(found: list[Spectrum]) -> list[Spectrum]:
 
 
 def spectra_table(spectra: list[Spectrum]) -> Facts:
-    """The spectra that govern, a row each."""
+    """Return the governing spectra, a row each."""
     columns = (
-        "where {}; along {}; damping [%] {:.3g}; peak [m/s²] {:.4g}; at [Hz] {:.1f}; "
-        "PFA [m/s²] {:.4g}; peak without impact [m/s²] {}; factor of the peak {}; factor at its "
-        "frequency {}"
+        "place {}; direction {}; damping [%] {:.3g}; resolved band up to [Hz] {:.4g}; "
+        "peak [m/s²] {:.4g}; at [Hz] {:.1f}; ZPA [m/s²] {:.4g}; peak without impact [m/s²] {}; "
+        "ratio of the peaks, with / without impact {}"
     )
     rows = []
     for one in spectra:
-        free = "" if one.free is None else digits(float(one.free.max()), 4)
-        factors = (digits(f, 3) if math.isfinite(f) else "" for f in one.factors)
-        own = (one.words, one.direction, 100.0 * one.damping, one.peak, one.at, one.pfa)
-        rows.append((*own, free, *factors))
-    note = "The largest ordinates of each body along each direction; at anchors along one."
+        free = "" if one.free is None else digits(one.free_peak, 4)
+        ratio = digits(one.peak_ratio, 3) if math.isfinite(one.peak_ratio) else ""
+        peak = (one.end, one.peak, one.at, one.zpa)
+        rows.append((one.words, one.direction, 100.0 * one.damping, *peak, free, ratio))
+    note = (
+        "The largest ordinates of each model along each direction, within the resolved band. The "
+        "ZPA is the ordinate at the end of the band. A ratio appears only if the peak without "
+        f"impact exceeds {100.0 * SMALL:g} % of the ZPA without impact."
+    )
     if any(one.free is None for one in spectra):
-        note += " Where a 3D model has no peak without impact, it was not computed without."
-    return table("Floor spectra that govern", columns, rows, note)
+        note += " Floors of a 3D model that is loaded by stick forces have no run without impact."
+    return table("Governing floor response spectra", columns, rows, note)
 
 
 def devices(run: RunFiles) -> Iterator[tuple[xr.Dataset, str]]:
@@ -247,50 +267,62 @@ def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
     found = []
     if spectra:
         one = spectra[0]
-        text = f"{one.words}, along {one.direction}, {100.0 * one.damping:.3g} % damping"
-        text += f"; {one.peak / G:.3g} g, peak acceleration (ZPA) {one.pfa:.3g} m/s²"
-        text += _by_steps(run, "pfa") if one.model == MODEL else ""
         value = f"{one.peak:.3g} m/s² at {one.at:.3g} Hz"
-        if one.at >= float(one.psa["frequency"][-1]):
-            text += "; at the end of the range, beyond which it may be larger"
-        found.append(Answer("Floor spectrum that governs", value, text, link="spectra"))
-        # Of all floors: the impact may be felt most where another one governs.
-        every = (*(_of_sticks(run) if run.ran("pounding") else ()), *spectra)
-        top, factors = COUNTS * max(other.peak for other in every), []
-        for name in dict.fromkeys(other.building for other in every):
-            own = [other for other in every if other.building == name]
-            # A direction in which the ground hardly moves it would have a factor without meaning.
-            least = SLIGHT * max(other.still for other in own)
-            factors += [
-                (*other.largest_factor(top), other) for other in own if other.still >= least
-            ]
-        times, at, one = max(factors, key=lambda factor: factor[0], default=(0.0, math.nan, one))
-        if times > 0.0 and one.free is not None and not untouched(run):
-            hit, quiet = (float(psa.sel(frequency=at)) for psa in (one.psa, one.free))
-            text = f"{one.words}, along {one.direction}, {100.0 * one.damping:.3g} % damping: "
-            text += f"{hit:.3g} against {quiet:.3g} m/s² there; "
-            text += f"largest ordinates {one.peak:.3g} against {one.still:.3g} m/s²"
-            value = f"× {times:.3g} at {at:.3g} Hz"
-            found.append(Answer("Over the case without impact", value, text, link="spectra"))
+        text = (
+            f"{one.words}, direction {one.direction}, {100.0 * one.damping:.3g} % damping; "
+            f"{one.peak / G:.3g} g; ZPA {one.zpa:.3g} m/s². Resolved band: up to {one.end:.4g} Hz"
+        )
+        if one.at >= one.end:
+            text += "; the peak is at the end of this band, and may be larger above it"
+        found.append(Answer("Governing floor response spectrum", value, text, link="spectra"))
+        found += [] if untouched(run) else _amplification(run, spectra)
     found += _gap(run) + _anchors(run)
     force = next((one for one in run.summary if one["name"] == MAIN_FORCE), None)
     if force is not None and force["value"] is not None:
-        where = force["note"].replace("-", " and ").replace("_", " ")
+        where = pair_words(force["note"].removeprefix("pair "))
         value = quantity(force["value"], force["unit"], digits=4)
         count = run.values.get("pounding.impacts", 0.0)
-        text = f"{where}; {count:.0f} impact{'s' if count > 1 else ''} in all"
-        if by_steps := _by_steps(run, "force"):
+        text = f"{where}; number of impacts: {count:.0f}"
+        if by_steps := _by_steps(run):
             mean = quantity(run.values["pounding.mean_force_5ms"], "N", digits=3)
             text += f"{by_steps}; largest mean over 5 ms {mean}"
         found.append(Answer("Largest impact", value, text, link="stage_pounding"))
     elif "pounding.required_separation" in run.values and untouched(run):
-        found.append(Answer("Largest impact", "none", "nothing touches", link="stage_pounding"))
+        text = "the buildings do not touch"
+        found.append(Answer("Largest impact", "no impact", text, link="stage_pounding"))
     good = [check["good"] for check in run.checks]
     limits, missed = sum(one is not None for one in good), good.count(False)
-    value = f"{missed} of {limits} not met" if missed else f"all {limits} met"
-    text = "listed below: they decide whether the rest may be used" if missed else ""
+    value = f"{missed} of {limits} failed" if missed else f"all {limits} passed"
+    text = "read the failed checks below before using the results" if missed else ""
     found.append(Answer("Checks", value, text, "warn" if missed else "good", "checks"))
     return found
+
+
+def _amplification(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
+    """Return the largest ratio of peaks with / without impact, and the largest of ordinates.
+
+    Of all floors whose peak counts: an impact may raise another floor than the governing one most.
+    """
+    every = (*(_of_sticks(run) if run.ran("pounding") else ()), *spectra)
+    counts = COUNTS * max(one.peak for one in every)
+    found = [one for one in every if one.peak >= counts and math.isfinite(one.peak_ratio)]
+    if not found:
+        return []
+    one = max(found, key=lambda one: one.peak_ratio)
+    text = (
+        f"ratio of the peaks, {one.peak:.3g} m/s² with and {one.free_peak:.3g} m/s² without "
+        f"impact: {one.words}, direction {one.direction}, {100.0 * one.damping:.3g} % damping"
+    )
+    times, at, other = max(
+        ((*other.largest_ratio(counts), other) for other in found), key=lambda ratio: ratio[0]
+    )
+    if math.isfinite(at) and other.free is not None:
+        hit, quiet = (float(psa.sel(frequency=at)) for psa in (other.psa, other.free))
+        text += f"; largest ratio at one frequency × {times:.3g} at {at:.3g} Hz"
+        text += f" ({hit:.3g} and {quiet:.3g} m/s²)"
+        if other is not one:
+            text += f": {other.words}, direction {other.direction}"
+    return [Answer("Amplification due to pounding", f"× {one.peak_ratio:.3g}", text, "", "spectra")]
 
 
 def _gap(run: RunFiles) -> list[Answer]:
@@ -299,23 +331,33 @@ def _gap(run: RunFiles) -> list[Answer]:
     with run.store("pounding.nc") as store:
         pairs = names_of(store, "pair")
         if not pairs:
-            return [Answer("Gap", "no contacts", "nothing can touch: the case has no contacts")]
+            return [Answer("Gap", "no contact pairs", "the case defines no contact pairs")]
         margin = store["pair_margin"].values
         k = int(margin.argmin())
         there, needed = (
             1e3 * float(store[name][k]) for name in ("pair_rest_gap", "pair_required_separation")
         )
         most = 1e3 * float(store["pair_required_separation"].max())
-    text = f"there {there:.3g} mm, between {pairs[k].replace('-', ' and ').replace('_', ' ')}"
+    text = f"between {pair_words(pairs[k])}"
     band = [run.values.get(f"ensemble.p{q}.pounding.required_separation") for q in ("05", "95")]
     if needed < most:
-        text += f"; other pairs, with larger gaps, need up to {most:.3g} mm"
+        text += f"; other pairs, with larger gaps, require up to {most:.3g} mm"
     elif (low := band[0]) is not None and (high := band[1]) is not None:
         count = run.values["ensemble.members"]
-        text += f"; under {count:.0f} motions {1e3 * low:.3g} to {1e3 * high:.3g} mm (5 to 95 %)"
-    value = f"{needed:.3g} mm needed"
+        text += (
+            f"; 5th to 95th percentile of {count:.0f} motions: {1e3 * low:.3g} to "
+            f"{1e3 * high:.3g} mm required"
+        )
+    value = f"{needed:.3g} mm required, {there:.3g} mm provided"
     mark = "good" if margin[k] >= 0.0 else "warn"
-    return [Answer("Gap that prevents contact", value, text, mark, "stage_pounding")]
+    return [Answer("Gap required to avoid contact", value, text, mark, "stage_pounding")]
+
+
+def pair_words(pair: str) -> str:
+    """Return a contact pair in words: floor 3 of west and floor 3 of east."""
+    sides = (side.partition(".") for side in pair.split("-"))
+    words = (f"{place.replace('_', ' ')} of {name}" if place else name for name, _, place in sides)
+    return " and ".join(words)
 
 
 def _anchors(run: RunFiles) -> list[Answer]:
@@ -332,8 +374,8 @@ def _anchors(run: RunFiles) -> list[Answer]:
         bare[key] = max(quiet.pull(), hit.pull())
         moment = f"M{'y' if axis == 'x' else 'x'}"
         turned = float(hit.components().sel(component=f"r{moment[1]}"))
-        factor = hit.detailed / quiet.detailed if quiet.detailed > 0.0 else math.nan
-        times = f" (× {factor:.3g})" if math.isfinite(factor) else ""
+        least = SMALL * float(quiet.components()[:3].max())
+        times = f" (× {hit.detailed / quiet.detailed:.3g})" if quiet.detailed > least else ""
         texts[key] = (
             f"{device} on floor {floor} of {key[0]}: F{axis} {1e-3 * hit.detailed:.4g} kN"
             f"{times}, Fz {1e-3 * float(hit.components().sel(component='z')):.3g} kN, "
@@ -346,26 +388,29 @@ def _anchors(run: RunFiles) -> list[Answer]:
     up = sum(value > 0.0 for value in known_ones.values())
     link, unknown = f"device_{key[1]}", len(pulled) - len(known_ones)
     if not known_ones:
-        value, mark = "net tension not known", ""
+        value, mark = "net tension unknown", ""
     elif up:
         count = f" at {up} of {len(pulled)}" if len(pulled) > 1 else ""
         value, mark = f"net tension{count}", "warn"
-        texts[key] += f"; {1e-3 * pulled[key]:.3g} kN/n in the most loaded of n anchors"
+        texts[key] += (
+            f"; tension in the most highly loaded anchor {1e-3 * pulled[key]:.3g} kN / n for n "
+            "equally spaced anchors"
+        )
     else:
         value, mark = "no net tension", "" if unknown else "good"
     if known_ones and unknown:
         more, (_, name) = max((bare[one], one) for one in pulled if one not in known_ones)
         texts[key] += (
-            f"; not known at {unknown} of {len(pulled)}: weight not given; neglecting it "
-            f"up to {1e-3 * more:.3g} kN/n, at {name}"
+            f"; unknown for {unknown} of {len(pulled)} devices whose weight is not given: without "
+            f"weight up to {1e-3 * more:.3g} kN / n, at {name}"
         )
     return [Answer("Anchors", value, texts[key], mark, link)]
 
 
-def _by_steps(run: RunFiles, what: str) -> str:
-    """How much steps twice as long change a value, at most, where it depends on them."""
-    change = run.values.get(f"pounding.doubled_step_{what}_change", 0.0)
-    text = f" (steps twice as long change it by up to {100.0 * change:.2g} %)"
+def _by_steps(run: RunFiles) -> str:
+    """State how much a doubled time step changes the largest force, where that is much."""
+    change = run.values.get("pounding.doubled_step_force_change", 0.0)
+    text = f" (a doubled time step changes it by up to {100.0 * change:.2g} %)"
     return text if change > HALVED else ""
 
 
@@ -376,7 +421,7 @@ def at_wall(run: RunFiles) -> float | None:
 
 
 def spectra_figure(run: RunFiles, spectra: list[Spectrum]) -> Path | None:
-    """Draw `decision_spectra.svg`: of the building that governs, and an anchor or another one."""
+    """Draw `decision_spectra.svg`: governing spectra of a building, and of an anchor or another."""
     anchors = [one for one in spectra if one.at_anchor]
     buildings = dict.fromkeys(one.building for one in spectra if not one.at_anchor)
     panels = [_building_panel(run, spectra, name) for name in [*buildings][: 1 if anchors else 2]]
@@ -384,14 +429,15 @@ def spectra_figure(run: RunFiles, spectra: list[Spectrum]) -> Path | None:
         curves = [_curve(one.psa, "with impacts", GREEN, "-")]
         if one.free is not None:
             curves.append(_curve(one.free, "without impact", GREEN, "--"))
-        title = f"Anchor of {one.model}, {one.building}, along {one.direction}"
+        title = f"Anchor of {one.model}, {one.building}, direction {one.direction}"
         if math.isfinite(one.damping):
             title += f", {100.0 * one.damping:.3g} % damping"
-        panels.append(_panel(curves, title))
+        panels.append(_panel(curves, title, one.end))
     if not panels:
         return None
     caption = (
-        "Floor spectra that govern, with and without impact. Solid: with impacts; dashed: without. "
+        "Governing floor response spectra with impact (solid) and without impact (dashed). "
+        "Hatched: frequencies above the resolved band. "
         + " ".join(f"({'ab'[k]}) {panel.title}." for k, panel in enumerate(panels))
     )
     size = (5.5 * len(panels), 3.3)
@@ -400,8 +446,8 @@ def spectra_figure(run: RunFiles, spectra: list[Spectrum]) -> Path | None:
 
 
 def _building_panel(run: RunFiles, spectra: list[Spectrum], building: str) -> Panel:
-    """Spectra of the floor of a building that governs, along the direction that governs."""
-    # Where a point on no floor governs, of the point and of the stick's floor that governs.
+    """Return the spectra of the governing floor of a building along the governing direction."""
+    # If a point on no floor governs: the point, and the governing floor of the stick.
     own = [one for one in spectra if one.building == building and not one.at_anchor]
     first = own[0]
     along = (one for one in own if (one.model, one.direction) == (STICK, first.direction))
@@ -428,58 +474,62 @@ def _building_panel(run: RunFiles, spectra: list[Spectrum], building: str) -> Pa
     if first.model == MODEL and first.place not in (PLACES["centre"], PLACES["edge"]):
         curves.append(_curve(first.psa, f"3D model, {first.place}", PURPLE, "-"))
     title = f"{building}, floor {floor}, " if floor else f"{building}, "
-    return _panel(curves, f"{title}along {first.direction}, {100.0 * first.damping:.3g} % damping")
+    title = f"{title}direction {first.direction}, {100.0 * first.damping:.3g} % damping"
+    return _panel(curves, title, first.end)
 
 
 def _curve(spectrum: xr.DataArray, label: str, colour: str, dash: str) -> Curve:
     return Curve(spectrum["frequency"].values, spectrum.values, label, colour, dash, width=1.3)
 
 
-def _panel(curves: list[Curve], title: str) -> Panel:
-    axes: Mapping[str, Any] = {"log": "x", "bottom": 0.0, "legend": "upper left"}
+def _panel(curves: list[Curve], title: str, resolved_end: float) -> Panel:
+    """Return a panel of spectra that is hatched above the resolved band."""
+    axes: dict[str, Any] = {"log": "x", "bottom": 0.0, "legend": "upper left"}
+    last = max(float(curve.x[-1]) for curve in curves)
+    if last > resolved_end:
+        axes["hatched"] = (resolved_end, last)
     return Panel("frequency [Hz]", "pseudo-acceleration [m/s²]", curves, title, **axes)
 
 
 def _first_device(run: RunFiles, impact: str, words: str) -> str:
-    """What is compared of the first device, and how far RSA is low in its overturning moment."""
+    """Name the compared force of the first device, and by how much its moment is too low."""
     for store, device in devices(run):
-        text = f"F{of_device.direction(store)} of the first device, {device}, {words}"
+        text = f"F{of_device.direction(store)} of {device}, {words}"
         moment = of_device.Load(store, device, impact).moment()
         if moment is not None and moment[1] > NEAR:
-            text += f"; RSA underestimates {moment[0]} by {100.0 * moment[1]:.1f} %"
+            text += f"; {moment[0]} unconservative by {100.0 * moment[1]:.1f} %"
         return text
-    return f"the force of the first device, {words}"
+    return f"force of the first device, {words}"
 
 
 def key_results(run: RunFiles) -> list[tuple[str, str]]:
-    """Up to ten numbers of any run, each with what it is: those of the first screen, and more."""
+    """Return up to ten results of a run with their descriptions: the first screen, and more."""
     spectra = governing(run)
     every = answers(run, spectra)[:-1]  # the console has counted the checks already
     found = [(one.value, f"{one.question.lower()}: {one.text}") for one in every]
     if (epsilon := at_wall(run)) is not None:
-        used = "" if wall_is_used(run.case) else "; not used here, the case gives the law"
-        used = used if run.case["contact_laws"] else "; nothing touches in this case"
-        found.append((f"{epsilon:.3g}", f"restitution ε of the 3D model at a rigid wall{used}"))
+        used = "" if wall_is_used(run.case) else ": not used, the case file gives the contact law"
+        used = used if run.case["contact_laws"] else ": not used, the case has no contact law"
+        found.append((f"{epsilon:.3g}", f"restitution of the 3D model at a rigid wall{used}"))
     for impact, words in of_device.LOADS.items():
         if impact == of_device.WITH and untouched(run):
             continue
         name = f"device.relative_difference.{of_device.IN_NAMES[impact]}"
         if (low := run.values.get(name)) is not None:
-            text = f"by which RSA {'under' if low >= 0.0 else 'over'}estimates"
-            if abs(low) < NEAR:
-                text = "difference between RSA and"
+            side = "" if abs(low) < NEAR else "unconservative" if low > 0.0 else "conservative"
+            text = f"difference of response spectrum analysis{f', {side}' * bool(side)}:"
             text += f" {_first_device(run, impact, words)}"
             found.append((f"{100.0 * abs(low):.1f} %", text))
-    # What is left of ten: further spectra, the largest first, displacements, shear, the ground.
+    # Then further spectra, the largest first, displacements, storey shear and ground acceleration.
     for one in spectra[1:]:
-        text = f"floor spectrum of {one.words}, along {one.direction}, at {one.at:.3g} Hz"
+        text = f"floor spectrum of {one.words}, direction {one.direction}, at {one.at:.3g} Hz"
         found.append((f"{one.peak:.3g} m/s²", text))
     start = "pounding.peak_displacement."
     for name in (name for name in run.values if name.startswith(start)):
         free = run.values.get(name.replace("displacement.", "displacement_no_contact."), math.nan)
         text = f"largest displacement of {name.removeprefix(start)}"
         if run.values.get("pounding.impacts"):
-            text += f"; {1e2 * free:.3g} without contact"
+            text += f"; {1e2 * free:.3g} cm without contact"
         found.append((f"{1e2 * run.values[name]:.3g} cm", text))
     if (shear := run.values.get("pounding.storey_shear_max")) is not None:
         found.append((quantity(shear, "N", digits=4), "largest storey shear in impacts"))
@@ -490,6 +540,6 @@ def key_results(run: RunFiles) -> list[tuple[str, str]]:
     }
     if ground:
         largest = max(ground, key=lambda one: ground[one])
-        text = f"peak ground acceleration{f', along {largest}' * bool(largest)}"
+        text = f"peak ground acceleration{f', direction {largest}' * bool(largest)}"
         found.append((quantity(ground[largest], "m/s²", digits=4), text))
     return found[:KEY_RESULTS]

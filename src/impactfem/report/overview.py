@@ -15,7 +15,7 @@ from impactfem.spectra.statistics import over_members
 from impactfem.stages.device import selection as of_device
 from impactfem.stages.device.verdict import anchors, shortfall
 from impactfem.stages.stores import names_of
-from impactfem.stages.transient.selection import floors_of, known, shown
+from impactfem.stages.transient.selection import floors_of, known, resolved, shown
 
 UNITS: pint.UnitRegistry[float] = pint.UnitRegistry()
 PREFIXED = {
@@ -33,8 +33,8 @@ FLOORS = 3
 """Number of floors that are shown where not all that are hit are."""
 RESIDUAL = 1e-9
 """Part of a spectrum with impacts up to which that without them is rounding."""
-NOISE = 1e-3
-"""Part of the largest force without impact up to which a component is none."""
+SMALL = 0.1
+"""Part of the ZPA, or of the largest force, without impact up to which no ratio is formed."""
 
 
 @dataclass(frozen=True)
@@ -128,27 +128,30 @@ def in_3d(case: Mapping[str, Any]) -> set[str]:
 
 
 def stick_spectra(run: RunFiles, building: str) -> Facts:
-    """Spectra of all floors as they pounded, along all directions, with and without impact."""
+    """Return the spectra of all floors in the resolved band, with and without impact."""
     with run.store("pounding.nc") as store:
-        one = store[["psa", "psa_free", "pfa", "pfa_free"]].isel(damping=0).load()
+        one = resolved(store[["psa", "psa_free", "pfa", "pfa_free"]].isel(damping=0)).load()
         one = one.isel(station=(one["station_building"] == building).values)
         damping, rows = float(one["damping"]), []
+        free_zpa = one["psa_free"].isel(frequency=-1).max("direction")
         for direction in names_of(store, "direction"):
             for k in reversed(range(one.sizes["station"])):
                 at = one.isel(station=k).sel(direction=direction)
                 psa, free = at["psa"], at["psa_free"]
                 shown = (psa.max(), psa.idxmax("frequency"), at["pfa"], free.max(), at["pfa_free"])
                 values = [value.item() for value in shown]
-                factor = (
-                    digits(values[0] / values[3], 3) if values[3] > RESIDUAL * values[0] else ""
-                )
-                rows.append((at["station_floor"].item(), direction, *values, factor))
+                least = max(SMALL * float(free_zpa[k]), RESIDUAL * values[0])
+                ratio = digits(values[0] / values[3], 3) if values[3] > least else ""
+                rows.append((at["station_floor"].item(), direction, *values, ratio))
+        end = float(one["frequency"][-1])
     columns = (
-        "floor {}; along {}; peak [m/s²] {:.1f}; at [Hz] {:.1f}; PFA [m/s²] {:.1f}; "
-        "peak, no contact [m/s²] {:.1f}; PFA, no contact [m/s²] {:.1f}; factor of the peak {}"
+        "floor {}; direction {}; peak [m/s²] {:.1f}; at [Hz] {:.1f}; PFA [m/s²] {:.1f}; "
+        "peak without impact [m/s²] {:.1f}; PFA without impact [m/s²] {:.1f}; "
+        "ratio of the peaks, with / without impact {}"
     )
     what = "mass centres of the 3D model" if building in in_3d(run.case) else "stick"
-    return table(f"Floor spectra of the {what} of {building}, {100 * damping:g} %", columns, rows)
+    title = f"Floor spectra of the {what} of {building}, {100 * damping:g} %, up to {end:.4g} Hz"
+    return table(title, columns, rows)
 
 
 def structure_spectra(run: RunFiles) -> Facts:
@@ -210,10 +213,11 @@ def anchor_forces(store: xr.Dataset, device: str) -> list[list[str]]:
                 ]
             )
     quiet, hit = (load.components().values for load in loads.values())
-    # A component without force has no factor.
-    least = NOISE * quiet.max()
-    factors = (f"{b / a:.1f}" if a > least else "" for a, b in zip(quiet, hit, strict=True))
-    return [*rows, ["factor of the impacts", "3D model", *factors, "", ""]]
+    # Forces are compared with the largest force, moments with the largest moment.
+    least = SMALL * np.repeat([quiet[:3].max(), quiet[3:].max()], 3)
+    both = zip(quiet, hit, least, strict=True)
+    ratios = (f"{b / a:.1f}" if a > small else "" for a, b, small in both)
+    return [*rows, ["ratio with / without impact", "3D model", *ratios, "", ""]]
 
 
 def forces_table(title: str, first: Sequence[str], rows: list[list[str]], direction: str) -> Facts:

@@ -23,6 +23,7 @@ from impactfem.report.run_files import DRAWING, FLOWCHART, SPECTRA, RunFiles
 from impactfem.report.sections import TEMPLATES, Picture, anchor, numeric, picture, sections
 from impactfem.spectra.design import broadening_words
 from impactfem.spectra.frequency_list import rg_1_122_frequencies
+from impactfem.stages.check import POINTS
 from impactfem.stages.stage import Stage
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import atomic
@@ -275,13 +276,14 @@ def conventions(run: RunFiles) -> list[tuple[str, str]]:
             "Floor spectra",
             f"Pseudo-acceleration, {dampings} of critical damping, from {low} to {high} Hz, of "
             f"histories with at least {spectra['points_per_cycle']} points in a cycle of the "
-            "highest frequency. Tables of the first page have the first damping.",
+            "highest frequency. The first page uses the first damping and the resolved band: "
+            f"frequencies with at least {POINTS:g} time steps in a cycle.",
         )
     )
     text = (
-        "The zero-period acceleration (ZPA) of a floor is its peak acceleration (PFA), read off "
-        "the history and not off the end of a spectrum. A check of the run says where a spectrum "
-        "has not come down to it at its last frequency."
+        "On the first page, the zero-period acceleration (ZPA) is the spectral ordinate at the end "
+        "of the resolved band. The peak floor acceleration (PFA) of other tables is the largest "
+        "sample of the history. A check states where a spectrum has not reached it."
     )
     said.append(("Zero-period acceleration", text))
     steps = f"The pounding has steps of {quantity(case['pounding']['time_step'], 's')}."

@@ -439,7 +439,7 @@ def _finish_stage(
 
 
 def _log_result(stage: Stage, case: Case, result: Run, seconds: float) -> None:
-    """One line of a finished stage: its time, its results, and how many of its checks are met."""
+    """Log one line of a finished stage: its time, its results, checks passed and failed."""
     label = stage.label(case)
     words = ["reused" if label in result.reused else f"done in {seconds:.1f} s"]
     own = [
@@ -450,9 +450,9 @@ def _log_result(stage: Stage, case: Case, result: Run, seconds: float) -> None:
     words += headlines(stage, own)
     good = [one for one, _ in result.checks[label]]
     if met := good.count(True):
-        words.append(f"{met} check{'s' if met > 1 else ''} met")
+        words.append(f"{met} check{'s' if met > 1 else ''} passed")
     if missed := good.count(False):
-        words.append(f"{missed} not met, see above")
+        words.append(f"{missed} failed, see above")
     LOGGER.info("stage %s: %s", label, ", ".join(words))
 
 

@@ -14,6 +14,10 @@ HALVED = 0.05
 """Change of the largest force, and ordinate of floor spectra, with half of the points of contact or
 steps twice as long."""
 
+POINTS = 10.0
+"""Least number of time steps in a cycle of a resolved frequency: a peak between two samples is then
+at most 4.9 % higher."""
+
 Check = tuple[bool | None, str]
 """Whether it is met, None for a number without a limit, and the line with number and limit."""
 
@@ -35,6 +39,16 @@ def limited(
         number = f"{scale * value:.6g}"  # just beyond it, and not "5 % (limit 5 %)"
     word = "at least" if least else "limit"
     return met, f"{quantity} {number}{behind} ({word} {bound}{short})"
+
+
+def resolved_frequency(time_step: float, highest: float) -> float:
+    """Return the frequency up to which a time step and a model resolve spectra [Hz].
+
+    Args:
+        time_step: Step of the histories [s].
+        highest: Highest frequency of the model and of the oscillators [Hz].
+    """
+    return min(highest, 1.0 / (POINTS * time_step))
 
 
 def digits(value: float) -> str:

@@ -73,7 +73,7 @@ def probes_of(still=False):
             "damping": DAMPING,
             "frequency": F,
         },
-        attrs={"building": "B1", "maximum_frequency": 50.0},
+        attrs={"building": "B1", "maximum_frequency": 50.0, "resolved_frequency": 50.0},
     )
 
 

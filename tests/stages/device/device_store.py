@@ -85,7 +85,12 @@ def device_store(asked):
         "time": TIME,
     }
     scalars = [Scalar(f"device.{k}", v, "-") for k, v in (DEVICE_SCALARS | asked.scalars).items()]
-    attributes = {"building": "one", "shown_direction": asked.direction, "headline": "srss"}
+    attributes = {
+        "building": "one",
+        "shown_direction": asked.direction,
+        "headline": "srss",
+        "resolved_frequency": 1e3,
+    }
     return dataset(OUTPUTS, values, attributes=attributes, scalars=scalars)
 
 

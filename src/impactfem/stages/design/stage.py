@@ -153,7 +153,7 @@ DESIGN = Stage(
     title="Design spectra",
     about="Spectra enveloped over each floor and broadened.",
     headlines=(
-        "floor spectra up to {design.frs.largest}",
+        "floor spectra up to {design.frs.largest} below {design.frs.resolved_frequency}",
         "{ensemble3d.members} motions on the 3D model",
     ),
     steps={

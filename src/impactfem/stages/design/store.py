@@ -31,7 +31,7 @@ from impactfem.stages.design.floors import (
     probe_points,
 )
 from impactfem.stages.stores import Output, dataset, names_of
-from impactfem.stages.transient.selection import known
+from impactfem.stages.transient.selection import known, resolved
 from impactfem.system.arrays import Array
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, with_scalars
@@ -188,6 +188,7 @@ def write_design(
         "building": building,
         "shown_direction": case.shown_direction,
         "maximum_frequency": float(probes.attrs["maximum_frequency"]),
+        "resolved_frequency": float(probes.attrs["resolved_frequency"]),
         "missed": MISSED,
         "analysis": analysis,
     }
@@ -212,11 +213,15 @@ def design_scalars(store: xr.Dataset) -> list[Scalar]:
             Scalar("ensemble3d.failed", float(len(failed)), "-", "; ".join(failed)),
             Scalar("ensemble3d.basis_error", error, "-", "transfer functions at the points"),
         ]
-    every = known(store)["psa"].isel(damping=0)
+    every = resolved(store)["psa"].isel(damping=0)
     if every.size:
         at = every.isel(every.argmax(...))
         note = f"{at['station'].item()}, direction {at['direction'].item()}; of all floors"
-        own.append(Scalar("design.frs.largest", float(at), "m/s2", note))
+        highest = float(store.attrs["resolved_frequency"])
+        own += [
+            Scalar("design.frs.largest", float(at), "m/s2", f"{note}, in the resolved band"),
+            Scalar("design.frs.resolved_frequency", highest, "Hz"),
+        ]
     for s, number in enumerate(store["station_floor"].values):
         one, name = shown.isel(station=s), f"frs.floor_{number}"
         note = _points(one, int(one["vertex_count"]))

@@ -27,9 +27,11 @@ from impactfem.device.anchor_force import own_weight, ring_tension
 from impactfem.device.device import Device
 from impactfem.device.modes import device_modes
 from impactfem.device.parts import solid_cylinder
+from impactfem.stages.check import resolved_frequency
 from impactfem.stages.device.analysis import DeviceResult, SpectrumPlan, headline_of
 from impactfem.stages.device.compute import DampedStudy, DeviceStudy
 from impactfem.stages.stores import Output, damping_outputs, damping_values, dataset, padded
+from impactfem.stages.transient.prepared import transient_of
 from impactfem.sticks.element import COMPONENTS, rigid_link
 from impactfem.system.arrays import Array
 from impactfem.system.files import write_netcdf
@@ -158,6 +160,10 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
         "case_hash": case.content_hash(),
         "building": case.structure.building if case.structure else "",
         "shown_direction": case.shown_direction,
+        "resolved_frequency": resolved_frequency(
+            prepared.loads.time_step,
+            min(transient_of(case).maximum_frequency, float(case.spectra.frequency_values[-1])),
+        ),
         "solver": "reduced" if study.full_error is None else "full",
         "headline": best.label,
     }

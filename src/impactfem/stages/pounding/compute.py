@@ -27,6 +27,7 @@ from impactfem.coupling.impacts import (
 from impactfem.coupling.pounding import Response, System, simulate
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.spectra import ResponseSpectra, response_spectra
+from impactfem.stages.check import resolved_frequency
 from impactfem.stages.pounding.foundation import Foundation, foundations
 from impactfem.sticks.calibration import Calibration
 from impactfem.sticks.element import COMPONENTS
@@ -134,6 +135,14 @@ class StickStudy:
     def unilateral(self) -> bool:
         """Whether contact has no law."""
         return any(pair.law.code == UNILATERAL for pair in self.system.pairs)
+
+    @property
+    def resolved_frequency(self) -> float:
+        """Frequency up to which time step and 3D models resolve the floor spectra [Hz]."""
+        highest = float(self.floors.spectra.frequency[-1])
+        if self.case.pounding_in_3d and self.case.transient is not None:
+            highest = min(highest, self.case.transient.maximum_frequency)
+        return resolved_frequency(self.response.time_step, highest)
 
     @property
     def stations(self) -> list[tuple[str, int]]:

@@ -347,11 +347,15 @@ def _spectra(study: StickStudy) -> list[Row]:
             (f"{name}.pfa_no_contact", float(free.pfa[k, along]), "m/s2", ""),
             (f"{name}.peak_no_contact", float(free.psa[0, k, along].max()), "m/s2", note),
         ]
-    largest = floors.psa[0].max(axis=-1)
+    resolved = study.resolved_frequency
+    largest = floors.psa[0][..., s.frequency <= resolved * (1.0 + 1e-9)].max(axis=-1)
     at = np.unravel_index(int(largest.argmax()), largest.shape)
     building, number = study.stations[at[0]]
     note = f"{building}, floor {number}, direction {floors.directions[at[1]]}; of all floors"
-    rows.append(("frs.largest", float(largest[at]), "m/s2", note))
+    rows += [
+        ("frs.largest", float(largest[at]), "m/s2", f"{note}, in the resolved band"),
+        ("frs.resolved_frequency", resolved, "Hz", ""),
+    ]
     how = f"at the highest frequency, {s.method}, records made {s.upsampling_factor} times finer"
     return [
         *rows,

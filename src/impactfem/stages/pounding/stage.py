@@ -93,7 +93,7 @@ POUNDING = Stage(
         "ground {motion*.pga}, spectrum {motion*.sa_max}",
         "{pounding.impacts} impacts, the largest {pounding.main_impact_force}",
         "at {pounding.main_impact_time} for {pounding.main_impact_duration}",
-        "floor spectra up to {frs.largest}",
+        "floor spectra up to {frs.largest} below {frs.resolved_frequency}",
     ),
     steps={**STEPS, "stores": 2.0, DRAWING: 4.0},
     sections=(

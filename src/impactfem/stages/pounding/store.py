@@ -222,6 +222,7 @@ def write_sticks(path: Path, study: StickStudy, key: str) -> None:
         "case_hash": study.case.content_hash(),
         "studied_building": study.system.sticks[0].name,
         "shown_direction": study.case.shown_direction,
+        "resolved_frequency": study.resolved_frequency,
         "elevation_direction": next(("x" if x > y else "y" for x, y in spans if x != y), other),
     }
     scalars = stick_scalars(study)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from impactfem.stages.check import Check, end_check, limited
+from impactfem.stages.check import POINTS, Check, end_check, limited, resolved_frequency
 from impactfem.stages.pounding.checks import begins_with_jump
 from impactfem.stages.stores import names_of, of_run, open_store, time_step
 from impactfem.stages.transient.selection import between, ends, known
@@ -19,8 +19,6 @@ NUMBERS = (
     ("reduced_against_full", 0.005, "%", "difference of the spectra, reduced from full"),
 )
 """Scalar, its limit, unit and name."""
-POINTS = 10.0
-"""Least number of samples in a cycle of the highest frequency of the response."""
 LOST = 1.0 - math.cos(math.pi / POINTS)
 """What so many samples lose of a peak between them at most, 4.9 %."""
 
@@ -88,4 +86,7 @@ def samples_check(step: float, highest: float) -> Check:
     points = 1.0 / (highest * step) * (1.0 + 1e-9)
     text = f"transient: step {1e3 * step:g} ms, points in a cycle of {highest:g} Hz"
     met, text = limited(text, points, POINTS, least=True)
-    return met, text if met else f"{text}: resolved up to {1.0 / (POINTS * step):.4g} Hz"
+    return (
+        met,
+        text if met else f"{text}: resolved up to {resolved_frequency(step, highest):.4g} Hz",
+    )

@@ -75,6 +75,12 @@ def known(store: xr.Dataset) -> xr.Dataset:
     return store.sel(frequency=slice(None, highest * (1.0 + 1e-9)))
 
 
+def resolved(store: xr.Dataset) -> xr.Dataset:
+    """Select the frequencies of spectra that the time step and the model resolve."""
+    highest = float(store.attrs["resolved_frequency"])
+    return store.sel(frequency=slice(None, highest * (1.0 + 1e-9)))
+
+
 def main_impact(store: xr.Dataset) -> tuple[float, float] | None:
     """Start and end of the impact with the largest force [s]; None without an impact."""
     both = np.atleast_1d(store.attrs["main_impact"])

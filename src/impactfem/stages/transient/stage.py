@@ -110,9 +110,7 @@ TRANSIENT = Stage(
     about="The impacts and the ground motion on the 3D model: floor spectra, waves, transfer.",
     headlines=(
         "reduced basis of {transient.basis_vectors} vectors",
-        "mass centres up to {transient.pfa.largest}",
-        "edges up to {transient.pfa.edge_*.max}",
-        "floor spectra up to {transient.frs.largest}",
+        "floor spectra up to {transient.frs.largest} below {transient.frs.resolved_frequency}",
     ),
     steps={
         "inputs": 2.0,

@@ -13,10 +13,11 @@ import xarray as xr
 from impactfem.building.facade import facades
 from impactfem.building.floor import floor_bar
 from impactfem.reduction.response import SAFETY, Transfer
+from impactfem.stages.check import resolved_frequency
 from impactfem.stages.stores import Output, dataset
 from impactfem.stages.transient.compute import TransientStudy, by_probe, main_impact
 from impactfem.stages.transient.prepared import transient_of
-from impactfem.stages.transient.selection import known, of_kind
+from impactfem.stages.transient.selection import known, of_kind, resolved
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, with_scalars
 
@@ -183,6 +184,9 @@ def _response(study: TransientStudy, key: str) -> xr.Dataset:
         "wave_floor": case.wave_floor,
         "solver": transient.solver,
         "maximum_frequency": transient.maximum_frequency,
+        "resolved_frequency": resolved_frequency(
+            response.time_step, min(transient.maximum_frequency, float(spectra.frequency[-1]))
+        ),
         "basis_vectors": len(study.basis.model.eigenvalue) if study.basis else 0,
         "main_impact": list(impact) if impact else [],
         "spread": "points" if building in case.whole.pounding_in_3d else transient.spread,
@@ -222,12 +226,14 @@ def transient_scalars(study: TransientStudy, store: xr.Dataset) -> list[Scalar]:
     d = str(store.attrs["shown_direction"])
     response = known(store).isel(damping=0).sel(component=d)
     centres, edges = (of_kind(response, kind) for kind in ("centre", "edge"))
-    every = of_kind(known(store).isel(damping=0), "centre")
-    for name in ("psa", "pfa") if every.sizes["probe"] else ():
-        at = every[name].isel(every[name].argmax(...))
+    every = of_kind(resolved(store)["psa"].isel(damping=0).to_dataset(), "centre")["psa"]
+    if every.size:
+        at = every.isel(every.argmax(...))
         note = f"floor {at['probe_floor'].item()}, direction {at['component'].item()}"
-        note += "; of all floors"
-        rows.append((f"{'frs' if name == 'psa' else name}.largest", float(at), "m/s2", note))
+        rows += [
+            ("frs.largest", float(at), "m/s2", f"{note}; of all floors, in the resolved band"),
+            ("frs.resolved_frequency", float(store.attrs["resolved_frequency"]), "Hz", ""),
+        ]
     for k, number in enumerate(centres["probe_floor"].values):
         one, name = centres.isel(probe=k), f"floor_{number}"
         rows += [
