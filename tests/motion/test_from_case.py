@@ -1,14 +1,19 @@
+import logging
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from impactfem.case import RecordMotion, SyntheticMotion
+from impactfem.coupling.ground import interpolate_ground
 from impactfem.motion.design_spectrum import design_spectrum, eurocode_spectrum
 from impactfem.motion.from_case import checked_durations, ground_motions, treated_record
+from impactfem.records import FORMATS
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.records.csv import write_csv
+from impactfem.spectra import response_spectra
 from impactfem.system.errors import InputError
+from impactfem.verify.motion import at2_text, cosmos_text, csmip_text, esm_text, knet_text
 
 CASE = Path("case.toml")
 A = np.random.default_rng(9).standard_normal(2001)
@@ -40,8 +45,79 @@ def synthetic(spectrum, **keys):
     return SyntheticMotion.model_validate(values | keys)
 
 
-def test_as_it_is(file):
-    assert np.array_equal(treated_record(record(file)).acceleration, A)
+@pytest.mark.parametrize("step", [0.3358e-3, 0.5e-3])
+def test_a_fine_record_keeps_its_samples(tmp_path, step):
+    path = tmp_path / "fine.csv"
+    write_csv(Accelerogram(step, A), path)
+    motion = treated_record(record(path))
+    assert motion.time_step == motion.sampling_step
+    assert motion.acceleration == pytest.approx(A, rel=1e-15, abs=0.0)
+
+
+@pytest.mark.parametrize(("step", "refined"), [(0.02, 1e-3), (0.01, 5e-4), (0.004, 2.5e-4)])
+def test_a_coarse_record_is_refined(tmp_path, caplog, step, refined):
+    """Its samples stay; a case is told once. The step that the user gives stays, too."""
+    path = tmp_path / "coarse.csv"
+    write_csv(Accelerogram(step, A), path)
+    motion = treated_record(record(path))
+    assert motion.time_step == pytest.approx(refined) and motion.sampling_step == step
+    assert motion.acceleration[:: round(step / refined)] == pytest.approx(A, abs=1e-12)
+    with caplog.at_level(logging.INFO, logger="impactfem"):
+        checked_durations([record(path)], CASE)
+        checked_durations([record(path, resample=step)], CASE)
+    (line,) = [entry.getMessage() for entry in caplog.records]
+    assert "coarse.csv: time step refined" in line and f"{1e3 * refined:g} ms" in line
+    given = treated_record(record(path, resample=step))
+    assert given.time_step == step and np.array_equal(given.acceleration, A)
+
+
+def floor_over_ground(motion, structure_step=0.25e-3):
+    """Spectrum of a rigid floor over that of the ground, 0.5 to 100 Hz, smallest and largest."""
+    (ground,) = ground_motions([motion])
+    n_t = round(ground.accelerogram.duration / structure_step) + 1
+    floor = interpolate_ground([ground.history], structure_step, n_t)[:, 0]
+    f = ground.spectrum.frequency[ground.spectrum.frequency >= 0.5]
+    psa = response_spectra(floor, structure_step, f, [0.05], points_per_cycle=40.0).psa[0, 0]
+    ratio = psa / ground.spectrum.psa[0, 0, -f.size :]
+    return ratio.min(), ratio.max()
+
+
+@pytest.mark.parametrize("step", [0.02, 0.01, 0.005])
+@pytest.mark.parametrize("fmt", list(FORMATS))
+def test_a_rigid_floor_has_the_spectrum_of_the_ground(tmp_path, fmt, step):
+    """Within 1 % for each format, of noise up to the Nyquist frequency; not by straight lines."""
+    n = 800
+    a = np.round(80.0 * A[:n] * np.sin(np.pi * np.arange(n) / n), 4)
+    path = tmp_path / f"noise.{fmt}"
+    texts = {
+        "at2": lambda: at2_text(a / 980.665, step),
+        "esm": lambda: esm_text(a, step),
+        "cosmos": lambda: cosmos_text([("Up", "HNZ", a)], step),
+        "csmip": lambda: csmip_text([("Up", a)], step),
+        "knet": lambda: knet_text([round(x) for x in 1e3 * a], round(1.0 / step)),
+    }
+    if fmt == "csv":
+        write_csv(Accelerogram(step, 0.01 * a), path)
+    else:
+        path.write_text(texts[fmt](), encoding="utf-8")
+    low, high = floor_over_ground(record(path, format=fmt))
+    assert low >= 0.99 and high <= 1.01
+    # The negative twin: the ground band-limited, the structure by straight lines.
+    (ground,) = ground_motions([record(path, format=fmt)])
+    lines = treated_record(record(path, format=fmt, resample=step))
+    f = [0.4 / step]
+    straight = np.interp(ground.accelerogram.time, lines.time, lines.acceleration)
+    psa = [
+        response_spectra(x, ground.accelerogram.time_step, f, [0.05], points_per_cycle=40.0).psa
+        for x in (straight, ground.accelerogram.acceleration)
+    ]
+    assert float(psa[0].item() / psa[1].item()) < 0.9
+
+
+def test_a_step_of_the_user_gives_both_the_straight_lines(file):
+    """The spectrum of the ground is that of what the structure takes."""
+    low, high = floor_over_ground(record(file, resample=0.01), structure_step=0.1e-3)
+    assert low >= 0.985 and high <= 1.01
 
 
 def test_the_peak_asked_holds_after_the_treatment(file):
@@ -59,7 +135,7 @@ def test_the_peak_asked_holds_after_the_treatment(file):
 def test_scale_and_component(tmp_path):
     path = tmp_path / "two.csv"
     path.write_text("time [s],NS [m/s2],EW [m/s2]\n0,1,4\n1,2,5\n2,3,6\n")
-    motion = treated_record(record(path, component="EW", scale=2.0))
+    motion = treated_record(record(path, component="EW", resample=1.0, scale=2.0))
     assert motion.acceleration.tolist() == [8.0, 10.0, 12.0]
     with pytest.raises(InputError, match="choose one by component: 'NS', 'EW'"):
         treated_record(record(path))

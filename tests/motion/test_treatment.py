@@ -3,7 +3,13 @@ import logging
 import numpy as np
 import pytest
 
-from impactfem.motion.treatment import BaselineCorrection, Treatment, resampled
+from impactfem.motion.treatment import (
+    BaselineCorrection,
+    Treatment,
+    refined_step,
+    resampled,
+    straight_line_loss,
+)
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.spectra import response_spectra
 from impactfem.system.errors import ImpactfemError
@@ -121,6 +127,23 @@ def test_a_finer_step_keeps_the_samples():
     a = np.random.default_rng(1).standard_normal(200)
     fine = resampled(Accelerogram(0.01, a), 0.0025)
     assert fine.acceleration[::4] == pytest.approx(a, abs=1e-12)
+
+
+def test_an_offset_and_a_drift_do_not_ring():
+    """An offset before the event does not come back at the other end."""
+    line = 0.3 - 0.004 * np.arange(200)
+    fine = resampled(Accelerogram(0.01, line), 0.0005)
+    assert fine.acceleration == pytest.approx(np.interp(fine.time, 0.01 * np.arange(200), line))
+
+
+@pytest.mark.parametrize(
+    ("step", "refined"),
+    [(0.02, 1e-3), (0.005, 0.25e-3), (1e-3, 0.25e-3), (0.5e-3, None), (0.3358e-3, None)],
+)
+def test_the_step_of_a_refined_record(step, refined):
+    assert refined_step(step) == (refined and pytest.approx(refined))
+    loss = straight_line_loss(refined or step, min(100.0, 0.5 / step))
+    assert loss <= 0.01 and (refined is None) == (straight_line_loss(step, 100.0) <= 0.01)
 
 
 def test_a_coarser_step_folds_nothing_back():

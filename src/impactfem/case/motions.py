@@ -142,7 +142,10 @@ class RecordMotion(_Motion):
     filter: tuple[Frequency, Frequency] | None = None
     """Low and high corner of a Butterworth band-pass of order 4, run forward and backward."""
     resample: TimeStep | None = None
-    """Time step that the record is brought to, band-limited."""
+    """Time step that the record is brought to, band-limited; between its samples the motion is
+    straight. Default: a step above 0.55 ms is refined, a whole number of times, until straight
+    lines keep 99.8 % of the amplitude up to the Nyquist frequency or 100 Hz. The step of the record
+    itself keeps straight lines between its samples."""
     scale: PositiveFactor = 1.0
     """Factor on the accelerations of the record."""
     pga: Acceleration | None = None

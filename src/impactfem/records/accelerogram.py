@@ -1,5 +1,6 @@
 """An accelerogram, one component of ground motion linear between its samples; its measures."""
 
+import math
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -23,6 +24,8 @@ class Accelerogram:
     acceleration: Array  #: samples at 0, h, 2h, ..., shape (n,), n >= 2 [m/s2]
     name: str = ""  #: in tables and figures
     origin: str = ""  #: where it comes from: a file, or how it was made
+    #: Step at which it was sampled, before a treatment changed it [s]; default `time_step`.
+    sampling_step: float = math.nan
 
     def __post_init__(self) -> None:
         h = float(self.time_step)
@@ -38,6 +41,8 @@ class Accelerogram:
             raise ImpactfemError(f"sample {first} of an accelerogram is not a finite number")
         a.flags.writeable = False
         object.__setattr__(self, "time_step", h)
+        if math.isnan(self.sampling_step):
+            object.__setattr__(self, "sampling_step", h)
         object.__setattr__(self, "acceleration", a)
 
     @property
