@@ -257,6 +257,7 @@ RECORDS = [
     ('filter = ["40 Hz", "0.1 Hz"]', "filter", "the low corner frequency before the high"),
     ('filter = ["1 Hz", "1 Hz"]', "filter", "the low corner frequency before the high"),
     ('bandpass = ["1 Hz", "2 Hz"]', "bandpass", "unknown key"),
+    ("scale = 0", "scale", "expected a factor that is not 0"),
     ('scale = 2\npga = "1 m/s2"', "pga", "expected either scale or pga, not both"),
 ]
 

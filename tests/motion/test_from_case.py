@@ -141,6 +141,14 @@ def test_scale_and_component(tmp_path):
         treated_record(record(path))
 
 
+def test_a_record_that_is_turned_round(file):
+    once, turned = (treated_record(record(file, scale=scale)) for scale in (1.0, -1.0))
+    assert np.array_equal(turned.acceleration, -once.acceleration)
+    scaled = treated_record(record(file, scale=-1.0, pga=2.0)).acceleration
+    assert np.abs(scaled).max() == pytest.approx(2.0)
+    assert scaled[100] * once.acceleration[100] < 0.0
+
+
 @pytest.mark.parametrize(
     ("keys", "message"),
     [

@@ -51,6 +51,25 @@ def test_other_layouts(tmp_path):
 
 
 @pytest.mark.parametrize(
+    "text",
+    [
+        f"sep=,\n{GOOD}",
+        f'"sep=,",,\n{GOOD}',
+        GOOD.replace("\n", ",\n"),
+        GOOD.replace("\n", ",,\n"),
+        f"# x,,\n{GOOD.replace('[m/s2]', '[m/s2],')},,\n",
+    ],
+)
+def test_what_spreadsheets_add(tmp_path, text):
+    record = read_record(written(tmp_path, text))
+    assert record.acceleration.tolist() == [0.0, 1.5, -2.0]
+    with pytest.raises(InputError, match="semicolons"):
+        read_record(written(tmp_path, "sep=;\n" + GOOD.replace(",", ";")))
+    with pytest.raises(InputError, match="line 3 = '': expected a finite number"):
+        read_record(written(tmp_path, GOOD.replace("0.01,1.5", "0.01,")))
+
+
+@pytest.mark.parametrize(
     ("content", "message"),
     [
         ("# only a comment\n", "no header"),

@@ -1,13 +1,17 @@
 import logging
+import re
+from datetime import datetime
 
 import numpy as np
 import pytest
 
 from impactfem.records import read_record
+from impactfem.records.recording import Orientation, Recording, orientation
 from impactfem.system.errors import InputError
 from impactfem.verify.motion import cosmos_text, csmip_text, esm_text, knet_text
 
 A = np.round(100.0 * np.random.default_rng(3).standard_normal(43), 5)
+CSV_TEXT = "time [s],a [g]\n0,0\n0.01,1\n0.02,0\n"
 COUNTS = [int(c) for c in np.random.default_rng(3).integers(-12000, -9000, 200)]
 GAL = np.array(COUNTS) * 3920.0 / 6182761.0
 CHANNELS = [("90 deg", "HNE", A), ("Up", "HNZ", 0.5 * A), ("360 deg", "HNN", -A)]
@@ -422,6 +426,192 @@ def test_variants(tmp_path, old, new, factor):
     assert record.acceleration == pytest.approx(SAMPLES * factor)
 
 
-def test_it_does_not_name_its_component(tmp_path):
-    with pytest.raises(InputError, match="component = '090': the file holds one component and d"):
-        read_record(written(tmp_path, GOOD), component="090")
+def test_its_component_is_that_of_the_title_or_of_the_name(tmp_path):
+    record = read_record(written(tmp_path, GOOD), component="090")
+    assert record.recording.orientation == Orientation(False, 90.0)
+    with pytest.raises(InputError, match="component = '180': the file holds one component, 090"):
+        read_record(written(tmp_path, GOOD), component="180")
+    unnamed = written(tmp_path, GOOD.replace("STATION, 090", "STATION"))
+    with pytest.raises(InputError, match="does not name it"):
+        read_record(unnamed, component="090")
+    for name, direction in (
+        ("RSN1_X-UP", Orientation(True)),
+        ("RSN1_X270", Orientation(False, 270.0)),
+    ):
+        path = tmp_path / f"{name}.AT2"
+        path.write_text(unnamed.read_text())
+        assert read_record(path).recording.orientation == direction
+
+
+OLD_SIZE = "   2000     DT =      .0100 SEC  ,  AMAX =  .2000E+00 G"
+OLD = {
+    "peaks behind a comma": {
+        UNIT: f"{FILTERED},  PGA=   .20000 G, PGV=   15.6 CM/SEC, PGD=  1.2 CM"
+    },
+    "peaks behind a semicolon": {UNIT: f"{FILTERED}; PGA = .2 G"},
+    "poles of a filter": {SIZE: f"{SIZE},   0 POLE @    40.00000 HZ,  -5 POLE @ .05 HZ, ACAUSAL"},
+    "units in brackets": {UNIT: "HISTORY (G'S): NIT =   2"},
+    "g in brackets": {UNIT: "HISTORY (G)"},
+    "standard gravity in brackets": {UNIT: "HISTORY (9.80665 M/S2)"},
+    "gravity in words": {UNIT: "HISTORY IN UNITS OF 9.80665 M/S**2"},
+    "lines of their own": {SIZE: "NPTS=      7\nDT=   .0050 SEC"},
+    "numbers behind both": {SIZE: "NPTS, DT =  7, .0050"},
+    "an old header before the last one": {
+        f"ACCELERATION TIME {UNIT}\n{SIZE}": "****OLD HEADERS FOLLOW:****\nSPECTRUM COMPATIBLE\n"
+        f"OUTPUT ACCELERATION TIME HISTORY (G'S): NIT =   2\n{OLD_SIZE}\n****END****\n{SIZE}"
+    },
+    "words behind the size": {SIZE: f"{SIZE}\n****END OF HEADERS****"},
+}
+
+
+@pytest.mark.parametrize("changes", OLD.values(), ids=OLD)
+def test_old_layouts_of_at2(tmp_path, changes):
+    text = GOOD
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    record = read_record(written(tmp_path, text))
+    assert record.time_step == 0.005
+    assert record.acceleration == pytest.approx(SAMPLES)
+
+
+@pytest.mark.parametrize("unit", ["(CM/S)", "(VOLTS)", "IN UNITS OF CM, PGD= 1 CM"])
+def test_another_quantity_in_an_old_layout_is_refused(tmp_path, unit):
+    with pytest.raises(InputError, match="another unit of acceleration"):
+        read_record(written(tmp_path, GOOD.replace(UNIT, f"HISTORY {unit}")))
+
+
+def test_two_units_in_a_header_are_refused(tmp_path):
+    text = GOOD.replace("STATION, 090", "ACCELERATION IN UNITS OF CM/S2")
+    with pytest.raises(InputError, match="one unit of acceleration"):
+        read_record(written(tmp_path, text))
+
+
+def test_esm_of_afad_begins_with_lines_of_its_own(tmp_path):
+    """Before the header, which is found by its first key; not anywhere in the file."""
+    before = ["AAD_Filtered_TADAS_FILE", "AAD_FILTER_TYPE: BUTTERWORTH", "AAD_FILTER_ORDER: 1"]
+    path = tmp_path / "20230206_AAD_Acc_E.asc"
+    path.write_text("\n".join([*before, ONE["esm"]]))
+    record = read_record(path)
+    assert record.acceleration == pytest.approx(0.01 * A) and record.time_step == 0.005
+    path.write_text("\n".join([*before, "", "noise", ONE["esm"].replace("EVENT_NAME:", "EVENT:")]))
+    with pytest.raises(InputError, match="the header ends early"):
+        read_record(path)
+
+
+@pytest.mark.parametrize("fmt", ["esm", "at2", "csv"])
+def test_names_that_are_not_utf_8(tmp_path, fmt):
+    """As of Turkish places in ISO 8859-9: numbers are the same in all of these encodings."""
+    texts = ONE | {"csv": "# Şile\ntime [s],a [g]\n0,0\n0.01,1\n0.02,0\n"}
+    text = texts[fmt].replace("Somewhere", "İzmir, Şişli").replace("NOWHERE", "İzmir")
+    path = tmp_path / f"made.{fmt}"
+    path.write_bytes(text.encode("iso-8859-9"))
+    other = tmp_path / f"other.{fmt}"
+    other.write_text(text, encoding="utf-8")
+    assert np.array_equal(*(read_record(p, fmt).acceleration for p in (path, other)))
+    path.write_bytes(text.encode("utf-16"))
+    with pytest.raises(InputError, match="save it as UTF-8"):
+        read_record(path, fmt)
+
+
+def test_a_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):
+    monkeypatch.setattr("impactfem.records.file.LARGEST", 100)
+    with pytest.raises(InputError, match="expected at most"):
+        read_record(written(tmp_path, GOOD))
+
+
+@pytest.mark.parametrize("fmt", [*ONE, "csv"])
+def test_cells_that_are_read_at_once_and_one_by_one_agree(tmp_path, monkeypatch, fmt):
+    texts = ONE | {"csv": "time [s],a [g]\n0,1e-3\n0.01,-.5\n0.02,+2.\n"}
+    at_once = read(tmp_path, fmt, texts[fmt]).acceleration
+    for module in ("file", "csv"):
+        monkeypatch.setattr(f"impactfem.records.{module}._PLAIN", re.compile("never"))
+    assert np.array_equal(read(tmp_path, fmt, texts[fmt]).acceleration, at_once)
+
+
+@pytest.mark.parametrize(
+    ("fmt", "changes", "start", "event", "station", "sensor"),
+    [
+        ("esm", {}, "2003-01-02 03:04:10.250", "NOWHERE 2003-01-02 03:04:05", "XX.MADE", "HN"),
+        ("esm", {"LOCATION: ": "LOCATION: 10", "20030102_030410.250": "2003/01/02 03:04:38.8092"},
+         "2003-01-02 03:04:38.8092", "NOWHERE 2003-01-02 03:04:05", "XX.MADE", "HN 10"),
+        ("knet", {}, "2003-01-01 18:04:30", "2003/01/02 03:04:05", "MADE01", ""),
+        ("knet", {"N-S": "1"}, "2003-01-01 18:04:30", "2003/01/02 03:04:05", "MADE01",
+         "in the borehole"),
+        ("cosmos", {}, "2003-01-02 03:04:10.250", "2003/01/02 03:04:05 UTC", "XX-MADE", ""),
+        ("cosmos", {"2003/01/02 03:04:10.250 UTC": "01/02/2003, 03:04: 1.5 PST",
+                    "Location:": "Location: Roof"},
+         "2003-01-02 11:04:01.5", "2003/01/02 03:04:05 UTC", "XX-MADE", "Roof"),
+        ("csmip", {}, "2003-01-02 03:04:05", "", "Made Up Station", ""),
+        ("csmip", {"Rcrd of Thu Jan  2, 2003 03:04:05.0 UTC\n\n\n\n":
+                   "Rcrd of Thu Jan  2, 2003 03:04:05.0 PST\n(Origin: 1/2/03, 11:04:00 UTC)\n"
+                   "1-L2  Start time:  1/ 2/03, 11:04:06.5 UTC (GPS)\nStation No. 89146  40N\n"},
+         "2003-01-02 11:04:06.5", "1/2/03, 11:04:00 UTC", "89146", ""),
+        ("at2", {}, None, "Somewhere 1/1/1999", "STATION", ""),
+        ("at2", {"Somewhere 1/1/1999, STATION, 090": "NOWHERE VALLEY 10/15/79 2319, MADE UP, "
+                 "230 (USGS STATION 5)"}, None, "NOWHERE VALLEY 10/15/79", "MADE UP", ""),
+    ],
+)  # fmt: skip
+def test_what_a_header_says(tmp_path, fmt, changes, start, event, station, sensor):
+    text = ONE[fmt]
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new, 1)
+    found = read(tmp_path, fmt, text).recording
+    known = start and datetime.fromisoformat(start.ljust(26, "0") if "." in start else start)
+    assert known is None or found.start == known
+    assert [found.event.split(), found.station, found.sensor] == [event.split(), station, sensor]
+
+
+def test_what_a_csv_states(tmp_path):
+    text = "# start: 2023-02-06T01:17:38.5Z\n# station: KO.ISK,,\n# component: HNZ\n" + CSV_TEXT
+    found = read(tmp_path, "csv", text).recording
+    assert found.start == datetime(2023, 2, 6, 1, 17, 38, 500000)
+    assert (found.station, found.component, found.orientation) == (
+        "KO.ISK",
+        "HNZ",
+        Orientation(True),
+    )
+    assert read(tmp_path, "csv", CSV_TEXT).recording == Recording(component="a")
+
+
+@pytest.mark.parametrize(
+    ("fmt", "code", "expected"),
+    [
+        ("cosmos", 400, Orientation(True)),
+        ("cosmos", 401, Orientation(True)),
+        ("cosmos", 45, Orientation(False, 45.0)),
+        ("cosmos", 701, Orientation(False)),
+        ("cosmos", -999, None),
+        ("csmip", 500, Orientation(True)),
+        ("csmip", 600, Orientation(True)),
+        ("csmip", 360, Orientation(False, 0.0)),
+        ("csmip", 0, None),
+    ],
+)
+def test_the_code_of_an_orientation(tmp_path, fmt, code, expected):
+    """Where the channel has no other word; the word comes first."""
+    for word, first in (("Other", None), ("Up", Orientation(True))):
+        if fmt == "cosmos":
+            text = cosmos_text([(word, "XYZ", A)], 0.01, integrals=False)
+            lines = text.split("\n")
+            lines[19] = "".join(f"{x:8d}" for x in (-999, -999, -999, code, *[-999] * 6))
+        else:
+            lines = csmip_text([(word, A)], 0.02).split("\n")
+            lines[26] = "".join(f"{code if k == 10 else -999:5d}" for k in range(16))
+        assert read(tmp_path, fmt, "\n".join(lines)).recording.orientation == (first or expected)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        *((name, Orientation(True)) for name in ("HNZ", "U", "UD1", "Up", "DOWN", "VER", "acc_z")),
+        *((name, Orientation(False, 0.0)) for name in ("HNN", "N-S", "NS2", "360 Deg", "North")),
+        *((name, Orientation(False, 90.0)) for name in ("BNE", "E", "EW1", "090", "90 deg")),
+        *((name, Orientation(False)) for name in ("H1", "HN2", "T", "Transverse")),
+        ("S45W", Orientation(False, 225.0)),
+        *((name, None) for name in ("version", "V1", "acc_x", "ch 003", "400", "", "Other")),
+    ],
+)  # fmt: skip
+def test_orientations(name, expected):
+    assert orientation(name) == expected

@@ -21,7 +21,6 @@ from impactfem.case.quantity import (
     Duration,
     Frequency,
     Number,
-    PositiveFactor,
     PositiveSpeed,
     PositiveTime,
     Quantity,
@@ -146,10 +145,11 @@ class RecordMotion(_Motion):
     straight. Default: a step above 0.55 ms is refined, a whole number of times, until straight
     lines keep 99.8 % of the amplitude up to the Nyquist frequency or 100 Hz. The step of the record
     itself keeps straight lines between its samples."""
-    scale: PositiveFactor = 1.0
-    """Factor on the accelerations of the record."""
+    scale: Annotated[float, Ratio()] = 1.0
+    """Factor on the accelerations of the record, not zero; -1 turns its direction round."""
     pga: Acceleration | None = None
-    """Peak ground acceleration the record is scaled to, in place of scale."""
+    """Peak ground acceleration that the record is scaled to, in place of scale; a scale of -1 turns
+    it round."""
 
     @field_validator("format")
     @classmethod
@@ -167,10 +167,16 @@ class RecordMotion(_Motion):
 
     _band = ascending("filter", "expected the low corner frequency before the high one")
 
+    @rule("scale")
+    @staticmethod
+    def _not_zero(scale: float) -> Iterator[str]:
+        if scale == 0.0:
+            yield "expected a factor that is not 0; -1 turns the direction of the record round"
+
     @rule("pga", "scale")
     @staticmethod
     def _scale_or_pga(pga: float | None, scale: float) -> Iterator[str]:
-        if pga is not None and scale != 1.0:
+        if pga is not None and abs(scale) != 1.0:
             yield "expected either scale or pga, not both"
 
 

@@ -276,9 +276,9 @@ def treated_record(motion: RecordMotion) -> Accelerogram:
     step = motion.resample or refined_step(record.time_step)
     try:
         record = Treatment(motion.baseline, motion.taper, motion.filter, step)(record)
-        if motion.pga is not None:
-            return record.scaled_to_pga(motion.pga)
-        return record if motion.scale == 1.0 else record.scaled(motion.scale)
+        if motion.scale != 1.0:
+            record = record.scaled(motion.scale)
+        return record if motion.pga is None else record.scaled_to_pga(motion.pga)
     except ImpactfemError as error:
         key = error.key if isinstance(error, TreatmentError) else ""
         raise InputError([Fault(motion.file, key, None, str(error))]) from error

@@ -1,11 +1,12 @@
 """An accelerogram, one component of ground motion linear between its samples; its measures."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
 
+from impactfem.records.recording import Recording
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 
@@ -26,6 +27,9 @@ class Accelerogram:
     origin: str = ""  #: where it comes from: a file, or how it was made
     #: Step at which it was sampled, before a treatment changed it [s]; default `time_step`.
     sampling_step: float = math.nan
+    recording: Recording = field(
+        default_factory=Recording
+    )  #: what the header of its file says of it
 
     def __post_init__(self) -> None:
         h = float(self.time_step)

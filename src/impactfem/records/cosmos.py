@@ -16,6 +16,7 @@ from impactfem.records.file import (
     read_channel,
     read_number,
 )
+from impactfem.records.recording import Orientation, Recording, orientation, read_time
 
 _HEAD = re.compile(
     r"(\w+)\s+\w+.*\(Format\s+v\S+\s+with\s+(\d{1,4})\s+text\s+lines\)", re.IGNORECASE
@@ -41,6 +42,14 @@ _CODE = re.compile(r"<?SCNL[>:]\s*[^.\s]*\.(\w+)\.")
 # their unit. The interval of the raw record [s] is theirs only where it was not changed.
 _INTERVAL, _DURATION, _PEAK, _RAW_INTERVAL = 62, 63, 64, 34
 _DATA_UNITS = 3  # of the integer header, from 1
+_AZIMUTH = 54  # of the integer header, from 1: degrees to 360, codes above
+_YEAR, _MONTH, _DAY, _HOUR, _MINUTE = 40, 42, 43, 44, 45  # of the first sample, integer header
+_SECOND = 30  # of the real header
+# COSMOS table of orientations: up, down, vertical; radial, transverse, along a structure, H1, H2.
+_UPRIGHT, _LEVEL = (400, 401, 402), (500, 501, 600, 601, 700, 701)
+_STATION = re.compile(r"Statn No:\s*(\S+)(?:\s+Code:\s*(\S+))?")
+_START, _ORIGIN = re.compile(r"Rcrd start time:(.*)"), re.compile(r"Origin:\s*(\d.*?)\s*$")
+_LOCATION = re.compile(r"Location:\s*(?!\(see)(.*?)\s*$", re.IGNORECASE)
 _UNSPECIFIED = -999
 # COSMOS table 2, as far as they are accelerations; to m/s2 by the unit's name.
 _UNIT_CODES = {2: "g", 4: "cm/s2", 7: "in/s2", 10: "gal", 11: "mg"}
@@ -127,11 +136,59 @@ def _header(file: RecordFile, start: int) -> tuple[Channel, int, int]:
         code=code[1] if code else "",
         title=f"{status} acceleration, {title}".strip(", "),
         time_step=step,
+        recording=_recording(
+            text, integers, reals, (station[2] if station else "", code[1] if code else "")
+        ),
         duration=duration if duration > 0.0 else math.nan,
         peak=math.nan if peak == _UNSPECIFIED else peak,
     )
     unit = round(next(iter(integers[_DATA_UNITS - 1 :]), _UNSPECIFIED))
     return channel, unit, i + 1 + int(comments[1])
+
+
+def _recording(
+    text: list[str], integers: list[float], reals: list[float], names: tuple[str, str]
+) -> Recording:
+    """The event, station, sensor and component of a channel, by its words and its code."""
+    found = {
+        name: next((m for m in map(pattern.search, text) if m), None)
+        for name, pattern in (
+            ("station", _STATION),
+            ("start", _START),
+            ("event", _ORIGIN),
+            ("sensor", _LOCATION),
+        )
+    }
+    of_header = [
+        next(iter(integers[k - 1 :]), float(_UNSPECIFIED))
+        for k in (_YEAR, _MONTH, _DAY, _HOUR, _MINUTE, _AZIMUTH)
+    ]
+    *date, azimuth = [int(value) for value in of_header]
+    second = next(iter(reals[_SECOND - 1 :]), float(_UNSPECIFIED))
+    # The numbers have more digits than the words.
+    start = (
+        read_time("{:04d}{:02d}{:02d} {:02d}:{:02d}:".format(*date) + f"{second:f}")
+        if min(date) >= 0 and second >= 0.0
+        else None
+    )
+    if start is None and found["start"]:
+        start = read_time(found["start"][1])
+    of_code = (
+        Orientation(azimuth in _UPRIGHT)
+        if azimuth in (*_UPRIGHT, *_LEVEL)
+        else orientation(str(azimuth))
+        if azimuth > 0
+        else None
+    )
+    station = found["station"]
+    return Recording(
+        start=start,
+        event=found["event"][1] if found["event"] else "",
+        station=(station[2] or station[1]) if station else "",
+        sensor=found["sensor"][1] if found["sensor"] else "",
+        component=next(filter(None, names), ""),
+        orientation=next(filter(None, map(orientation, names)), of_code),
+    )
 
 
 def _values(file: RecordFile, i: int, kind: str) -> tuple[list[float], int]:

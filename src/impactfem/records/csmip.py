@@ -13,6 +13,7 @@ from impactfem.records.file import (
     read_channel,
     read_number,
 )
+from impactfem.records.recording import Orientation, Recording, orientation, read_time
 from impactfem.system.log import LOGGER
 
 HEADER_LINES = 45  # 25 of text, 7 of integers, 13 of real numbers
@@ -31,6 +32,11 @@ _DATA = re.compile(
 )
 _PEAK = re.compile(r"Peak\s+acceleration\s*=\s*(\S+)\s*cm/s", re.IGNORECASE)
 _STEP = 61  # of the real header, from 1 [s]: with more digits than the line of the samples
+_AZIMUTH, _UPRIGHT = 27, (500, 600)  # of the integer header, from 1 [degree]; its up and down
+_INTEGER_LINE, _INTEGER_WIDTH, _INTEGERS = 25, 5, 16  # from 0; columns of a number, numbers a line
+_STATION = re.compile(r"Station No\.?\s*(\S+)", re.IGNORECASE)
+_START = re.compile(r"(?:Start time:|Rcrd of|Record of)(.*)", re.IGNORECASE)
+_ORIGIN = re.compile(r"Origin:\s*(\d[^)]*?)\s*(?:\)|$)", re.IGNORECASE)
 _STOP = re.compile(r"\s*(\d+\s+points\s+of\s+\w+\s+data\s+equally\s+spaced|/&)", re.IGNORECASE)
 _END = re.compile(r"\s*/&")
 
@@ -107,11 +113,36 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
                 factor=factor,
                 width=int(match[5] or 10),
                 stop=stop + 1,
+                recording=_recording(lines[start:begin], named[2] if named else ""),
                 peak=(read_number(peak[1]) or math.nan) if peak else math.nan,
             )
         )
         start = end + 1
     return read_channel(file, channels, component)
+
+
+def _recording(header: list[str], name: str) -> Recording:
+    """The event, station, sensor and component of a channel."""
+    text = header[:_INTEGER_LINE]
+    station, event, location = (
+        next((m[1] for m in map(pattern.search, text) if m), "")
+        for pattern in (_STATION, _ORIGIN, _LOCATION)
+    )
+    times = (m[1] for m in map(_START.search, (text[4], text[2], text[8])) if m)
+    row, column = divmod(_AZIMUTH - 1, _INTEGERS)
+    place = slice(_INTEGER_WIDTH * column, _INTEGER_WIDTH * (column + 1))
+    azimuth = read_number(header[_INTEGER_LINE + row][place])
+    of_code = Orientation(True) if azimuth in _UPRIGHT else None
+    if of_code is None and azimuth is not None and azimuth > 0.0:
+        of_code = orientation(f"{azimuth:g}")
+    return Recording(
+        start=next(filter(None, map(read_time, times)), None),
+        event=event,
+        station=station or text[6][:40].strip(),
+        sensor=location,
+        component=name,
+        orientation=orientation(name) or of_code,
+    )
 
 
 FORMAT = Format(

@@ -7,8 +7,11 @@ import numpy as np
 
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.records.file import ACCELERATION_UNITS, Format, RecordFile, plain_unit, read_number
+from impactfem.records.recording import Recording, orientation, read_time
 
 _KEY = re.compile(r"([A-Z][A-Z0-9_/^]*):(.*)")
+_FIRST = "EVENT_NAME:"
+_MOST_BEFORE = 20  # lines before the first key
 
 
 def read(file: RecordFile, component: str | None) -> Accelerogram:
@@ -18,7 +21,8 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     SAMPLING_INTERVAL_S the step, UNITS their unit (cm/s^2), DATA_TYPE must be ACCELERATION, and
     STREAM names the component ("HNN"). Then one sample a line. A peak or duration that is not the
     one the header has (PGA_CM/S^2, DURATION_S) is warned of. The layout was taken from files of ESM
-    among the test data of the USGS program gmprocess.
+    among the test data of the USGS program gmprocess. Lines before EVENT_NAME are left out: files
+    of AFAD of 2023 have six there that begin with "AAD_".
 
     Event, station and processing are in the origin.
     """
@@ -26,14 +30,16 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     while lines and not lines[-1].strip():
         lines.pop()
     header: dict[str, tuple[int, str]] = {}
-    for i, line in enumerate(lines, start=1):
+    before = (i for i, line in enumerate(lines[:_MOST_BEFORE]) if line.startswith(_FIRST))
+    begin = next(before, 0)
+    for i, line in enumerate(lines[begin:], start=begin + 1):
         match = _KEY.fullmatch(line.strip())
         if match is None and read_number(line) is not None:
             break
         if match is None:
             file.fail(i, line.strip(), f"the header ends early; expected {file.expected}")
         header[match[1]] = (i, match[2].strip())
-    if len(header) == len(lines):
+    if begin + len(header) == len(lines):
         file.fail(None, None, f"the file ends after {len(lines)} lines; expected {file.expected}")
     text = {key: value for key, (_, value) in header.items()}
     step = _positive(file, header, "SAMPLING_INTERVAL_S", "the time step in seconds")
@@ -64,7 +70,26 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     event = f"{text.get('EVENT_NAME', '')} {text.get('EVENT_DATE_YYYYMMDD', '')}".strip()
     details = [event, text.get("BASELINE_CORRECTION", "").lower()]
     origin = ", ".join([f"record {file.path.name}: {where}", *filter(None, details)])
-    return Accelerogram(step, acceleration, file.path.stem, origin)
+    return Accelerogram(step, acceleration, file.path.stem, origin, recording=_recording(text))
+
+
+def _recording(text: dict[str, str]) -> Recording:
+    """The header's event, station, sensor and component."""
+    date, time = (text.get(f"EVENT_{key}", "") for key in ("DATE_YYYYMMDD", "TIME_HHMMSS"))
+    origin = read_time(f"{date} {time}")  # in files of AFAD in several spellings
+    event = (text.get("EVENT_NAME", ""), f"{origin:%Y-%m-%d %H:%M:%S}" if origin else date)
+    # At a station, instruments have codes ("HN"), places and depths.
+    stream = text.get("STREAM", "")
+    places = (stream[:-1], text.get("LOCATION", ""), text.get("SENSOR_DEPTH_M", ""))
+    station = (text.get("NETWORK", ""), text.get("STATION_CODE", ""))
+    return Recording(
+        start=read_time(text.get("DATE_TIME_FIRST_SAMPLE_YYYYMMDD_HHMMSS", "")),
+        event=" ".join(filter(None, event)),
+        station=".".join(filter(None, station)),
+        sensor=" ".join(filter(None, places)),
+        component=stream,
+        orientation=orientation(stream),
+    )
 
 
 def _positive(
@@ -86,6 +111,6 @@ FORMAT = Format(
     expected="an ESM or ITACA record: lines 'KEY: value', from EVENT_NAME to USER5, then one"
     " sample a line",
     endings=(),
-    sign=re.compile(r"EVENT_NAME:"),
+    sign=re.compile(rf"{_FIRST}|AAD_"),
     read=read,
 )

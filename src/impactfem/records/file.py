@@ -3,18 +3,24 @@
 import math
 import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
 
 from impactfem.records.accelerogram import STANDARD_GRAVITY, Accelerogram
+from impactfem.records.recording import Recording
 from impactfem.system.errors import Fault, InputError
-from impactfem.system.files import read_text
+from impactfem.system.files import read_bytes
 from impactfem.system.log import LOGGER
 
+LARGEST = 100_000_000
+"""Size of the largest file of a record [byte]: 72 channels of 4 min are half of it."""
 _MOST_FAULTS = 20
+_MOST_NOTED = 1000  # faults that are kept; further ones are counted
+_PLAIN = re.compile(r"[-+.\deE\s]*", re.ASCII)
 _TOLERANCE = 0.01  # of a peak or duration from that of the header
 
 # The units accelerograms come in. A general unit parser would read "g" as the gram and "gal" as
@@ -64,24 +70,36 @@ def same_name(name: str, other: str) -> bool:
 class RecordFile:
     """The lines of a record's file, what is expected of it, and the faults that its reader notes.
 
-    A file that cannot be read, is no text, or is empty is refused.
+    Bytes that are not UTF-8, as of names in a header, are taken as ISO 8859-1: numbers have none. A
+    file that cannot be read, is no text, is empty or too large is refused.
     """
 
     def __init__(self, path: Path, expected: str) -> None:
-        text = read_text(path, expected, math.inf)
-        if isinstance(text, Fault):
-            raise InputError([text])
+        content = read_bytes(path, expected, LARGEST)
+        if isinstance(content, Fault):
+            raise InputError([content])
+        if b"\0" in content or content.startswith((b"\xff\xfe", b"\xfe\xff")):
+            words = "not a text file in UTF-8: save it as UTF-8"
+            raise InputError([Fault(path, "", None, f"{words}; expected {expected}")])
+        try:
+            text = content.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = content.decode("latin-1")
         self.path, self.expected = path, expected
         self.lines: list[str] = re.split(r"\r*\n|\r", text.rstrip("\x1a\r\n"))
         self.faults: list[Fault] = []
+        self._more = 0
 
     def note(self, line: int | None, value: str | None, expected: str) -> None:
         """Note a fault of a line, counted from 1, or of the file as a whole (None)."""
-        self.faults.append(Fault(self.path, f"line {line}" if line else "", value, expected))
+        if len(self.faults) < _MOST_NOTED:
+            self.faults.append(Fault(self.path, f"line {line}" if line else "", value, expected))
+        else:
+            self._more += 1
 
     def error(self) -> InputError:
         """The error that carries the faults: the first 20, and the number of the others."""
-        faults, more = self.faults, len(self.faults) - _MOST_FAULTS
+        faults, more = self.faults, len(self.faults) + self._more - _MOST_FAULTS
         if more > 0:
             rest = Fault(self.path, "", None, f"and {more} more faults of this kind or another")
             faults = [*faults[:_MOST_FAULTS], rest]
@@ -95,14 +113,22 @@ class RecordFile:
     def samples(
         self,
         lines: Iterable[int],
-        cells: Callable[[str], Iterable[str]],
+        cells: Callable[[str], Sequence[str]],
         expected: str,
         read: Callable[[str], float | None] = read_number,
     ) -> list[float]:
         """The numbers in the cells of lines, counted from 0; cells that hold none are noted."""
+        found = [(i, cells(self.lines[i])) for i in lines]
+        plain = [cell for _, row in found for cell in row]
+        # Nearly all files: without a cell that the rules of `read` would refuse, converted at once.
+        if read is read_number and _PLAIN.fullmatch(" ".join(plain)):
+            with suppress(ValueError):
+                numbers = [float(cell) for cell in plain]
+                if np.isfinite(numbers).all():
+                    return numbers
         samples = []
-        for i in lines:
-            for cell in cells(self.lines[i]):
+        for i, row in found:
+            for cell in row:
                 value = read(cell)
                 if value is None:
                     self.note(i + 1, cell, expected)
@@ -185,6 +211,7 @@ class Channel:
     code: str  #: in the network ("HNE"); may be empty
     title: str  #: what it is a record of, for the origin of the accelerogram
     time_step: float
+    recording: Recording = field(default_factory=Recording)  #: event, station, sensor and component
     announced: int = 0  #: number of the line that announces the samples, from 1
     count: int = 0  #: of the samples announced
     factor: float = math.nan  #: from the file's unit to m/s2
@@ -244,4 +271,5 @@ def read_channel(
         a,
         f"{file.path.stem}_{channel.code or channel.number}",
         f"{origin}: {channel.title}" if channel.title else origin,
+        recording=channel.recording,
     )

@@ -2,13 +2,13 @@
 
 import math
 import re
-from contextlib import suppress
-from datetime import datetime, timedelta
+from datetime import timedelta
 
 import numpy as np
 
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.records.file import Format, RecordFile, read_number
+from impactfem.records.recording import Recording, orientation, read_time
 from impactfem.system.log import LOGGER
 
 HEADER_LINES = 17
@@ -84,12 +84,24 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     acceleration = gal - offset
     file.compare_peak(float(np.abs(acceleration).max()), value[14], "gal", rounding=5e-4)
     origin = f"record {file.path.name}: {value[5]} {names[0]}"
-    with suppress(ValueError):  # a header may not give the time
-        start = datetime.strptime(value[9], "%Y/%m/%d %H:%M:%S")
-        origin += f", first sample {start - timedelta(seconds=TRIGGER_DELAY)} JST"
+    local, start = read_time(value[9]), read_time(f"{value[9]} JST")  # where the header has it
+    if local is not None and start is not None:
+        delay = timedelta(seconds=TRIGGER_DELAY)
+        start -= delay
+        origin += f", first sample {local - delay} JST"
     origin += f"; mean of {offset:.4g} gal taken out"
     LOGGER.info("%s: mean of %.4g gal taken out, the offset of the instrument", file.path, offset)
-    return Accelerogram(1.0 / float(frequency[1]), 0.01 * acceleration, file.path.stem, origin)
+    sensors = {"1": "in the borehole", "2": "at the surface"}
+    recording = Recording(
+        start=start,
+        event=value[0],
+        station=value[5],
+        sensor=sensors.get(names[0][-1:], ""),
+        component=names[0],
+        orientation=orientation(names[0]),
+    )
+    step = 1.0 / float(frequency[1])
+    return Accelerogram(step, 0.01 * acceleration, file.path.stem, origin, recording=recording)
 
 
 FORMAT = Format(
