@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import ConfigDict, Field, ValidationInfo, create_model, field_validator
+from pydantic import ConfigDict, Field, StrictBool, ValidationInfo, create_model, field_validator
 
 from impactfem.case.base import Section, ascending, either, nearest, refuse, rule, step_within
 from impactfem.case.contacts import unit_vector
@@ -150,6 +150,11 @@ class RecordMotion(_Motion):
     pga: Acceleration | None = None
     """Peak ground acceleration that the record is scaled to, in place of scale; a scale of -1 turns
     it round."""
+
+    independent: StrictBool = False
+    """true for a record that was chosen separately: it is not compared with those along other
+    directions, and begins at time 0. Otherwise records of another event, station or sensor than
+    each other are refused, and one that begins later by its header begins later."""
 
     @field_validator("format")
     @classmethod

@@ -1,8 +1,8 @@
 """From the case file's motions to accelerograms with their measures and spectra."""
 
 import math
-import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
@@ -15,6 +15,7 @@ from impactfem.case.model import CaseFile
 from impactfem.case.source import read_source
 from impactfem.case.usual import LASTING, PGA, STEP
 from impactfem.motion.acceptance import Acceptance, Misfit, acceptance
+from impactfem.motion.components import aligned, conflicts, same_directions
 from impactfem.motion.design_spectrum import DesignSpectrum, TableSpectrum, design_spectrum
 from impactfem.motion.synthesis import default_range, synthesise
 from impactfem.motion.treatment import (
@@ -41,11 +42,6 @@ PEAK = (0.99, 1.3)
 less, but values are rounded; US NRC SRP 3.7.1 has no ordinate above 1.3."""
 AT_REST = 0.5
 """Velocity at the end of a record over the largest that is told: that of noise is well below."""
-UPRIGHT = re.compile(r"ud[12]?|updown|up|down|v|z|vert|vertical|[bcehls][ghln]z")
-LEVEL = re.compile(r"ns[12]?|ew[12]?|northsouth|eastwest|north|east|h[12]|[bcehls][ghln][ne]")
-"""Names of vertical and of horizontal components, of columns or endings of files (K-NET, SEED)."""
-PEER_UPRIGHT, PEER_LEVEL = re.compile(r"(up|ud|dwn|ver|vrt|-v|-z)$"), re.compile(r"\d{3}$")
-"""How the names of files of PEER end, those of horizontal components with their azimuth."""
 LEFT_OUT = 0.1
 """Part of the Arias intensity after the time that is computed; the significant duration leaves out
 5 % after its end."""
@@ -82,11 +78,20 @@ def ground_motions(motions: Sequence[Motion], *, accept: bool = False) -> tuple[
     On request (`accept`) synthetic motions are compared with a reviewer's criteria.
 
     Raises:
-        InputError: A record or the table of a spectrum is not usable.
+        InputError: A record or the table of a spectrum is not usable, or records are of another
+            event, station or sensor than each other.
         SolutionError: A synthesis found no motion.
     """
     made, frequency = [], logarithmic_frequencies(*SPECTRUM_RANGE)
-    for motion in motions:
+    records = {
+        index: treated_record(motion)
+        for index, motion in enumerate(motions)
+        if isinstance(motion, RecordMotion)
+    }
+    if faults := conflicts(motions, records):
+        raise InputError(faults)
+    records = aligned(motions, records)
+    for index, motion in enumerate(motions):
         target, misfit, accepted, level, damping = None, None, None, None, RECORD_DAMPING
         method: Method = "upsampled"
         if isinstance(motion, SyntheticMotion):
@@ -108,7 +113,7 @@ def ground_motions(motions: Sequence[Motion], *, accept: bool = False) -> tuple[
                 highest = min(50.0, 0.5 / accelerogram.time_step)
                 accepted = acceptance(accelerogram, design, maximum=highest)
         elif isinstance(motion, RecordMotion):
-            accelerogram = treated_record(motion)
+            accelerogram = records[index]
             # A step of the user's choice: the spectrum is that of the straight lines, too.
             if refined_step(accelerogram.time_step) is not None:
                 method = "in-step"
@@ -143,7 +148,14 @@ def hardly_meant(case: Case) -> list[Fault]:
     low, high = PEAK
     computed = case.pounding.duration or math.inf
     records = () if case.ensemble is None else case.ensemble.of_records(case.motions)
-    for index, motion in (*enumerate(case.motions), *enumerate(records)):
+    together = dict[int, Accelerogram]()
+    for index, motion in enumerate(case.motions):
+        # Warnings and faults of the files were given when these were checked.
+        with suppress(InputError), quiet(warnings=False):
+            if isinstance(motion, RecordMotion):
+                together[index] = treated_record(motion)
+    together = aligned(case.motions, together)
+    for index, motion in (*enumerate(case.motions), *enumerate(records, len(case.motions))):
         try:
             if isinstance(motion, SyntheticMotion):
                 loss = straight_line_loss(motion.time_step, RIGID)
@@ -167,12 +179,20 @@ def hardly_meant(case: Case) -> list[Fault]:
                     )
                     found.append(source.remark(place, text))
             elif isinstance(motion, RecordMotion):
-                if name := _name_of_another_direction(motion):
-                    kind = "horizontal" if motion.direction == "z" else "vertical"
-                    text = f"{name} is the name of a {kind} component"
+                if index < len(case.motions) and index not in together:
+                    continue
+                with quiet(warnings=False):
+                    record = together.get(index) or treated_record(motion)
+                along_z, of = motion.direction == "z", record.recording.orientation
+                if of is not None and of.vertical != along_z:
+                    text = (
+                        f"{record.recording.component} is the name of a "
+                        f"{'vertical' if of.vertical else 'horizontal'} component: the spectra "
+                        f"along {motion.direction} would be those of another direction; give "
+                        f"{'the vertical one' if along_z else 'a horizontal one'} as file or "
+                        "component, or the direction that it has"
+                    )
                     found.append(Fault(motion.file, "direction", motion.direction, text))
-                with quiet(warnings=False):  # those of the file were given when it was checked
-                    record = treated_record(motion)
                 # What the case itself says of either is warned of as its own.
                 size = np.abs(record.acceleration)
                 peak = float(size.max())
@@ -198,23 +218,15 @@ def hardly_meant(case: Case) -> list[Fault]:
                     found.append(Fault(motion.file, "velocity at the end", f"{last:.3g} m/s", text))
         except InputError:
             continue
+    found += same_directions(case.motions, together)
     return found
-
-
-def _name_of_another_direction(motion: RecordMotion) -> str:
-    """The name of a record's component where it is vertical for a horizontal motion, or reverse."""
-    vertical = motion.direction == "z"
-    if motion.file.suffix.lower() == ".at2":
-        name = motion.file.stem
-        return name if (PEER_LEVEL if vertical else PEER_UPRIGHT).search(name.lower()) else ""
-    name = motion.component or motion.file.suffix[1:]
-    words = re.findall(r"[a-z0-9]+", name.lower())
-    names = LEVEL if vertical else UPRIGHT
-    return name if any(names.fullmatch(one) for one in ("".join(words), *words[-1:])) else ""
 
 
 def checked_durations(motions: Sequence[Motion], path: Path | None = None) -> list[float]:
     """Durations of a case's motions [s], whose records are read, treated and checked without a log.
+
+    With the path of a case its records are compared with each other, and have one clock; without
+    one they are those of an ensemble, each on its own.
 
     Raises:
         InputError: With the faults of all records, and of tables that no motion can be matched to;
@@ -222,7 +234,7 @@ def checked_durations(motions: Sequence[Motion], path: Path | None = None) -> li
             of the record where none is given.
     """
     faults: list[Fault] = []
-    durations = []
+    durations, records = [], dict[int, Accelerogram]()
     for index, motion in enumerate(motions):
         try:
             if isinstance(motion, RecordMotion):
@@ -231,6 +243,7 @@ def checked_durations(motions: Sequence[Motion], path: Path | None = None) -> li
                 if path is not None and motion.resample is None:
                     _report_refinement(motion.file, record)
                 durations.append(record.duration)
+                records[index] = record
                 if not record.acceleration.any():
                     expected = "expected a record that is not zero throughout"
                     faults.append(Fault(motion.file, "", None, expected))
@@ -245,8 +258,13 @@ def checked_durations(motions: Sequence[Motion], path: Path | None = None) -> li
                 else fault
                 for fault in error.faults
             ]
+    if path is not None:
+        faults += conflicts(motions, records)
     if faults:
         raise InputError(faults)
+    if path is not None:
+        for index, record in aligned(motions, records, report=True).items():
+            durations[index] = record.duration
     return durations
 
 
