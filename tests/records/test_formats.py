@@ -514,6 +514,15 @@ def test_names_that_are_not_utf_8(tmp_path, fmt):
         read_record(path, fmt)
 
 
+@pytest.mark.parametrize("fmt", list(ONE))
+def test_a_header_with_very_long_lines_is_read_quickly(tmp_path, fmt):
+    """Patterns look at the beginning of a line alone: else this takes minutes."""
+    lines = ONE[fmt].split("\n")
+    lines[:60] = [line + 200_000 * " " + "x" for line in lines[:60]]
+    with pytest.raises(InputError):
+        read(tmp_path, fmt, "\n".join(lines))
+
+
 def test_a_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):
     monkeypatch.setattr("impactfem.records.file.LARGEST", 100)
     with pytest.raises(InputError, match="expected at most"):

@@ -8,6 +8,7 @@ import numpy as np
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.records.file import (
     ACCELERATION_UNITS,
+    LONGEST,
     NUMBER,
     Format,
     RecordFile,
@@ -46,7 +47,7 @@ _TITLE = re.compile(
     r"(?P<station>.+?)\s*(?:,\s*(?P<component>[^,(]*?)\s*(?:\(.*)?)?$"
 )
 # How names of files end; those of horizontal components with their azimuth.
-_UPRIGHT = re.compile(r"(up|ud|dwn|ver|vrt|-v|-z|[bcehls][ghln]z)$", re.IGNORECASE)
+_UPRIGHT = re.compile(r"(up|ud|dwn|ver|vrt|[-_.][vz]|[bcehls][ghln]z)$", re.IGNORECASE)
 _DIGITS = re.compile(r"\d{3}$")
 
 
@@ -67,11 +68,12 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
     lines = file.lines
     if len(lines) < HEADER_LINES + 1:
         file.fail(None, None, f"the file ends early; expected {file.expected}")
-    count, step, at = _announced(lines)
+    head = [line[:LONGEST] for line in lines[:_MOST_HEADER]]
+    count, step, at = _announced(head)
     # Words may follow, as the end of an old header.
     rest = range(at, len(lines))
     n_header = next((i for i in rest if any(map(_SAMPLE.match, lines[i].split()))), at)
-    factor = _factor(file, n_header)
+    factor = _factor(file, head[:n_header])
     if not (count and step):
         expected = "expected the number of samples and the step, 'NPTS=  4000, DT=  .0050 SEC'"
         file.note(at, lines[at - 1].strip(), expected)
@@ -90,7 +92,7 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
         raise file.error()
     title = " ".join(f"{lines[0]} {lines[1]}".split())
     origin = f"record {file.path.name}: {title}" if title else f"record {file.path.name}"
-    recording = _recording(file.path.stem, lines[:n_header])
+    recording = _recording(file.path.stem, head[:n_header])
     file.check_component(component, tuple(filter(None, (recording.component,))))
     a = np.array(samples) * factor
     return Accelerogram(float(step), a, file.path.stem, origin, recording=recording)
@@ -100,7 +102,7 @@ def _announced(lines: list[str]) -> tuple[str, str, int]:
     """The number of samples and the step, as text, empty where missing; lines up to the last."""
     count, step = "", ""
     at = HEADER_LINES
-    for i, line in enumerate(lines[:_MOST_HEADER], start=1):
+    for i, line in enumerate(lines, start=1):
         both = next((m for m in (one.search(line) for one in _SIZES) if m), None)
         npts, dt = (both, both) if both else (_NPTS.search(line), _STEP.search(line))
         count = npts[1] if npts else count
@@ -109,10 +111,10 @@ def _announced(lines: list[str]) -> tuple[str, str, int]:
     return count, step, at
 
 
-def _factor(file: RecordFile, n_header: int) -> float | None:
+def _factor(file: RecordFile, header: list[str]) -> float | None:
     """Read the unit of the samples, as a factor to m/s2; None with a fault."""
     units: dict[int, str] = {}
-    for i, line in enumerate(file.lines[:n_header]):
+    for i, line in enumerate(header):
         unit = _UNITS.search(line) or _IN_BRACKETS.search(line)
         if unit:
             units[i] = plain_unit(unit[1]).replace("'", "")

@@ -8,6 +8,7 @@ from typing import NoReturn
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.records.file import (
     ACCELERATION_UNITS,
+    LONGEST,
     Channel,
     Format,
     RecordFile,
@@ -137,7 +138,10 @@ def _header(file: RecordFile, start: int) -> tuple[Channel, int, int]:
         title=f"{status} acceleration, {title}".strip(", "),
         time_step=step,
         recording=_recording(
-            text, integers, reals, (station[2] if station else "", code[1] if code else "")
+            [line[:LONGEST] for line in text],
+            integers,
+            reals,
+            (station[2] if station else "", code[1] if code else ""),
         ),
         duration=duration if duration > 0.0 else math.nan,
         peak=math.nan if peak == _UNSPECIFIED else peak,

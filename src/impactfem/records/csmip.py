@@ -6,6 +6,7 @@ import re
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.records.file import (
     ACCELERATION_UNITS,
+    LONGEST,
     Channel,
     Format,
     RecordFile,
@@ -123,7 +124,7 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
 
 def _recording(header: list[str], name: str) -> Recording:
     """The event, station, sensor and component of a channel."""
-    text = header[:_INTEGER_LINE]
+    text = [line[:LONGEST] for line in header[:_INTEGER_LINE]]
     station, event, location = (
         next((m[1] for m in map(pattern.search, text) if m), "")
         for pattern in (_STATION, _ORIGIN, _LOCATION)

@@ -12,6 +12,7 @@ import numpy as np
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.records.file import (
     ACCELERATION_UNITS,
+    LONGEST,
     TIME_UNITS,
     Format,
     RecordFile,
@@ -48,7 +49,8 @@ def read(file: RecordFile, component: str | None) -> Accelerogram:
 
     The component is the name of a column.
     """
-    stated = {m[1].lower(): m[2] for m in map(_STATED.fullmatch, file.lines) if m}
+    comments = (line[:LONGEST] for line in file.lines if line.lstrip().startswith("#"))
+    stated = {m[1].lower(): m[2] for m in map(_STATED.fullmatch, comments) if m}
     lines = [
         (i, line)
         for i, line in enumerate(file.lines, start=1)

@@ -36,6 +36,8 @@ ACCELERATION_UNITS = {
     "%g": 0.01 * STANDARD_GRAVITY,
     "gal": 0.01,
 }
+LONGEST = 300
+"""Characters of a line of header that are looked at; those of all formats have 80."""
 TIME_UNITS = {"s": 1.0, "ms": 0.001, "min": 60.0}
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
@@ -43,7 +45,7 @@ NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 
 def plain_unit(text: str) -> str:
     """Bring the spellings of a unit to one: ``cm/sec^2``, ``CM/S/S`` and ``cm s-2`` are cm/s2."""
-    unit = text.strip().lower().replace("²", "2").replace("**", "").replace("^", "")
+    unit = text[:LONGEST].strip().lower().replace("²", "2").replace("**", "").replace("^", "")
     unit = re.sub(r"sec(onds?)?(?=\W|\d|$)", "s", unit)
     unit = re.sub(r"\s*/\s*", "/", unit)
     unit = re.sub(r"/\(?s[\s*/.·]?s\)?$", "/s2", unit)
