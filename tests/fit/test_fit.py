@@ -436,18 +436,6 @@ def test_a_sensor_outside_the_building(case, written, tmp_path, sensor, words):
         assert words in str(error.value)
 
 
-def test_the_posterior_of_two_keys(case, written, tmp_path):
-    """Nearly linear: the sample has the mean and the deviations of the linearised fit."""
-    pytest.importorskip("emcee")
-    posterior = "starts = 1\n[posterior]\nwalkers = 8\nsteps = 60\n"
-    result = study.fit(case, written(posterior + FREE + TARGETS), out=tmp_path / "f")
-    u = result.posterior.u
-    deviation = result.identification.deviation
-    assert np.all(np.abs(u.mean(axis=0) - result.u) < deviation)
-    assert u.std(axis=0) == pytest.approx(deviation, rel=0.5)
-    assert (tmp_path / "f" / "fit_posterior.svg").is_file()
-
-
 def frame(tmp_path, text, factor="storey_stiffness_factor = 0.5\n"):
     """The small frame on a mesh of its own, whose factor is not fitted."""
     for name in ("frame.toml", "frame_floors.csv", "frame.msh"):

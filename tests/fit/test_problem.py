@@ -258,10 +258,6 @@ def test_faults_of_the_file_alone(case, written, text, words):
         ),
         (f'{FREE}[[targets]]\nresult = "frs.floor_4.peak"\nvalue = "9 m/s2"\n', ""),
         (f'{FREE}[[targets]]\nresult = "sticks.S.mass"\nvalue = "3 t"\n', "building; known: T"),
-        (
-            f'{FREE}[posterior]\n[[targets]]\nresult = "building.mass"\nvalue = "3 t"\n',
-            "posterior: expected targets of sticks or floors",
-        ),
         *(
             (f'{FREE}[[targets]]\nresult = "{name}"\nvalue = "{value}"\n', words)
             for name, value, words in (

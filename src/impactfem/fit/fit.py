@@ -20,7 +20,6 @@ from impactfem.case import Case
 from impactfem.fit.evaluate import Evaluation, evaluate
 from impactfem.fit.fit_file import ModesTarget
 from impactfem.fit.plausibility import warn_of_implausible
-from impactfem.fit.posterior import sample
 from impactfem.fit.problem import Problem, read_problem
 from impactfem.fit.results import Fit, write_results
 from impactfem.run.folder import open_folder
@@ -231,9 +230,6 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
     change = (np.array(again.values) - np.array(last.values)) / problem.deviation
     if float(np.linalg.norm(change)) < BLIND:
         u, last = reset, again
-    posterior = None
-    if problem.fit.posterior is not None:
-        posterior = sample(problem, u, identification, folder)
     result = Fit(
         folder,
         problem,
@@ -245,7 +241,6 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
         J,
         identification,
         across,
-        posterior,
         len(fine.used | cheap.used),
         rounds,
     )

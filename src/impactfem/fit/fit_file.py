@@ -401,15 +401,6 @@ class SpectrumTarget(Section):
 Target = ScalarTarget | FloorTarget | ModesTarget | SpectrumTarget
 
 
-class Posterior(Section):
-    """Sampling of the posterior by an ensemble of walkers (Goodman, Weare 2010)."""
-
-    walkers: Annotated[int, Whole(4, 1000)] = 32
-    """Number of walkers, twice that of the keys at least."""
-    steps: Annotated[int, Whole(10, 100_000)] = 500
-    """Steps of each; the first fifth is left out."""
-
-
 class FitFile(Section):
     """What a fit varies, and what it fits."""
 
@@ -420,12 +411,10 @@ class FitFile(Section):
     starts: Annotated[int, Whole(1, 1000)] = 3
     """Number of starts; those after the first are drawn inside the bounds."""
     seed: Annotated[int, Whole(0)] = 0
-    """Seed of the starts and of the posterior."""
+    """Seed of the starts."""
     coarse: dict[str, Any] = Field(default={})
     """Keys of the case with values that make it cheaper, as that of a coarser mesh: the search is
     done with these, and corrected by the case itself."""
-    posterior: Posterior | None = None
-    """Sampling of the posterior; left out, there is none."""
 
     @rule("targets")
     @staticmethod
@@ -433,12 +422,6 @@ class FitFile(Section):
         named = [one.building for one in targets if isinstance(one, ModesTarget)]
         if len(set(named)) < len(named):
             yield "expected one target of measured modes for each building at most"
-
-    @rule("posterior", "free")
-    @staticmethod
-    def _enough(posterior: Posterior | None, free: dict[str, FreeKey]) -> Iterator[str]:
-        if posterior is not None and posterior.walkers < 2 * len(free):
-            yield f"expected {2 * len(free)} walkers at least, two for each key"
 
 
 def read_fit(path: Path, faults: list[Fault]) -> tuple[FitFile | None, Source]:

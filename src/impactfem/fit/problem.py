@@ -264,9 +264,6 @@ def read_problem(
             except InputError as error:
                 faults += error.faults
     level, stages = _needed(fit, case) if not faults else ("", ())
-    if fit.posterior is not None and level in ("modes", "run"):
-        expected = "expected targets of sticks or floors: of others each evaluation takes too long"
-        faults.append(Fault(fit_path, "posterior", None, expected))
     if faults:
         raise InputError(faults)
     data = tuple(one for target in fit.targets for one in _data(target, case))

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from impactfem.fit.posterior import Sample
 from impactfem.fit.problem import Problem
 from impactfem.plot.style import BLUE, ORANGE, figure
 from impactfem.plot.table import Cell, Table
@@ -18,7 +17,6 @@ from impactfem.system.files import atomic, write_json
 from impactfem.system.least_squares import BLIND, Identification, Minimum
 
 FITTED = "fitted.toml"
-QUANTILES = (0.025, 0.5, 0.975)
 HIT = 1e-3
 """Part of the range between the bounds within which a key is at one of them."""
 
@@ -39,7 +37,6 @@ class Fit:
     #: Of keys whose slopes say nothing: standard deviations by which the data change where one
     #: alone goes to its lower and its upper bound; nan where the case has no result there.
     across: dict[int, tuple[float, float]]
-    posterior: Sample | None  #: where it was sampled
     evaluations: int  #: number of evaluations, of the case and of the cheaper one
     rounds: int  #: corrections by the case itself; 0 without a cheaper one
     warnings: list[str] = field(default_factory=list)  #: what to know of it
@@ -90,10 +87,6 @@ def keys_table(result: Fit) -> Table:
     problem, found = result.problem, result.identification
     columns = [("key", ""), ("unit", ""), ("start", ""), ("fitted", ""), ("±", "")]
     columns += [("standard deviation", ""), ("at bound", ""), ("seen", "")]
-    quantiles = None
-    if result.posterior is not None:
-        quantiles = result.posterior.quantiles(problem, QUANTILES)
-        columns += [("2.5 %", ""), ("median", ""), ("97.5 %", "")]
     rows = []
     start = problem.values(problem.start)
     for k, key in enumerate(problem.keys):
@@ -102,8 +95,6 @@ def keys_table(result: Fit) -> Table:
         row: list[Cell] = [key, entry.bounds[0].unit, float(start[k]), float(result.values[k])]
         row += [_known(result.bound[k]), _known(deviation), result.at_bound[k]]
         row.append("no" if k in result.unseen else "not here" if k in result.across else "yes")
-        if quantiles is not None:
-            row += [float(one) for one in quantiles[:, k]]
         rows.append(tuple(row))
     title = "Keys; all are within their ± together with 95 %, - where the data do not say"
     return Table("fit_keys", title, tuple(columns), tuple(rows))
@@ -186,12 +177,6 @@ def write_results(result: Fit) -> Fit:
         "corrections": result.rounds,
         "warnings": result.warnings,
     }
-    if result.posterior is not None:
-        summary["posterior"] = {
-            "samples": len(result.posterior.u),
-            "acceptance": result.posterior.acceptance,
-            "autocorrelation": [_known(one) for one in result.posterior.autocorrelation],
-        }
     files.append(folder / "fit.json")
     write_json(files[-1], summary)
     files.append(_write_case(result))
@@ -256,7 +241,7 @@ def _markdown(table: Table) -> list[str]:
 
 
 def _figures(result: Fit) -> list[Path]:
-    """Errors before and after, correlation of the keys, and the posterior where it was sampled."""
+    """Draw the errors before and after the fit, and the correlation of the keys."""
     problem, n, groups = result.problem, len(result.problem.keys), _groups(result.problem)
     files = [result.folder / "fit_errors.svg"]
     caption = (
@@ -310,23 +295,6 @@ def _figures(result: Fit) -> list[Path]:
             panel.set_yticks(ticks, short, fontsize=7.0)
             panel.invert_yaxis()
             panel.grid(False)
-    if result.posterior is not None:
-        files.append(result.folder / "fit_posterior.svg")
-        caption = "Posterior of each key (bars) and the normal distribution of the linearised fit."
-        with figure(files[-1], (1, n), (2.6 * n + 0.4, 2.4), caption) as (_, panels):
-            for k, (panel, key) in enumerate(zip(panels, problem.keys, strict=True)):
-                entry = problem.fit.free[key]
-                x = np.array([entry.value(float(one)) for one in result.posterior.u[:, k]])
-                panel.hist(x, bins=30, density=True, color="0.75")
-                width = result.identification.deviation[k]
-                if width < 1.0:
-                    u = np.linspace(*np.clip(result.u[k] + 4.0 * width * np.array([-1, 1]), 0, 1))
-                    at = np.array([entry.value(float(one)) for one in u])
-                    slope = np.array([entry.slope(float(one)) for one in u])
-                    density = np.exp(-0.5 * ((u - result.u[k]) / width) ** 2)
-                    panel.plot(at, density / (width * math.sqrt(2.0 * math.pi) * slope), color=BLUE)
-                panel.set_xlabel(f"{_short(key, problem.keys)} [{entry.bounds[0].unit}]")
-                panel.set_yticks([])
     return files
 
 
