@@ -60,11 +60,6 @@ PACKAGES = {
         *("stages.ensemble", "stages.pounding", "stages.reduce", "stages.transient", "sticks"),
     },
     "report": {*("plot", "spectra", "stages", "stages.device", "stages.transient")},
-    "verify": {
-        *("building", "case", "coupling", "device", "dynamics", "motion", "records"),
-        *("reduction", "spectra", "stages.calibrate", "stages.pounding", "stages.reduce"),
-        *("stages.transient", "sticks"),
-    },
     "run": {
         *("building", "case", "coupling", "device", "motion", "plot", "reduction", "report"),
         *("stages", "stages.building", "stages.calibrate", "stages.design", "stages.device"),
@@ -73,6 +68,11 @@ PACKAGES = {
     "fit": {
         *("building", "case", "coupling", "dynamics", "plot", "run", "stages"),
         *("stages.building", "stages.pounding", "sticks"),
+    },
+    "verify": {
+        *("building", "case", "coupling", "device", "dynamics", "fit", "motion", "records"),
+        *("reduction", "spectra", "stages.calibrate", "stages.pounding", "stages.reduce"),
+        *("stages.transient", "sticks"),
     },
     "study": {"fit", "run", "stages"},
     "cli": {"case", "fit", "run", "study", "verify"},

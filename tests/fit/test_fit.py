@@ -101,7 +101,7 @@ def test_the_bounds_hold_95_of_100(repeated, tmp_path):
         return search(evaluator, [truth], one, none)[0].x
 
     ends = np.array([[found(value + σ), found(value - σ)] for σ in np.diag(deviation)])
-    linear = identified(evaluator.problem, evaluator.slopes(truth))
+    linear = identified(evaluator.problem, value, evaluator.slopes(truth))
     moved = 0.5 * (ends[:, 0] - ends[:, 1])
     covariance = moved.T @ moved
     spread = np.sqrt(np.diag(covariance))
@@ -213,7 +213,7 @@ def test_a_key_that_the_data_see_elsewhere(case, written, tmp_path, monkeypatch,
 
     def touching(problem, u, folder, slopes=False):
         found = evaluate(problem, u, folder, slopes)
-        more = most * problem.deviation[0] * max(0.0, 1.0 - u[2] / 0.4)
+        more = most * problem.data[0].deviation * max(0.0, 1.0 - u[2] / 0.4)
         return replace(found, values=[found.values[0] + more, *found.values[1:]])
 
     monkeypatch.setattr(sys.modules["impactfem.fit.fit"], "evaluate", touching)

@@ -84,7 +84,8 @@ def test_a_fit(case, written):
     assert problem.values(problem.start) == pytest.approx([33e9, 0.4])
     assert problem.values(np.array([0.5, 0.5])) == pytest.approx([(15e9 * 45e9) ** 0.5, 0.45])
     first, second = problem.data
-    assert first.deviation == pytest.approx(0.01 / 12.0**0.5) and second.deviation == 0.034
+    assert (first.deviation, first.part) == (pytest.approx(0.01 / 12.0**0.5), 0.0)
+    assert (second.deviation, second.part) == (0.0, 0.01)
     assert problem.case(np.zeros(2)).materials["concrete"].young_modulus == pytest.approx(15e9)
     assert problem.key(np.zeros(2)) != problem.key(np.ones(2))
 
@@ -429,8 +430,8 @@ KNOWN = '"log"\nprior = {{ mean = "{}", deviation = "10 %" }}'
                 ("frequency_deviation", "'101 %'", "more than 100 % of the value"),
                 ("frequency_deviation", "'0.9 Hz'", ""),  # of 0.9078 Hz
                 ("frequency_deviation", "'0.92 Hz'", "more than 100 % of the value"),
-                ("damping_deviation", "0.008", ""),  # of 0.888 %
-                ("damping_deviation", "0.009", "more than 100 % of the value"),
+                ("damping_deviation", "0.2", ""),
+                ("damping_deviation", "1.1", "more than 100 % of the value"),
                 ("shape_deviation", "1.0", ""),
                 ("shape_deviation", "5", "usual is 0.02 to 0.1 of the largest amplitude"),
             )
@@ -557,3 +558,37 @@ def test_bounds_that_the_case_refuses_together(case, written):
             assert words in "\n".join(faults(case, path))
         else:
             read_problem(case, path)
+
+
+@pytest.mark.parametrize(
+    ("key", "bare", "percentage"),
+    [
+        ("frequency_deviation", "0.008", "'0.8 %'"),
+        ("damping_deviation", "0.25", "'25 %'"),
+        ("shape_deviation", "0.04", "'4 %'"),
+    ],
+)
+def test_a_bare_deviation_is_a_part(case, written, key, bare, percentage):
+    """As every ratio of the case file; of a quantity with a unit nothing is taken."""
+    both = [
+        read_problem(case, written(f"{FREE}{MODES}{key} = {value}\n"))[0].data
+        for value in (bare, percentage)
+    ]
+    assert both[0] == both[1]
+    assert both[0] != read_problem(case, written(FREE + MODES))[0].data
+
+
+@pytest.mark.parametrize(
+    ("deviation", "part", "width"),
+    [("0.02", 0.02, 0.0), ("'2 %'", 0.02, 0.0), ("'0.02 Hz'", 0.0, 0.02), ("'20 mHz'", 0.0, 0.02)],
+)
+def test_deviations_of_scalars(case, written, deviation, part, width):
+    problem, _ = read_problem(case, written(FREE + TARGETS.replace('"1 %"', deviation)))
+    assert (problem.data[1].part, problem.data[1].deviation) == pytest.approx((part, width))
+    prior = f'"log"\nprior = {{ mean = "30 GPa", deviation = {deviation} }}'
+    path = written(FREE.replace('"log"', prior) + TARGETS)
+    if not part:
+        assert "expected the unit of the bounds" in "\n".join(faults(case, path))
+        return
+    ((_, _, scaled),) = read_problem(case, path)[0].priors
+    assert scaled == pytest.approx(part / np.log(3.0))

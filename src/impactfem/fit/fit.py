@@ -197,7 +197,8 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
         ratio = np.where((ratio > 0.5) & (ratio < 2.0), ratio, 1.0)
         shift = here - ratio * there
         J = ratio[:, None] * cheap.slopes(u)
-        hardly = np.maximum(SAME * np.minimum(identified(problem, J).deviation, 1.0), 1e-5)
+        widths = np.minimum(identified(problem, here, J).deviation, 1.0)
+        hardly = np.maximum(SAME * widths, 1e-5)
         # Slopes that are known tell mostly, without a search, that it would not move the keys.
         if rounds and np.all(np.abs(_step(problem, u, here, J)) <= hardly):
             break
@@ -216,7 +217,8 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
         found = search(cheap, drawn, ratio, shift)
         u = found[0].x
     J = ratio[:, None] * cheap.slopes(u)
-    identification = identified(problem, J)
+    last = fine.at(u)
+    identification = identified(problem, np.array(last.values), J)
     # A slope says what data see from here. A gap where nothing touches has none, but a bound where
     # something does.
     across = {k: _across(cheap, u, k, ratio) for k in identification.unseen}
@@ -226,8 +228,8 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
     unseen = [k for k in identification.unseen if free[keys[k]].prior is None]
     reset = u.copy()
     reset[unseen] = first[unseen]
-    last, again = fine.at(u), fine.at(reset)
-    change = (np.array(again.values) - np.array(last.values)) / problem.deviation
+    again, values = fine.at(reset), np.array(last.values)
+    change = (np.array(again.values) - values) / problem.misfit.deviations(values)
     if float(np.linalg.norm(change)) < BLIND:
         u, last = reset, again
     result = Fit(
@@ -252,8 +254,9 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
 
 def _step(problem: Problem, u: Array, values: Array, J: Array) -> Array:
     """The Gauss-Newton step from u between the bounds, with values (m,) and slopes (m, n) there."""
-    rows = np.vstack([J / problem.deviation[:, None], _prior_rows(problem)])
-    r = np.append((values - problem.value) / problem.deviation, problem.prior_errors(u))
+    misfit = problem.misfit
+    rows = np.vstack([misfit.slopes(values)[:, None] * J, _prior_rows(problem)])
+    r = np.append(misfit.residuals(values), problem.prior_errors(u))
     return np.asarray(scipy.optimize.lsq_linear(rows, -r, (-u, 1.0 - u)).x)
 
 
@@ -262,7 +265,8 @@ def _across(evaluator: Evaluator, u: Array, k: int, ratio: Array) -> tuple[float
 
     nan of a bound where the case is refused or cannot be computed.
     """
-    here, deviation = evaluator.values(u), evaluator.problem.deviation
+    here = evaluator.values(u)
+    deviation = evaluator.problem.misfit.deviations(here)
 
     def to(bound: float) -> float:
         place = u.copy()
@@ -279,17 +283,20 @@ def _across(evaluator: Evaluator, u: Array, k: int, ratio: Array) -> tuple[float
 def search(
     evaluator: Evaluator, starts: Sequence[Array], ratio: Array, shift: Array
 ) -> list[Minimum]:
-    """The minima of ½ Σ ((model − datum)/deviation)² and of the priors, the best one first."""
+    """Return the minima of half the sum of squares of data and priors, the best one first.
+
+    Model values are ratio * (those of the evaluator) + shift, shape (m,) each.
+    """
     problem, rows = evaluator.problem, _prior_rows(evaluator.problem)
-    value, deviation = problem.value, problem.deviation
+    misfit = problem.misfit
 
     def residuals(u: Array) -> Array:
-        r = (ratio * evaluator.values(u) + shift - value) / deviation
+        r = misfit.residuals(ratio * evaluator.values(u) + shift)
         return np.append(r, problem.prior_errors(u))
 
     def jacobian(u: Array) -> Array:
-        J = (ratio / deviation)[:, None] * evaluator.slopes(u)
-        return np.vstack([J, rows])
+        weight = ratio * misfit.slopes(ratio * evaluator.values(u) + shift)
+        return np.vstack([weight[:, None] * evaluator.slopes(u), rows])
 
     # What costs seconds or more ends far below a standard deviation.
     end = 1e-8 if problem.level in ("sticks", "floors") else 1e-4
@@ -325,9 +332,16 @@ def _prior_rows(problem: Problem) -> Array:
     return rows
 
 
-def identified(problem: Problem, J: Array) -> Identification:
-    """What data and priors say about the keys, with the slopes of the results, shape (m, n)."""
-    return Identification.of(J / problem.deviation[:, None], _prior_rows(problem))
+def identified(problem: Problem, values: Array, J: Array) -> Identification:
+    """Return what data and priors say about the keys.
+
+    Args:
+        problem: The problem.
+        values: The values of the model at the keys, shape (m,).
+        J: Their slopes by the keys, shape (m, n).
+    """
+    weighted = J / problem.misfit.deviations(values)[:, None]
+    return Identification.of(weighted, _prior_rows(problem))
 
 
 def _warnings(result: Fit) -> list[str]:

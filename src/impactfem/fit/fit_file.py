@@ -52,14 +52,19 @@ class Given:
 
 @dataclass(frozen=True)
 class Quantity(Leaf):
-    """A number, or a quantity with its unit; held as `Given`. With `part` also a percentage."""
+    """A number, or a quantity with its unit; held as `Given`.
 
-    part: bool = False  #: whether "5 %" is meant of another value; its unit is "%" then
+    With `part`, a number without a unit is a part of another value, as in the case file: 0.05 and
+    "5 %" are the same. Its unit is "%" then.
+    """
+
+    part: bool = False
 
     @property
     def phrase(self) -> str:
-        more = ", or a percentage of the value" if self.part else ""
-        return f"a number, or a quantity with its unit, for example '1.80 Hz'{more}"
+        if self.part:
+            return "a part of the value, 0.05 or '5 %', or a quantity with its unit, '0.1 Hz'"
+        return "a number, or a quantity with its unit, for example '1.80 Hz'"
 
     def check(self, value: Any, info: ValidationInfo) -> Given:
         if isinstance(value, Given):
@@ -81,7 +86,7 @@ class Quantity(Leaf):
             found, unit, rounding = math.inf, "", 0.0
         if not math.isfinite(found) or rounding == 0.0:
             raise refuse(f"expected a finite value: {self.phrase}")
-        return Given(found, "%" if self.part and match[2] == "%" else unit, rounding)
+        return Given(found, "%" if self.part and unit == "-" else unit, rounding)
 
     def schema(self) -> dict[str, Any]:
         return {"anyOf": [{"type": "number"}, {"type": "string"}], "x-accepts": self.phrase}
@@ -93,7 +98,7 @@ Part = Annotated[float, Ratio(above=0)]
 
 
 def spread(deviation: Given, value: float) -> float:
-    """A standard deviation in SI, of a value where it is a percentage of it."""
+    """Return a standard deviation in SI, of a value where it is a part of it."""
     return deviation.value * abs(value) if deviation.unit == "%" else deviation.value
 
 
@@ -103,7 +108,7 @@ class Prior(Section):
     mean: Value
     """Its mean."""
     deviation: Spread
-    """Its standard deviation, as a quantity or a percentage of the mean."""
+    """Its standard deviation: a part of the mean, 0.05 or "5 %", or a quantity with its unit."""
 
 
 class FreeKey(Section):
@@ -200,8 +205,9 @@ class ScalarTarget(Section):
     """Its value, as a text where its digits say how precise it is: "1.80" has two after the point,
     the bare number 1.80 one."""
     deviation: Spread | None = Field(default=None, validate_default=True)
-    """Standard deviation; default that of a value rounded to its printed digits, which a bare
-    number with a point has not."""
+    """Standard deviation: a part of the model's value, 0.05 or "5 %", or a quantity with its unit;
+    default that of a value rounded to its printed digits, which a bare number with a point has
+    not."""
 
     @rule("deviation", "value")
     @staticmethod
@@ -216,7 +222,7 @@ def _wrong_deviation(deviation: Given | None, value: Given) -> Iterator[str]:
             "how precise it is"
         )
     elif deviation is not None and deviation.unit not in ("%", value.unit):
-        yield f"expected a percentage, or the unit of the value, {value.unit}"
+        yield f"expected a part of the value, as '5 %', or the unit of the value, {value.unit}"
     elif deviation is not None and spread(deviation, value.value) <= 0.0:
         yield "expected a deviation above zero"
 
@@ -235,7 +241,7 @@ class FloorTarget(Section):
     value: Value | None = None
     """Its value, of all of these floors; default that of the floor table of each."""
     deviation: Spread | None = Field(default=None, validate_default=True)
-    """Standard deviation; with a value, as a text, by default that of its printed digits."""
+    """Standard deviation, as that of a scalar; without a value a part."""
 
     _each_once = once("floors", "floor")
 
@@ -318,9 +324,10 @@ class ModesTarget(Section):
     """Table of their shapes: a CSV file, one row a sensor and mode. A mode of the model is the
     measured one that its shape is most like, by the MAC."""
     frequency_deviation: Spread = Given(0.005, "%", 0.0)
-    """Standard deviation of the frequencies."""
+    """Standard deviation of the frequencies: a part of the model's, 0.005 or "0.5 %", or a
+    quantity in Hz."""
     damping_deviation: Spread = Given(0.2, "%", 0.0)
-    """Standard deviation of the damping ratios."""
+    """Standard deviation of the damping ratios, as a part of the model's."""
     shape_deviation: Part = 0.05
     """Standard deviation of the amplitudes, as part of the largest one of each mode."""
 
@@ -338,13 +345,13 @@ class ModesTarget(Section):
     @staticmethod
     def _in_hertz(deviation: Given) -> Iterator[str]:
         if deviation.unit not in ("%", "Hz") or deviation.value <= 0.0:
-            yield "expected a percentage or a frequency above zero"
+            yield "expected a part of the frequencies, as '0.5 %', or a frequency above zero"
 
     @rule("damping_deviation")
     @staticmethod
     def _of_a_ratio(deviation: Given) -> Iterator[str]:
-        if deviation.unit not in ("%", "-") or deviation.value <= 0.0:
-            yield "expected a percentage or a number above zero"
+        if deviation.unit != "%" or deviation.value <= 0.0:
+            yield "expected a part of the damping ratios above zero, as '20 %'"
 
     @rule("shapes", "modes")
     @staticmethod
@@ -389,7 +396,7 @@ class SpectrumTarget(Section):
     spectrum: Annotated[tuple[Ordinate, ...], TableFile("a spectrum (CSV)", _ordinates)]
     """Table of the spectrum: a CSV file."""
     deviation: Part = 0.1
-    """Standard deviation of the ordinates, as part of each."""
+    """Standard deviation of the ordinates, as part of each of the model's."""
 
     @rule("probe", "floor")
     @staticmethod

@@ -7,7 +7,7 @@ import json
 import math
 import re
 from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -28,14 +28,15 @@ from impactfem.case.source import EXTENDS, Source, read_source
 from impactfem.fit.fit_file import (
     FitFile,
     FloorTarget,
+    Given,
     ModesTarget,
     ScalarTarget,
     SpectrumTarget,
     measured_shape,
     read_fit,
-    spread,
     written,
 )
+from impactfem.fit.misfit import Misfit
 from impactfem.run.check import check, mesh_of
 from impactfem.run.stages import asked_stages
 from impactfem.run.variants import COMMAND_LINE, Axis, Variant, check_variants, in_si
@@ -59,9 +60,10 @@ class Datum:
 
     name: str  #: the result, or what it is of
     value: float  #: in SI
-    deviation: float  #: its standard deviation in SI
     unit: str  #: SI unit
-    group: str = ""  #: what it is shown with: a shape, a spectrum; "" for itself
+    deviation: float = 0.0  #: standard deviation in SI, where it is no part
+    part: float = 0.0  #: standard deviation as a part of the model's value; 0 for one in SI
+    group: str = ""  #: the shape or the spectrum that it belongs to; "" for none
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,14 +94,10 @@ class Problem:
         return np.array([key.scaled(float(value)) for key, value in found])
 
     @property
-    def value(self) -> Array:
-        """What is known, shape (m,)."""
-        return np.array([one.value for one in self.data])
-
-    @property
-    def deviation(self) -> Array:
-        """Its standard deviations, shape (m,)."""
-        return np.array([one.deviation for one in self.data])
+    def misfit(self) -> Misfit:
+        """The data with their deviations."""
+        columns = ([getattr(datum, f.name) for datum in self.data] for f in fields(Misfit))
+        return Misfit(*map(np.array, columns))
 
     @property
     def priors(self) -> list[tuple[int, float, float]]:
@@ -467,40 +465,44 @@ def _lacking(case: Case, stage: str, key: str, value: Any) -> list[tuple[str, An
 
 
 def _data(target: Any, case: Case) -> list[Datum]:
-    """What a target says that is known."""
+    """Return the data of a target."""
+
+    def datum(name: str, value: float, unit: str, deviation: Given | None, digits: float) -> Datum:
+        part = deviation is not None and deviation.unit == "%"
+        width = digits if deviation is None else deviation.value
+        return Datum(name, value, unit, 0.0 if part else width, width if part else 0.0)
+
     if isinstance(target, ScalarTarget):
-        value, of = target.value, target.deviation
-        deviation = value.rounding if of is None else spread(of, value.value)
-        return [Datum(target.result, value.value, deviation, value.unit)]
+        given = target.value
+        return [datum(target.result, given.value, given.unit, target.deviation, given.rounding)]
     if isinstance(target, FloorTarget):
-        found = []
-        unit = UNITS[target.quantity]
         rows = {floor.floor: floor for floor in case.building(target.building).floors}
+        found = []
         for floor in target.floors:
             name = f"{target.building}.floor_{floor}.{target.quantity}"
-            given, of = target.value, target.deviation
-            known = float(getattr(rows[floor], target.quantity)) if given is None else given.value
-            rounding = 0.0 if given is None else given.rounding
-            deviation = rounding if of is None else spread(of, known)
-            found.append(Datum(name, known, deviation, unit))
+            of_table = float(getattr(rows[floor], target.quantity))
+            value = of_table if target.value is None else target.value.value
+            rounding = 0.0 if target.value is None else target.value.rounding
+            found.append(datum(name, value, UNITS[target.quantity], target.deviation, rounding))
         return found
     if isinstance(target, ModesTarget):
         found = []
         for one in target.modes:
-            name = f"{target.building}.mode_{one.mode}"
-            deviation = spread(target.frequency_deviation, one.frequency)
-            found.append(Datum(f"{name}.frequency", one.frequency, deviation, "Hz"))
+            name, f = f"{target.building}.mode_{one.mode}", one.frequency
+            found.append(datum(f"{name}.frequency", f, "Hz", target.frequency_deviation, 0.0))
             if one.damping is not None:
-                deviation = spread(target.damping_deviation, one.damping)
-                found.append(Datum(f"{name}.damping", one.damping, deviation, "-"))
-            for k, amplitude in enumerate(measured_shape(target, one.mode), start=1):
-                sensor, width = f"{name}.sensor_{k}", target.shape_deviation
-                found.append(Datum(sensor, float(amplitude), width, "-", f"{name}.shape"))
+                given = target.damping_deviation
+                found.append(datum(f"{name}.damping", one.damping, "-", given, 0.0))
+            width = target.shape_deviation
+            found += [
+                Datum(f"{name}.sensor_{k}", float(a), "-", width, group=f"{name}.shape")
+                for k, a in enumerate(measured_shape(target, one.mode), start=1)
+            ]
         return found
     place = target.probe or f"floor_{target.floor}"
     name, part = f"{target.building}.{place}.psa_{target.direction}", target.deviation
     return [
-        Datum(f"{name}.{one.frequency:g}_Hz", one.psa, part * one.psa, "m/s2", name)
+        Datum(f"{name}.{one.frequency:g}_Hz", one.psa, "m/s2", part=part, group=name)
         for one in target.spectrum
     ]
 

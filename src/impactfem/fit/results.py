@@ -66,8 +66,8 @@ class Fit:
     @property
     def errors(self) -> tuple[Array, Array]:
         """(model − data)/deviation before and after, shape (m,) each."""
-        value, deviation = self.problem.value, self.problem.deviation
-        return (self.before - value) / deviation, (self.after - value) / deviation
+        misfit = self.problem.misfit
+        return misfit.errors(self.before), misfit.errors(self.after)
 
     @property
     def chi_squared_of_priors(self) -> tuple[float, float]:
@@ -110,6 +110,7 @@ def targets_table(result: Fit, whole: bool = True) -> Table:
     Not the `whole`: of a shape or a spectrum one row with the root mean square of its errors.
     """
     before, after = result.errors
+    width = result.problem.misfit.deviations(result.after)
     heads = ("result", "unit", "value", "deviation", "before", "after", "error before", "error")
     rows: list[tuple[Cell, ...]] = []
     for name, own in _groups(result.problem).items():
@@ -120,9 +121,9 @@ def targets_table(result: Fit, whole: bool = True) -> Table:
             continue
         for k in own:
             one = result.problem.data[k]
-            values = (one.value, one.deviation, float(result.before[k]), float(result.after[k]))
+            values = (one.value, float(width[k]), float(result.before[k]), float(result.after[k]))
             rows.append((one.name, one.unit, *values, float(before[k]), float(after[k])))
-    title = "Targets; errors are (model − value)/deviation"
+    title = "Targets; error = (model − value)/deviation, percentages of the model's value"
     return Table("fit_targets", title, tuple((head, "") for head in heads), tuple(rows))
 
 
@@ -151,8 +152,16 @@ def write_results(result: Fit) -> Fit:
         "level": problem.level,
         "keys": entries,
         "targets": [
-            asdict(one) | {"before": float(b), "after": float(a), "error": float(e)}
-            for one, b, a, e in zip(problem.data, result.before, result.after, both[1], strict=True)
+            asdict(datum)
+            | {"deviation": float(width), "before": float(b), "after": float(a), "error": float(e)}
+            for datum, width, b, a, e in zip(
+                problem.data,
+                problem.misfit.deviations(result.after),
+                result.before,
+                result.after,
+                both[1],
+                strict=True,
+            )
         ],
         "chi_squared": {
             "before": float(np.square(both[0]).sum()),

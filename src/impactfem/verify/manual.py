@@ -10,7 +10,17 @@ from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import write_json
 from impactfem.system.log import Steps
 from impactfem.system.parallel import one_blas_thread, rank
-from impactfem.verify import contact, devices, motion, soil, spectra, sticks, unilateral, validation
+from impactfem.verify import (
+    contact,
+    devices,
+    model_updating,
+    motion,
+    soil,
+    spectra,
+    sticks,
+    unilateral,
+    validation,
+)
 from impactfem.verify.devices import spectra as device_spectra
 from impactfem.verify.row import HEAVY, REGISTERED, Row, Rows
 from impactfem.verify.shells import beams, curved, plates
@@ -27,6 +37,7 @@ GROUPS: Mapping[str, Sequence[ModuleType]] = {
     "Waves and the 3D building in time": (slab, in_time, forced, frame, floor_bar, pounding, paper),
     "Unilateral contact": (unilateral,),
     "Devices and response spectrum analysis": (devices, device_spectra),
+    "Model updating": (model_updating,),
 }
 """Modules of the benchmarks, by subject."""
 
