@@ -595,3 +595,31 @@ def test_the_storey_factor_of_the_stage(tmp_path):
     # The stage ends at a frequency within 1e-6.
     assert result.values[0] == pytest.approx(study_of_stage.factor, rel=5e-6)
     assert result.values[0] != pytest.approx(0.5, rel=0.01)  # the start
+
+
+@pytest.mark.parametrize(("slope", "count"), [(0.0, 2), (1.0, 1)])
+def test_two_solutions(case, written, tmp_path, monkeypatch, slope, count):
+    """A parabola meets the first datum at two places; a second datum with a slope decides."""
+
+    def parabola(problem, u, folder, slopes=False):
+        return Evaluation([0.93 + (u[0] - 0.2) * (u[0] - 0.8), 3.4 + slope * (u[0] - 0.2)], [], {})
+
+    monkeypatch.setattr(sys.modules["impactfem.fit.fit"], "evaluate", parabola)
+    monkeypatch.setattr(Evaluator, "slopes", lambda self, u: np.array([[2 * u[0] - 1], [slope]]))
+    key, folder = "materials.concrete.young_modulus", tmp_path / "f"
+    free = f'starts = 8\n[free."{key}"]\nstart = "20 GPa"\nbounds = ["10 GPa", "50 GPa"]\n'
+    result = study.fit(case, written(free + TARGETS), out=folder)
+    found = json.loads((folder / "fit.json").read_text())["solutions"]
+    told = [text for text in result.warnings if "solutions" in text]
+    page, file = (folder / "fit.md").read_text("utf-8"), folder / "fit_solutions.csv"
+    assert len(found) == len(result.solutions) == count
+    assert (count == 2) == bool(told) == file.is_file() == ("fit the data equally" in page)
+    assert found[0]["keys"][key] == pytest.approx(result.values[0], rel=1e-6)
+    if count == 2:
+        assert sorted(one["keys"][key] for one in found) == pytest.approx([18e9, 42e9], rel=1e-4)
+        assert sum(one["starts"] for one in found) == 8 and key in told[0]
+        assert len(result.tables) == 3 and len(file.read_text().splitlines()) == 3
+        # Another fit in the same folder leaves no list of this one.
+        one = written(free.replace("starts = 8", "starts = 1") + TARGETS)
+        assert len(study.fit(case, one, out=folder).solutions) == 1
+        assert not file.is_file()

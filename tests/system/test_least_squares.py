@@ -5,7 +5,13 @@ import pytest
 from scipy.optimize import rosen
 
 from impactfem.system.errors import SolutionError
-from impactfem.system.least_squares import Identification, minima, starts_within
+from impactfem.system.least_squares import (
+    Identification,
+    Minimum,
+    minima,
+    solutions,
+    starts_within,
+)
 
 LOW, HIGH = np.zeros(3), np.ones(3)
 
@@ -97,3 +103,15 @@ def test_what_is_told_apart_hardly():
     found = Identification.of(J, np.empty((0, 2)))
     assert [pair[:2] for pair in found.alike] == [(0, 1)]
     assert Identification.of(np.diag([10.0, 9.0]), np.empty((0, 2))).alike == []
+
+
+def test_solutions():
+    """Two places that fit alike, one that fits worse, and a valley that the data do not see."""
+    J = np.array([[10.0, 0.0], [0.0, 0.0]])
+    places = [((0.2, 0.1), 0.5), ((0.21, 0.9), 0.5), ((0.8, 0.1), 1.0), ((0.5, 0.5), 9.0)]
+    found = [Minimum(np.array(x), cost, True) for x, cost in places]
+    assert [[one.cost for one in group] for group in solutions(found, J)] == [[0.5, 0.5], [1.0]]
+    # A prior on the second unknown, or a slope, makes a place along the valley another one.
+    J[1, 1] = 10.0
+    assert [len(group) for group in solutions(found, J)] == [1, 1, 1]
+    assert len(solutions(found[:1], J)) == 1

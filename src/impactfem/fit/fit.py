@@ -21,11 +21,18 @@ from impactfem.fit.evaluate import Evaluation, evaluate
 from impactfem.fit.fit_file import ModesTarget
 from impactfem.fit.plausibility import warn_of_implausible
 from impactfem.fit.problem import Problem, read_problem
-from impactfem.fit.results import Fit, write_results
+from impactfem.fit.results import FITTED, Fit, write_results
 from impactfem.run.folder import open_folder
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError, InputError, SolutionError, file_errors
-from impactfem.system.least_squares import BLIND, Identification, Minimum, minima, starts_within
+from impactfem.system.least_squares import (
+    BLIND,
+    Identification,
+    Minimum,
+    minima,
+    solutions,
+    starts_within,
+)
 from impactfem.system.log import LOGGER, mirrored
 from impactfem.system.parallel import on_root, one_blas_thread, rank, start_solvers, workers, world
 
@@ -218,7 +225,8 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
         u = found[0].x
     J = ratio[:, None] * cheap.slopes(u)
     last = fine.at(u)
-    identification = identified(problem, np.array(last.values), J)
+    weighted = J / problem.misfit.deviations(np.array(last.values))[:, None]
+    identification = Identification.of(weighted, _prior_rows(problem))
     # A slope says what data see from here. A gap where nothing touches has none, but a bound where
     # something does.
     across = {k: _across(cheap, u, k, ratio) for k in identification.unseen}
@@ -237,6 +245,7 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
         problem,
         u,
         tuple(found),
+        solutions(found, np.vstack([weighted, _prior_rows(problem)])),
         before,
         np.array(last.values),
         last.shown,
@@ -402,10 +411,30 @@ def _warnings(result: Fit) -> list[str]:
             f"95 of 100 have at most {limit:.3g}; missed most is {names[worst]}, by "
             f"{both[worst]:.3g} deviations; the ± of the keys do not include the error of the model"
         )
-    texts += _unlike_modes(result)
+    texts += [*_unlike_modes(result), *_several(result)]
     if not result.minima[0].met:
         texts.append("the best search ended by its number of steps, not by its tolerances")
     return texts
+
+
+def _several(result: Fit) -> Iterator[str]:
+    """Warn of several solutions that fit the data equally well."""
+    groups, problem = result.solutions, result.problem
+    if len(groups) < 2:
+        return
+    x = np.array([group[0].x for group in groups])
+    k = int(np.ptp(x, axis=0).argmax())
+    unit = problem.fit.free[problem.keys[k]].bounds[0].unit
+    values = ", ".join(f"{problem.values(one)[k]:.4g}" for one in x)
+    fits = ", ".join(f"{2.0 * group[0].cost:.3g}" for group in groups)
+    counts = ", ".join(str(len(group)) for group in groups)
+    yield (
+        f"{len(groups)} solutions fit equally well: {problem.keys[k]} = {values} {unit}, χ² = "
+        f"{fits}, found from {counts} of {len(result.minima)} starts; the data do not decide "
+        f"between them. fit_keys.csv, {FITTED} and the ± hold for the first one alone; "
+        f"fit_solutions.csv has all. Add a target or a prior, or set bounds of "
+        f'[free."{problem.keys[k]}"] that hold one of them'
+    ).replace(" -,", ",")
 
 
 def _unlike_modes(result: Fit) -> Iterator[str]:

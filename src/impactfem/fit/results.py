@@ -29,6 +29,8 @@ class Fit:
     problem: Problem
     u: Array  #: the fitted keys on the scale of the fit, shape (n,)
     minima: tuple[Minimum, ...]  #: what the starts led to, the best one first
+    #: The minima that fit as well as the best one, a list each solution, the best one first.
+    solutions: list[list[Minimum]]
     before: Array  #: what the model gives at the first start, shape (m,)
     after: Array  #: and at the end
     shown: dict[str, float]  #: MAC of measured modes, at the end
@@ -40,7 +42,7 @@ class Fit:
     evaluations: int  #: number of evaluations, of the case and of the cheaper one
     rounds: int  #: corrections by the case itself; 0 without a cheaper one
     warnings: list[str] = field(default_factory=list)  #: what to know of it
-    tables: tuple[Table, ...] = ()  #: keys and targets
+    tables: tuple[Table, ...] = ()  #: keys, targets, and solutions where there are several
     files: tuple[Path, ...] = ()  #: what was written
 
     @property
@@ -127,6 +129,20 @@ def targets_table(result: Fit, whole: bool = True) -> Table:
     return Table("fit_targets", title, tuple((head, "") for head in heads), tuple(rows))
 
 
+def solutions_table(result: Fit) -> Table:
+    """Return the solutions that fit equally well, a row each, with their χ² and starts."""
+    problem = result.problem
+    columns = [("solution", ""), ("χ²", ""), ("starts", "")]
+    columns += [(f"{key} [{entry.bounds[0].unit}]", "") for key, entry in problem.fit.free.items()]
+    rows: list[tuple[Cell, ...]] = []
+    for number, group in enumerate(result.solutions, start=1):
+        # Corrections by the case itself move the first one alone.
+        values = result.values if number == 1 else problem.values(group[0].x)
+        rows.append((number, 2.0 * group[0].cost, len(group), *map(float, values)))
+    title = "Solutions that fit the data equally well"
+    return Table("fit_solutions", title, tuple(columns), tuple(rows))
+
+
 def _groups(problem: Problem) -> dict[str, list[int]]:
     """The numbers of the data by what they are shown as."""
     found: dict[str, list[int]] = {}
@@ -144,6 +160,11 @@ def write_results(result: Fit) -> Fit:
     folder, problem, found = result.folder, result.problem, result.identification
     keys, targets = keys_table(result), targets_table(result, whole=False)
     files = [keys.write_csv(folder), targets_table(result).write_csv(folder)]
+    tables: tuple[Table, ...] = (keys, targets)
+    (folder / "fit_solutions.csv").unlink(missing_ok=True)  # of an earlier fit
+    if len(result.solutions) > 1:
+        tables = (*tables, solutions_table(result))
+        files.append(tables[-1].write_csv(folder))
     entries = [dict(zip((n for n, _ in keys.columns), row, strict=True)) for row in keys.rows]
     both, of_priors = result.errors, result.chi_squared_of_priors
     summary: dict[str, Any] = {
@@ -182,6 +203,14 @@ def write_results(result: Fit) -> Fit:
             {"keys": problem.values(one.x).tolist(), "cost": one.cost, "met": one.met}
             for one in result.minima
         ],
+        "solutions": [
+            {
+                "keys": dict(zip(problem.keys, problem.values(group[0].x).tolist(), strict=True)),
+                "chi_squared": 2.0 * group[0].cost,
+                "starts": len(group),
+            }
+            for group in result.solutions
+        ],
         "evaluations": result.evaluations,
         "corrections": result.rounds,
         "warnings": result.warnings,
@@ -192,8 +221,8 @@ def write_results(result: Fit) -> Fit:
     files += _figures(result)
     files.append(folder / "fit.md")
     with atomic(files[-1]) as temporary:
-        temporary.write_text(_page(result, keys, targets), encoding="utf-8")
-    return replace(result, tables=(keys, targets), files=tuple(files))
+        temporary.write_text(_page(result, tables), encoding="utf-8")
+    return replace(result, tables=tables, files=tuple(files))
 
 
 def _write_case(result: Fit) -> Path:
@@ -207,7 +236,7 @@ def _write_case(result: Fit) -> Path:
     return path
 
 
-def _page(result: Fit, keys: Table, targets: Table) -> str:
+def _page(result: Fit, tables: tuple[Table, ...]) -> str:
     """The results in Markdown."""
     before, after = (float(np.square(one).sum()) for one in result.errors)
     priors = ""
@@ -222,18 +251,16 @@ def _page(result: Fit, keys: Table, targets: Table) -> str:
         f"{priors}{len(result.problem.keys)} keys, {result.evaluations} evaluations, "
         f"{len(result.minima)} starts.",
         "",
-        f"## {keys.title}",
+        f"## {tables[0].title}",
         "",
-        *_markdown(keys),
+        *_markdown(tables[0]),
         "",
         "## What to know",
         "",
         *(f"- {text}" for text in result.warnings or [good]),
-        "",
-        f"## {targets.title}",
-        "",
-        *_markdown(targets),
     ]
+    for table in reversed(tables[1:]):
+        lines += ["", f"## {table.title}", "", *_markdown(table)]
     if result.shown:
         lines += ["", "## Measured modes", "", "| | |", "|---|---|"]
         lines += [f"| {name} | {value:.4g} |" for name, value in result.shown.items()]

@@ -88,6 +88,32 @@ def minima(
     return sorted(found, key=lambda one: one.cost)
 
 
+def solutions(found: Sequence[Minimum], J: Array) -> list[list[Minimum]]:
+    """Return the minima that fit as well as the best one, grouped by solution, the best one first.
+
+    A minimum belongs to the list if |r|² exceeds that of the best one by at most the quantile
+    q = χ²(`CONFIDENCE`, n), the likelihood-ratio region. It is another solution if it is outside
+    of the linear region |J Δx|² <= q of all others (Seber and Wild, Nonlinear Regression, 1989,
+    section 5.3).
+
+    Args:
+        found: The minima, the best one first.
+        J: ∂r/∂x at the best one, shape (m, n).
+    """
+    q = float(scipy.stats.chi2.ppf(CONFIDENCE, J.shape[1]))
+    groups: list[list[Minimum]] = []
+    for one in found:
+        if 2.0 * (one.cost - found[0].cost) > q:
+            break
+        near = (g for g in groups if np.square(J @ (one.x - g[0].x)).sum() <= q)
+        group = next(near, None)
+        if group is None:
+            groups.append([one])
+        else:
+            group.append(one)
+    return groups
+
+
 @dataclass(frozen=True, eq=False)
 class Identification:
     """What data say about unknowns that are scaled to [0, 1] between their bounds.
