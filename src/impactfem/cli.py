@@ -238,11 +238,15 @@ def check(
 
     of_fit = ""
     if fit is not None:  # first, as it tells the faults of both files
-        from impactfem.fit.plausibility import warn_of_implausible
+        from impactfem.fit.evaluate import evaluate
+        from impactfem.fit.plausibility import warn_of_far_targets, warn_of_implausible
         from impactfem.fit.problem import read_problem
 
         problem = read_problem(case, fit, mesh=True)[0]
         warn_of_implausible(problem)
+        if problem.level == "sticks":  # algebra, milliseconds
+            values = evaluate(problem, problem.start, Path()).values
+            warn_of_far_targets(problem, values)
         of_fit = f"{fit}: good. {len(problem.keys)} keys, {len(problem.data)} data\n"
     found, estimate = checked(case, mesh=True)
     typer.echo(of_fit, nl=False)

@@ -1,6 +1,7 @@
 """The file of a fit: what it says, and every fault of it at once."""
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 
 from fit_texts import TARGETS
 from impactfem.fit.fit_file import Quantity, read_fit
-from impactfem.fit.plausibility import implausible
+from impactfem.fit.plausibility import implausible, warn_of_far_targets
 from impactfem.fit.problem import read_problem
 from impactfem.reduction.probes import LINE_POINTS
 from impactfem.system.errors import InputError
@@ -21,6 +22,7 @@ scale = "log"
 [free."buildings[0].rigid_below"]
 bounds = ["10 cm", "80 cm"]
 """
+MESH = "buildings[0].structure.mesh"
 FLOOR = 'type = "floor"\nbuilding = "T"\nfloors = 1\nquantity = "A"\n'
 
 
@@ -48,13 +50,13 @@ def test_printed_digits(text, value, unit, digit):
     assert given.rounding == pytest.approx(digit / np.sqrt(12.0), nan_ok=True)
 
 
-@pytest.mark.parametrize("text", ["1e400 Hz", "-1e999", "1e-400 m"])
+@pytest.mark.parametrize("text", ["1e400 Hz", "-1e999", "1e-400 m", "1e300 Hz", "-1.1e60"])
 def test_numbers_out_of_range(text):
     """Said in our words, not in those of the system."""
-    with pytest.raises(ValueError, match="expected a finite value") as error:
+    with pytest.raises(ValueError, match=r"expected a (finite )?value") as error:
         Quantity().check(text, None)
     assert "result out of range" not in str(error.value)
-    assert Quantity().check("1e300 Hz", None).value == 1e300
+    assert Quantity().check("1e60 Hz", None).value == 1e60
 
 
 @pytest.mark.parametrize(
@@ -212,7 +214,20 @@ def test_faults_of_the_file_alone(case, written, text, words):
             f'[coarse]\nmaterials = {{ concrete = {{ density = "2 t/m3" }} }}\n{FREE}',
             'coarse."materials": expected keys that do not hold one another',
         ),
-        (f'[coarse]\n"buildings[0].rigid_above" = "10 cm"\n{FREE}', ""),
+        *(
+            (f"[coarse]\n{line}\n{FREE}", words)
+            for line, words in (
+                ('"buildings[0].rigid_above" = "10 cm"', "expected a key of the mesh"),
+                ('title = "another"', "coarse.\"title\" = 'another': expected a key of the mesh"),
+                ('"motions[0].seed" = 7', "expected a key of the mesh"),
+                ('"damping.ratio" = "3 %"', "expected a key of the mesh"),
+                ('"pounding.time_step" = "2 ms"', "expected a key of the mesh"),
+                (f'"{MESH}.slab_thickness" = "30 cm"', "expected a key of the mesh"),
+                (f'"{MESH}.size" = "2 m"', ""),
+                (f'"{MESH}.floor_size" = "2 m"', ""),
+                ('"buildings[0].structure.modes" = 5', ""),
+            )
+        ),
         (FREE + "[free.title]\nbounds = [1, 2]\n", 'free."title": the case has title'),
         (
             FREE + '[free."motions[0].seed"]\nbounds = [0, 10]\n',
@@ -448,7 +463,7 @@ KNOWN = '"log"\nprior = {{ mean = "{}", deviation = "10 %" }}'
             for other, words in (
                 (FLOOR, "targets[1].floors = 1: A of T, floor 1 is that of targets[0] already"),
                 (FLOOR.replace("1", "[2, 3]"), ""),
-                (FLOOR.replace('"A"', '"Avy"'), ""),
+                (FLOOR.replace('"A"', '"Avy"'), "the floor table has 0.02 m2 of floor 1"),
             )
         ),
         (FREE + ONE, "free: 2 keys, but 1 data and priors: they cannot determine all of the keys"),
@@ -458,10 +473,10 @@ KNOWN = '"log"\nprior = {{ mean = "{}", deviation = "10 %" }}'
             FREE.replace('"15 GPa"', '"44 MPa"'),
             "bounds = ['44 MPa', '45 GPa']: the upper one is 1.02e+03",
         ),
-        (f'[coarse]\n"pounding.time_step" = "2 ms"\n{FREE}', ""),
+        (f'[coarse]\n"{MESH}.size" = "2 m"\n{FREE}', ""),
         (
-            f'[coarse]\n"pounding.time_step" = "1 ms"\n{FREE}',
-            """coarse."pounding.time_step" = '1 ms': not coarser than the case, which has '1 ms'""",
+            f'[coarse]\n"{MESH}.size" = "1 m"\n{FREE}',
+            "mesh.size\" = '1 m': not coarser than the case, which has '1 m'",
         ),
         (FREE + TARGETS.replace("1 %", "100 %"), ""),
         (FREE + TARGETS.replace("1 %", "150 %"), "targets[1].deviation = '150 %': more than 100 %"),
@@ -592,3 +607,106 @@ def test_deviations_of_scalars(case, written, deviation, part, width):
         return
     ((_, _, scaled),) = read_problem(case, path)[0].priors
     assert scaled == pytest.approx(part / np.log(3.0))
+
+
+ONE_TARGET = '[[targets]]\nresult = "{}"\nvalue = "{}"\n{}\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        *(
+            (FREE + ONE_TARGET.format(name, value, deviation), words)
+            for name, value, deviation, words in (
+                ("sticks.T.frequency.1", "-1.6 Hz", "", "greater than 0"),
+                ("sticks.T.frequency.1", "0 Hz", "deviation = '1 Hz'", "greater than 0"),
+                ("sticks.T.mass", "-3 t", "deviation = '5 %'", "greater than 0"),
+                ("sticks.T.effective_mass.1", "-1 t", "", "greater than 0"),
+                ("sticks.T.effective_mass.1", "0 t", "", ""),
+                ("pounding.main_impact_force", "-9 kN", "", ""),
+                ("sticks.T.frequency.1", "1.6 Hz", "deviation = '1e-300 Hz'", "too small"),
+                ("sticks.T.frequency.1", "1.6 Hz", "deviation = 1e-300", "too small"),
+                ("sticks.T.frequency.1", "1.60000000000000 Hz", "", "too small"),
+                ("pounding.main_impact_force", "0 N", "deviation = '1e-300 N'", "too small"),
+                ("sticks.T.frequency.1", "1.6 Hz", "deviation = '1e-6 Hz'", ""),
+                ("sticks.T.frequency.1", "1e61 Hz", "", "at most 1e+60"),
+            )
+        ),
+        *(
+            (f"{FREE}[[targets]]\n{FLOOR.replace('A', name)}{line}\n", words)
+            for name, line, words in (
+                ("Jx", "value = '0 kg m2'\ndeviation = '1 kg m2'", "greater than 0"),
+                ("A", "value = '-2 m2'", "greater than 0"),
+                ("A", "deviation = 1e-300", "at least 1e-09"),
+            )
+        ),
+        *(
+            (f"{FREE}{MODES}{line}\n", words)
+            for line, words in (
+                ("frequency_deviation = '1e-300 Hz'", "too small"),
+                ("frequency_deviation = 1e-300", "too small"),
+                ("damping_deviation = 1e-300", "at least 1e-09"),
+                ("damping_deviation = '0.1 Hz'", "part of the damping ratios"),
+                ("shape_deviation = 1e-300", "at least 1e-09"),
+            )
+        ),
+        (FREE.replace('"log"', '"log"\nstep = 1e-17') + TARGETS, "at least 1e-06"),
+        (FREE.replace('"log"', '"log"\nstep = 1e-6') + TARGETS, ""),
+        *(
+            (FREE.replace('["10 cm", "80 cm"]', bounds) + TARGETS, words)
+            for bounds, words in (
+                ('["0.4 m", "0.40000000000000008 m"]', "step of 0.001 of the range"),
+                ('["0.4 m", "0.4000001 m"]', "step of 0.001 of the range"),
+                ('["0.4 m", "0.401 m"]', ""),
+            )
+        ),
+        (
+            FREE.replace('"log"', '"log"\nprior = { mean = "30 GPa", deviation = 1e-300 }')
+            + TARGETS,
+            "deviation of at least 1e-09",
+        ),
+    ],
+)
+def test_values_that_no_building_has(case, written, text, words):
+    path = written(text)
+    if not words:
+        read_problem(case, path)
+        return
+    assert words in "\n".join(faults(case, path))
+
+
+def test_shapes_beyond_all_limits(case, written):
+    table = case.with_name("updating_shapes.csv")
+    rows = table.read_text().splitlines()
+    rows[2] = rows[2].rpartition(",")[0] + ",1e308"
+    table.write_text("\n".join(rows) + "\n")
+    assert "amplitude = '1e308'" in "\n".join(faults(case, written(FREE + MODES)))
+
+
+@pytest.mark.parametrize(
+    ("datum", "count"),
+    [(1.0, 0), (9.0, 0), (11.0, 1), (0.2, 0), (0.09, 1), (-1.0, 1), (1e50, 1), (0.0, 0)],
+)
+def test_data_far_from_the_start(case, written, caplog, datum, count):
+    """By a factor of ten or more, or of another sign; of the model's value 1."""
+    problem, _ = read_problem(case, written(FREE + ONE))
+    data = (replace(problem.data[0], value=datum),)
+    warn_of_far_targets(replace(problem, data=data), [1.0])
+    assert caplog.text.count("times the model's value at the start") == count
+    caplog.clear()
+    warn_of_far_targets(replace(problem, data=data), [0.0])
+    assert not caplog.text
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (ONE_TARGET.format("sticks.T.frequency.1", "1e50 Hz", ""), "usual is 0.3 to 50 Hz"),
+        (ONE_TARGET.format("sticks.T.frequency.1", "1.6 Hz", ""), ""),
+        (f"[[targets]]\n{FLOOR}value = '900 m2'\n", "usual is 0.1 to 10 times"),
+        (f"[[targets]]\n{FLOOR}value = '5 m2'\n", ""),
+    ],
+)
+def test_values_far_from_usual(case, written, text, words):
+    found = warned(case, written(FREE.partition('[free."buildings')[0] + text))
+    assert len(found) == bool(words) and all(words in one for one in found)

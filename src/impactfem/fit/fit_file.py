@@ -27,7 +27,6 @@ from impactfem.case.quantity import (
     DampingRatio,
     Frequency,
     Length,
-    Number,
     Ratio,
 )
 from impactfem.case.reading import Reading, TableFile
@@ -37,6 +36,14 @@ from impactfem.case.unit import UnitError, to_si
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import LARGEST_TOML, read_text
+
+LEAST = 1e-9
+"""Least standard deviation as a part of the value, and least change of a key by its step as a part
+of the key: the case has values of twelve digits, and results are reproduced to about 1e-9."""
+LARGEST = 1e60
+"""Limit of all numbers in SI, as in the case file; squares of their ratios are finite."""
+POSITIVE = ("Hz", "kg", "kg m2", "m2", "m4")
+"""SI units of results that are never negative: frequencies, masses, inertia, sections."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +93,8 @@ class Quantity(Leaf):
             found, unit, rounding = math.inf, "", 0.0
         if not math.isfinite(found) or rounding == 0.0:
             raise refuse(f"expected a finite value: {self.phrase}")
+        if abs(found) > LARGEST:
+            raise refuse(f"expected a value of at most {LARGEST:g} in SI units: {self.phrase}")
         return Given(found, "%" if self.part and unit == "-" else unit, rounding)
 
     def schema(self) -> dict[str, Any]:
@@ -94,7 +103,7 @@ class Quantity(Leaf):
 
 Value = Annotated[Given, Quantity()]
 Spread = Annotated[Given, Quantity(part=True)]
-Part = Annotated[float, Ratio(above=0)]
+Part = Annotated[float, Ratio(at_least=LEAST, at_most=LARGEST)]
 
 
 def spread(deviation: Given, value: float) -> float:
@@ -122,7 +131,9 @@ class FreeKey(Section):
     """First start; default the value of the case."""
     prior: Prior | None = None
     """What is known of it before; left out, nothing but its bounds."""
-    step: Annotated[float, Ratio(above=0, at_most=0.1)] = 1e-3
+    step: Annotated[float, Ratio(at_least=1e-6, at_most=0.1)] = Field(
+        default=1e-3, validate_default=True
+    )
     """Step of differences, as part of the range between the bounds."""
 
     @rule("bounds")
@@ -138,6 +149,20 @@ class FreeKey(Section):
     def _positive(scale: str, bounds: tuple[Given, Given]) -> Iterator[str]:
         if scale == "log" and bounds[0].value <= 0.0:
             yield "expected bounds above zero for a logarithmic scale"
+
+    @rule("step", "bounds", "scale")
+    @staticmethod
+    def _apart(step: float, bounds: tuple[Given, Given], scale: str) -> Iterator[str]:
+        low, high = (one.value for one in bounds)
+        if not low < high or (scale == "log" and low <= 0.0):
+            return  # another rule says so
+        size = max(abs(low), abs(high))
+        part = math.log(high / low) if scale == "log" else (high - low) / size
+        if step * part < LEAST:
+            yield (
+                f"a step of {step:g} of the range between these bounds changes the key by "
+                f"{step * part:.2g} of its value; expected at least {LEAST:g}: bounds farther apart"
+            )
 
     @rule("start", "bounds")
     @staticmethod
@@ -160,8 +185,10 @@ class FreeKey(Section):
         for one in (prior.mean, prior.deviation):
             if one.unit not in (bounds[0].unit, "%"):
                 yield f"expected the unit of the bounds, {bounds[0].unit}"
-        if spread(prior.deviation, prior.mean.value) <= 0.0:
-            yield "expected a deviation above zero"
+        low, high = (one.value for one in bounds)
+        width = spread(prior.deviation, prior.mean.value)
+        if width <= 0.0 or width < LEAST * max(abs(prior.mean.value), high - low):
+            yield f"expected a deviation of at least {LEAST:g} of the mean and of the bounds' range"
 
     def scaled(self, value: float) -> float:
         """A value on the scale of the fit, 0 at the lower and 1 at the upper bound."""
@@ -214,6 +241,13 @@ class ScalarTarget(Section):
     def _of_the_value(deviation: Given | None, value: Given) -> Iterator[str]:
         yield from _wrong_deviation(deviation, value)
 
+    @rule("value", "result")
+    @staticmethod
+    def _positive(value: Given, result: str) -> Iterator[str]:
+        zero = value.value == 0.0 and "effective_mass" not in result
+        if value.unit in POSITIVE and (value.value < 0.0 or zero):
+            yield f"must be greater than 0: a result in {value.unit}"
+
 
 def _wrong_deviation(deviation: Given | None, value: Given) -> Iterator[str]:
     if deviation is None and math.isnan(value.rounding):
@@ -223,8 +257,19 @@ def _wrong_deviation(deviation: Given | None, value: Given) -> Iterator[str]:
         )
     elif deviation is not None and deviation.unit not in ("%", value.unit):
         yield f"expected a part of the value, as '5 %', or the unit of the value, {value.unit}"
-    elif deviation is not None and spread(deviation, value.value) <= 0.0:
-        yield "expected a deviation above zero"
+    else:
+        width = value.rounding if deviation is None else spread(deviation, value.value)
+        yield from _too_small(width, value.value, value.unit)
+
+
+def _too_small(width: float, value: float, unit: str) -> Iterator[str]:
+    """Yield the fault of a deviation of zero or below what results are reproduced to."""
+    least = LEAST * (abs(value) or LEAST)
+    if width < least:
+        yield (
+            f"the standard deviation {width:.3g} {unit} is too small for a value of {value:g} "
+            f"{unit}; expected at least {least:.3g} {unit}, for example deviation = '0.1 %'"
+        )
 
 
 class FloorTarget(Section):
@@ -250,12 +295,16 @@ class FloorTarget(Section):
     def _of_the_quantity(value: Given | None, quantity: str) -> Iterator[str]:
         if value is not None and value.unit != UNITS[quantity]:
             yield f"expected a value in {UNITS[quantity]}, the unit of {quantity}"
+        elif value is not None and value.value <= 0.0:
+            yield f"must be greater than 0: a {quantity}"
 
     @rule("deviation", "value")
     @staticmethod
     def _of_the_value(deviation: Given | None, value: Given | None) -> Iterator[str]:
         if value is not None:
             yield from _wrong_deviation(deviation, value)
+        elif deviation is not None and deviation.unit == "%" and deviation.value < LEAST:
+            yield f"expected a deviation of at least {LEAST:g} of the value"
 
 
 class MeasuredMode(Section):
@@ -283,7 +332,7 @@ class MeasuredShape(Section):
     """Place of the sensor."""
     direction: Direction
     """Direction of the sensor."""
-    amplitude: Number
+    amplitude: Annotated[float, Ratio(percent=False, at_least=-LARGEST, at_most=LARGEST)]
     """Amplitude, of any scale, with its sign."""
 
 
@@ -341,17 +390,20 @@ class ModesTarget(Section):
         """Their directions: 0, 1 or 2, shape (n,)."""
         return np.array(["xyz".index(one.direction) for one in self.shapes])
 
-    @rule("frequency_deviation")
+    @rule("frequency_deviation", "modes")
     @staticmethod
-    def _in_hertz(deviation: Given) -> Iterator[str]:
+    def _in_hertz(deviation: Given, modes: tuple[MeasuredMode, ...]) -> Iterator[str]:
         if deviation.unit not in ("%", "Hz") or deviation.value <= 0.0:
             yield "expected a part of the frequencies, as '0.5 %', or a frequency above zero"
+        else:
+            largest = max(one.frequency for one in modes)
+            yield from _too_small(spread(deviation, largest), largest, "Hz")
 
     @rule("damping_deviation")
     @staticmethod
     def _of_a_ratio(deviation: Given) -> Iterator[str]:
-        if deviation.unit != "%" or deviation.value <= 0.0:
-            yield "expected a part of the damping ratios above zero, as '20 %'"
+        if deviation.unit != "%" or deviation.value < LEAST:
+            yield f"expected a part of the damping ratios of at least {LEAST:g}, as '20 %'"
 
     @rule("shapes", "modes")
     @staticmethod
@@ -420,8 +472,8 @@ class FitFile(Section):
     seed: Annotated[int, Whole(0)] = 0
     """Seed of the starts."""
     coarse: dict[str, Any] = Field(default={})
-    """Keys of the case with values that make it cheaper, as that of a coarser mesh: the search is
-    done with these, and corrected by the case itself."""
+    """Keys of the mesh and of the number of modes with values that make the case cheaper: the
+    search is done with these, and corrected by the case itself."""
 
     @rule("targets")
     @staticmethod

@@ -1,7 +1,7 @@
-"""What is valid in the file of a fit and hardly meant; each is a warning, nothing is refused."""
+"""Plausibility warnings of the file of a fit; no input is rejected here."""
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -28,8 +28,12 @@ RATIO = 1e3
 """Largest usual ratio of two bounds."""
 FAR = 400.0
 """Largest usual size of a building, where that is not given [m]."""
-NOTHING = "more than 100 % of the value: it says nothing then"
-"""What is said of a deviation."""
+NOTHING = "more than 100 % of the value: the target has no effect on the fit"
+"""Warning of a large deviation."""
+FACTOR = 10.0
+"""Ratio of a datum and the model's value at the start from which on a wrong unit is likely."""
+USUAL_HZ = (0.05, 200.0)
+"""Usual frequencies of buildings and of their parts [Hz], as in `impactfem.case.usual.FIT`."""
 
 
 def warn_of_implausible(problem: Problem) -> None:
@@ -38,18 +42,65 @@ def warn_of_implausible(problem: Problem) -> None:
         LOGGER.warning("warning: %s", one)
 
 
+def warn_of_far_targets(problem: Problem, values: Iterable[float]) -> None:
+    """Warn of data that are far from the model at the start.
+
+    Args:
+        problem: The problem.
+        values: The values of the model at the first start, shape (m,).
+    """
+    warned = set[str]()
+    for datum, model in zip(problem.data, values, strict=True):
+        name = datum.group or datum.name
+        if name.endswith(".shape") or name in warned or 0.0 in (datum.value, model):
+            continue
+        ratio = datum.value / float(model)
+        if not 1.0 / FACTOR < ratio < FACTOR:
+            warned.add(name)
+            LOGGER.warning(
+                "warning: %s: the target %s = %.4g %s is %.3g times the model's value at the "
+                "start, %.4g %s (usual: 0.1 to 10). A wrong unit, sign or mode makes all fitted "
+                "keys wrong. Check the value in [[targets]], or set start in [free] nearer to it",
+                problem.path,
+                datum.name,
+                datum.value,
+                datum.unit,
+                ratio,
+                model,
+                datum.unit,
+            )
+
+
 def implausible(problem: Problem) -> list[Fault]:
-    """What is hardly meant in the file of a fit, with what is usual."""
+    """Return the implausible values in the file of a fit, with the usual ranges."""
     found = [*_keys(problem), *_coarse(problem), *_twice(problem)]
     found += unusual(problem.fit, problem.said, FIT)
     for k, target in enumerate(problem.fit.targets):
         own: list[tuple[str, str]] = []
         if isinstance(target, ModesTarget):
             own = [*_deviations(target), *_shapes(target), *_sensors(target, problem)]
-        elif isinstance(given := target.deviation, Given) and given.unit == "%":
-            own = [("deviation", NOTHING)] if given.value > 1.0 else []
+        else:
+            if isinstance(given := target.deviation, Given) and given.unit == "%":
+                own = [("deviation", NOTHING)] if given.value > 1.0 else []
+            own += _values(target, problem)
         found += [written(problem.said, ("targets", k, key), text) for key, text in own]
     return found
+
+
+def _values(target: object, problem: Problem) -> Iterator[tuple[str, str]]:
+    """Frequencies that no building has, and values of floors far from their table."""
+    if isinstance(target, ScalarTarget) and target.value.unit == "Hz":
+        if not USUAL_HZ[0] <= target.value.value <= USUAL_HZ[1]:
+            yield "value", "usual is 0.3 to 50 Hz"
+    elif isinstance(target, FloorTarget) and target.value is not None:
+        case = problem.case(problem.start)
+        rows = {floor.floor: floor for floor in case.building(target.building).floors}
+        for number in target.floors:
+            table = float(getattr(rows[number], target.quantity))
+            if table > 0.0 and not 1.0 / FACTOR < target.value.value / table < FACTOR:
+                text = f"the floor table has {table:.4g} {target.value.unit} of floor {number}"
+                yield "value", f"{text}; usual is 0.1 to 10 times that"
+                return
 
 
 def _keys(problem: Problem) -> Iterator[Fault]:
@@ -73,12 +124,12 @@ def _keys(problem: Problem) -> Iterator[Fault]:
 
 
 def _coarse(problem: Problem) -> Iterator[Fault]:
-    """Sizes of elements and time steps of `coarse` that make the case no cheaper."""
+    """Sizes of elements of `coarse` that make the case no cheaper."""
     for key, value in problem.fit.coarse.items():
         place = read_key(key) or ()
         own = value_at(place, problem.source.raw)
         here, there = in_si(value)[0], in_si(own)[0]
-        sized = key.endswith(("size", "time_step"))
+        sized = key.endswith("size")
         if sized and isinstance(here, float) and isinstance(there, float) and here <= there:
             text = f"not coarser than the case, which has {own!r}"
             yield written(problem.said, ("coarse", key), text)

@@ -50,6 +50,8 @@ from impactfem.system.scalar import of_building
 PROGRAM = ("fit.evaluate",)
 """Modules that an evaluation depends on, with all that they import."""
 STICK_MODES = re.compile(r"sticks\.[^.]+\.(frequency\.\d+|effective_mass\.\d+|mass)")
+MESH_KEYS = ("size", "floor_size", "storey_size", "beam_size", "column_size", "file")
+"""Keys of a mesh that `coarse` may change: sizes of elements, and the file of a coarser mesh."""
 MOST_MODES = 6
 """Modes of a stick among the results."""
 
@@ -238,6 +240,15 @@ def read_problem(
     known = (("coarse", key) for key in fit.coarse)
     fixed = [Axis(at[1], places[at], (fit.coarse[at[1]],)) for at in known if at in places]
     every = [("free", axis) for axis in axes] + [("coarse", axis) for axis in fixed]
+    for axis in fixed:
+        key, is_mesh = axis.place[-1], axis.place[2:4] == ("structure", "mesh")
+        if axis.place[2:] != ("structure", "modes") and not (is_mesh and key in MESH_KEYS):
+            expected = (
+                "expected a key of the mesh or of the number of modes, as "
+                f'"buildings[0].structure.mesh.size"; known: {", ".join(MESH_KEYS)}, modes. '
+                "Other keys change the building or its load"
+            )
+            faults.append(written(said, ("coarse", axis.key), expected))
     for (table, axis), (other_table, other) in combinations(every, 2):
         if all(a == b for a, b in zip(axis.place, other.place, strict=False)):
             expected = f'expected keys that do not hold one another; {table}."{axis.key}" is one'
