@@ -1,6 +1,7 @@
 """Fits of a building whose values are known."""
 
 import json
+import os
 import shutil
 import sys
 from contextlib import nullcontext
@@ -623,3 +624,52 @@ def test_two_solutions(case, written, tmp_path, monkeypatch, slope, count):
         one = written(free.replace("starts = 8", "starts = 1") + TARGETS)
         assert len(study.fit(case, one, out=folder).solutions) == 1
         assert not file.is_file()
+
+
+def damaged(lines, how):
+    """The lines of kept evaluations with the last one damaged, as bytes."""
+    key, entry, digest = json.loads(lines[-1])
+    if how == "values":
+        entry["values"] = [1.5 * x for x in entry["values"]]
+    elif how == "nan":
+        entry["values"][0] = float("nan")
+    elif how == "text":
+        entry["values"][0] = "one"
+    elif how == "count":
+        entry["values"].append(1.0)
+    last = {
+        "byte": lines[-1].encode().replace(b"e", b"\xff", 1),
+        "no hash": json.dumps([key, entry]).encode(),
+        "deep": b"[" * 100_000,
+    }.get(how, json.dumps([key, entry, digest]).encode())
+    return b"\n".join([*(line.encode() for line in lines[:-1]), last]) + b"\n"
+
+
+@pytest.mark.parametrize(
+    "how", ["values", "nan", "text", "count", "byte", "no hash", "deep", "half a line"]
+)
+def test_damaged_evaluations(repeated, tmp_path, caplog, how):
+    """Each is computed again and kept; those of other lines are used."""
+    first, places = Evaluator(repeated, tmp_path, None), np.array([[0.3, 0.5], [0.4, 0.5]])
+    values = [first.at(u).values for u in places]
+    file = tmp_path / "evaluations.jsonl"
+    lines = file.read_text().splitlines()
+    kept = file.read_bytes()
+    file.write_bytes(kept[:-30] if how == "half a line" else damaged(lines, how))
+    again = Evaluator(repeated, tmp_path, None)
+    assert "damaged lines: 1;" in caplog.text and len(again.known) == 1
+    assert [again.at(u).values for u in places] == values
+    assert len(Evaluator(repeated, tmp_path, None).known) == 2
+
+
+def test_a_pipe_in_place_of_the_evaluations(repeated, tmp_path):
+    os.mkfifo(tmp_path / "evaluations.jsonl")
+    with pytest.raises(InputError, match="regular file"):
+        Evaluator(repeated, tmp_path, None)
+
+
+def test_a_value_that_is_not_finite(repeated, tmp_path, monkeypatch):
+    values = [1.0, 2.0, np.nan, 4.0, 5.0]
+    monkeypatch.setattr(sys.modules["impactfem.fit.evaluate"], "read_off", lambda *_: (values, {}))
+    with pytest.raises(SolutionError, match=r"no finite value of sticks\.T\.frequency\.3"):
+        evaluate(repeated, np.array([0.3, 0.5]), tmp_path)

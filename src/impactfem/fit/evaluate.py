@@ -78,6 +78,9 @@ def evaluate(problem: Problem, u: Array, folder: Path, slopes: bool = False) -> 
                 elif problem.of_floors(name):
                     pieces.floors[name] = mesh_floors(view, where / name, problem)
         values, shown = read_off(problem, case, pieces)
+        off = [d.name for d, x in zip(problem.data, values, strict=True) if not np.isfinite(x)]
+        if off:
+            raise SolutionError(f"the model has no finite value of {', '.join(off[:3])}")
         # Without 3D modes there is nothing to compute: the place is not evaluated again for them.
         of_keys = _slopes(problem, u, views) if slopes or not views else None
         return Evaluation(values, of_keys, shown, problem.scale)

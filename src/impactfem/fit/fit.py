@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Iterator, Sequence
@@ -11,6 +12,7 @@ from dataclasses import asdict, replace
 from itertools import chain, pairwise
 from pathlib import Path
 from threading import Lock
+from typing import Any
 
 import numpy as np
 import scipy.optimize
@@ -19,12 +21,12 @@ import scipy.stats
 from impactfem.case import Case
 from impactfem.fit.evaluate import Evaluation, evaluate
 from impactfem.fit.fit_file import ModesTarget
-from impactfem.fit.plausibility import warn_of_implausible
+from impactfem.fit.plausibility import warn_of_far_targets, warn_of_implausible
 from impactfem.fit.problem import Problem, read_problem
 from impactfem.fit.results import FITTED, Fit, write_results
 from impactfem.run.folder import open_folder
 from impactfem.system.arrays import Array
-from impactfem.system.errors import ImpactfemError, InputError, SolutionError, file_errors
+from impactfem.system.errors import Fault, ImpactfemError, InputError, SolutionError, file_errors
 from impactfem.system.least_squares import (
     BLIND,
     Identification,
@@ -62,12 +64,19 @@ class Evaluator:
         self.file, self.lock = folder / EVALUATIONS, Lock()
         self.known: dict[str, Evaluation] = {}
         self.used: set[str] = set()  #: those of this fit
-        damaged = 0
-        for line in self.file.read_text("utf-8").splitlines() if self.file.is_file() else ():
+        # Anything else, a named pipe for example, may wait for ever where it is read or written.
+        if self.file.exists() and not self.file.is_file():
+            expected = "not a regular file; delete it, or give another folder with --out"
+            raise InputError([Fault(self.file, "", None, expected)])
+        damaged, kept = 0, self.file.read_bytes() if self.file.exists() else b""
+        self.half = kept[-1:] not in (b"", b"\n")  # the last line of a fit that was killed
+        for line in filter(None, kept.split(b"\n")):
             try:
-                key, entry = json.loads(line)
+                key, entry, digest = json.loads(line)
+                if digest != _digest(key, entry):
+                    raise ValueError("another hash")
                 found = Evaluation(**entry)
-            except (ValueError, TypeError):  # the last one of a fit that was killed
+            except (ValueError, TypeError, RecursionError):
                 damaged += 1
                 continue
             # Values serve any fit, slopes one with the same bounds; None holds for all.
@@ -94,7 +103,10 @@ class Evaluator:
         with self.lock:
             self.known[key] = found
             with self.file.open("a", encoding="utf-8") as stream:
-                stream.write(f"{json.dumps([key, asdict(found)])}\n")
+                entry = asdict(found)
+                line = json.dumps([key, entry, _digest(key, entry)])
+                stream.write("\n" * self.half + f"{line}\n")
+                self.half = False
         return found
 
     def values(self, u: Array) -> Array:
@@ -121,7 +133,19 @@ class Evaluator:
                 J[:, k] = one
         for i, (k, (low, high)) in enumerate(ends.items()):
             J[:, k] = (found[2 * i + 1] - found[2 * i]) / (high[k] - low[k])
+        if not np.isfinite(J).all():
+            names = [
+                key
+                for key, of_key in zip(self.problem.keys, J.T, strict=True)
+                if not np.isfinite(of_key).all()
+            ]
+            raise SolutionError(f"the model has no finite slope by {', '.join(names)}")
         return J
+
+
+def _digest(key: Any, entry: Any) -> str:
+    """Hash of an evaluation as it is kept."""
+    return hashlib.sha256(json.dumps([key, entry]).encode()).hexdigest()
 
 
 def _on_bounds(u: Array) -> Array:
@@ -192,6 +216,7 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
     drawn = starts_within(first, low, high, problem.fit.starts, problem.fit.seed)
     # Without a cheaper case the search needs the slopes there as well.
     before = np.array(fine.at(first, slopes=rough is None).values)
+    warn_of_far_targets(problem, before.tolist())
     found, u, rounds = list[Minimum](), first, 0
     ratio, shift = np.ones_like(before), np.zeros_like(before)
     while rough is not None:
