@@ -82,7 +82,7 @@ RATIO = "expected a number of at least 0 and below 1, bare or as a percentage"
         (quantity.Length, ("-1e61 m",), "expected a value below 1e+60 in SI units"),
         (quantity.PositiveLength, ("0 m",), "expected a length above 0"),
         (quantity.Depth, ("-1 mm",), "expected a length of at least 0"),
-        (quantity.Frequency, ("6.28 rad/s",), "is no unit for a frequency; expected a frequency"),
+        (quantity.Frequency, ("6.28 rad/s",), "not accepted as a unit of a frequency"),
         (quantity.Duration, ("1e9 s",), "expected a time above 0 and at most 100000 s"),
         (quantity.TimeStep, ("1e-12 s",), "expected a time of at least 1e-09 s"),
         (quantity.ElementSize, ("1 um",), "expected a length of at least 0.01 m"),

@@ -47,6 +47,82 @@ def test_factor(text, kind, factor):
     assert si_factor(text, kind) == pytest.approx(factor, rel=1e-14)
 
 
+@pytest.mark.parametrize(
+    ("text", "kind", "factor"),
+    [
+        *((text, unit.ACCELERATION, 0.01) for text in ("gal", "Gal", "GAL", "cm/s/s", "CM/SEC^2")),
+        ("cm/s²", unit.ACCELERATION, 0.01),
+        ("m·s⁻²", unit.ACCELERATION, 1.0),
+        ("mg", unit.ACCELERATION, 9.80665e-3),
+        ("%g", unit.ACCELERATION, 9.80665e-2),
+        ("G", unit.ACCELERATION, 9.80665),
+        *((text, unit.ROTATIONAL_STIFFNESS, 1e3) for text in ("kN-m/rad", "kNm/rad", "kN.m/rad")),
+        ("kip-in/rad", unit.ROTATIONAL_STIFFNESS, 112.98482902761668),
+        *((text, unit.ENERGY, 1.0) for text in ("Nm", "N-m", "N·m", "kN mm", "kN.mm", "kNmm")),
+        ("psf", unit.STRESS, 47.88025898033584),
+        ("ksf", unit.STRESS, 47880.25898033584),
+        ("ksi", unit.STRESS, 6894757.293168361),
+        ("kgf/cm2", unit.STRESS, 98066.5),
+        ("kp/cm2", unit.STRESS, 98066.5),
+        ("pcf", unit.DENSITY, 16.018463373960142),
+        ("kcf", unit.DENSITY, 16018.463373960142),
+        ("klf", unit.STIFFNESS, 14593.90293720636),
+        ("kt", unit.MASS, 1e6),
+        ("lb", unit.MASS, 0.45359237),
+        ("lbm", unit.MASS, 0.45359237),
+        ("kip-sec2/in", unit.MASS, 175126.83524647637),
+        ("tf s2/m", unit.MASS, 9806.65),
+        ("tm2", unit.INERTIA, 1e3),
+        ("kg-m2", unit.INERTIA, 1.0),
+        ("kNs", unit.IMPULSE, 1e3),
+        ("N/m^(3/2)", unit.HERTZ_STIFFNESS, 1.0),
+        ("1/(kN/mm)", unit.FLEXIBILITY, 1e-6),
+        ("sqft", unit.AREA, 0.09290304),
+        ("in.", unit.LENGTH, 0.0254),
+        ("cps", unit.FREQUENCY, 1.0),
+    ],
+)
+def test_spellings_of_engineers(text, kind, factor):
+    assert si_factor(text, kind) == pytest.approx(factor, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "write"),
+    [
+        *((text, unit.FORCE, "write 'tf'") for text in ("tonf", "Tonf", "force_ton")),
+        *((text, unit.MASS, "write 't'") for text in ("mt", "Mt", "MT", "T")),
+        ("kt", unit.VELOCITY, "is a mass"),
+        ("k", unit.FORCE, "write 'kip'"),
+        ("k/in", unit.STIFFNESS, "write 'kip'"),
+        ("K-ft", unit.ENERGY, "write 'kip'"),
+        ("mN", unit.FORCE, "write 'MN'"),
+        ("mPa", unit.STRESS, "write 'MPa'"),
+        ("Mm", unit.LENGTH, "write 'mm'"),
+        ("mils", unit.LENGTH, "write 'in'"),
+        ("gr", unit.MASS, "write 'g'"),
+        ("sq ft", unit.AREA, "write 'ft2'"),
+        ("M", unit.LENGTH, "did you mean 'm'?"),
+        ("S", unit.TIME, "did you mean 's'?"),
+        ("Kgf", unit.FORCE, "did you mean 'kgf'?"),
+        ("kg/cm2", unit.STRESS, "write 'kgf/cm2'"),
+        ("t/m2", unit.STRESS, "write 'tf/m2'"),
+        ("lb/in2", unit.STRESS, "write 'lbf/in2'"),
+        ("lb", unit.FORCE, "write 'lbf'"),
+        ("ft-lb", unit.ENERGY, "write 'ft-lbf'"),
+        ("lb-s2/in", unit.MASS, "write 'lbf-s2/in'"),
+        ("tf", unit.MASS, "write 't'"),
+        ("kN", unit.MASS, "divide weights by 9.81 m/s2"),
+        ("kN/m3", unit.DENSITY, "divide weights by 9.81 m/s2"),
+        ("pcs", unit.LENGTH, "not a unit known here"),
+        ("Nm/(s", unit.FORCE, "cannot be read as a unit"),
+    ],
+)
+def test_the_unit_to_type(text, kind, write):
+    with pytest.raises(UnitError) as caught:
+        si_factor(text, kind)
+    assert write in str(caught.value)
+
+
 @pytest.mark.parametrize("text", ["kg m2", "kg*m2", "kg·m²", "kg m^2", "kg m**2", "kg . m2"])
 def test_spellings_of_one_unit(text):
     assert si_factor(text, unit.INERTIA) == 1.0
@@ -62,19 +138,19 @@ def test_spellings_of_one_quotient(text):
     [
         ("GPa", unit.LENGTH, "'GPa' is a stress"),
         ("g", unit.LENGTH, "'g' is a mass"),
-        ("rad/s", unit.FREQUENCY, "'rad/s' is no unit for a frequency"),
+        ("rad/s", unit.FREQUENCY, "'rad/s' is not accepted as a unit of a frequency; write 'Hz'"),
         ("1/s", unit.FREQUENCY, "'1/s' is a rate"),
         ("Hz", unit.RATE, "'Hz' is a frequency"),
         ("N m", unit.ROTATIONAL_STIFFNESS, "'N m' is an energy"),
         ("N m/rad", unit.STIFFNESS, "'N m/rad' is a rotational stiffness"),
         ("rad", unit.LENGTH, "'rad' is a number without dimension"),
         ("kg m7", unit.LENGTH, "'kg m7' is a quantity of another dimension"),
-        ("ton", unit.MASS, "'ton' may be of 907 or 1000 kg; write 't' (1000 kg) or 'short_ton'"),
-        ("kton*m2", unit.INERTIA, "'kton' may be of 907 or 1000 kg"),
-        ("ton_force", unit.FORCE, "'ton_force' may be of 907 or 1000 kg; write 'tf'"),
+        ("ton", unit.MASS, "write 't' (1000 kg) or 'short_ton'"),
+        ("kton*m2", unit.INERTIA, "write 't' (1000 kg)"),
+        ("ton_force", unit.FORCE, "write 'tf' (1000 kgf)"),
         ("parsnip", unit.LENGTH, "'parsnip' is not a unit known here"),
         ("Gpa", unit.STRESS, "'Gpa' is not a unit known here; did you mean 'GPa'?"),
-        ("kn", unit.FORCE, "'kn' is a velocity; did you mean 'kN'?"),
+        ("kn", unit.FORCE, "write 'kN'"),
         ("MS", unit.TIME, "; did you mean 'ms'?"),
         ("m//s", unit.VELOCITY, "'m//s' cannot be read as a unit"),
         ("m+s", unit.VELOCITY, "cannot be read as a unit"),

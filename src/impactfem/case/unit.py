@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING
+
+from impactfem.records.file import ACCELERATION_UNITS, plain_unit
 
 if TYPE_CHECKING:
     import pint
@@ -70,18 +73,84 @@ KINDS = (
 
 SPELLED = (
     *("Pa", "kPa", "MPa", "GPa", "N", "kN", "MN", "GN", "m", "mm", "cm", "dm", "km", "s", "ms"),
-    *("Hz", "kHz", "MHz", "kg", "g", "t", "kt", "J", "kJ", "MJ", "rad", "deg", "min", "h"),
+    *(
+        "Hz",
+        "kHz",
+        "MHz",
+        "kg",
+        "g",
+        "t",
+        "kt",
+        "J",
+        "kJ",
+        "MJ",
+        "rad",
+        "deg",
+        "min",
+        "h",
+        "kgf",
+        "tf",
+    ),
+    *("lb", "lbf", "kip", "kips", "psi", "ksi", "psf", "ksf", "pcf", "ft", "in", "sec", "daN"),
 )
 """Units as they are spelled, of which another spelling may be meant: ``Gpa``, ``KN``."""
 
-_UNCLEAR = {"ton": "'t' (1000 kg) or 'short_ton'", "force_ton": "'tf' (1000 kg times gravity)"}
-"""Units of two sizes that go by one name, and what to write."""
+_TON_FORCE = "'tf' (1000 kgf), or 'kip' (a US ton is 2 kip)"
+_TONNE = "'t' (1000 kg)"
+_UNCLEAR = {
+    "ton": f"{_TONNE} or 'short_ton' (907 kg)",
+    **dict.fromkeys(("force_ton", "tonf", "Tonf", "TONF", "tonsf"), _TON_FORCE),
+    **dict.fromkeys(("mt", "Mt", "MT", "T"), _TONNE),
+    **dict.fromkeys(("k", "K"), "'kip' (1000 lbf)"),
+    **dict.fromkeys(("kn", "Kn"), "'kN' (a force) or 'knot' (a velocity)"),
+    **dict.fromkeys(("mil", "mils"), "'in' (1 mil is 0.001 in)"),
+    **dict.fromkeys(("gr", "gs"), "'g'"),
+    "mN": "'MN', or 'N'",
+    "mPa": "'MPa', or 'Pa'",
+    "Mm": "'mm', or 'km'",
+    "Ms": "'ms', or 's'",
+    "sq": "'ft2' or 'm2'",
+    "short": "'short_ton' (907 kg)",
+}
+"""Names, as written or as pint has them, that are easily misread; what to write."""
+_UNKNOWN = frozenset(("pcs", "a", "b", "c", "e", "u", "G", "M", "S", "P"))
+"""Units of pint that no engineer writes: the parsec, the barn, the gauss."""
+_ENGINEERING = {
+    "kt": "Gg",
+    **dict.fromkeys(("gal", "gals", "Gals", "GAL", "GALS"), "Gal"),
+    "psf": "lbf/ft2",
+    "ksf": "kip/ft2",
+    "plf": "lbf/ft",
+    "klf": "kip/ft",
+    "pli": "lbf/in",
+    "kli": "kip/in",
+    "pcf": "lb/ft3",
+    "kcf": "klb/ft3",
+    "lbm": "lb",
+    "kp": "kgf",
+    "gm": "g",
+    **dict.fromkeys(("sqft", "sf"), "ft2"),
+    "sqin": "in2",
+    "sqm": "m2",
+    "ips": "in/s",
+    "kmh": "km/h",
+    "cps": "Hz",
+    "°": "deg",
+}
+"""Names of engineers that pint does not know, or takes for others: the gallon, the knot."""
+# Pint takes Nm for a measure of yarn.
+_JOINED = re.compile(r"((?:k|M|G|da)?N(?=m|mm|cm|s)|(?:kgf|tf|kg|t)(?=m|mm|cm))(mm|cm|m|s)")
+_WEIGHT = {"kg": "kgf", "t": "tf", "lb": "lbf", "klb": "kip"}
+"""Unit of the weight of a mass, by that of the mass."""
 
-_SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
-_FACTOR = r"([^\W\d_]+(?:_[^\W\d_]+)*)(?:(?:\^|\*\*)?([+-]?\d{1,2}(?:\.5)?))?"
-_OPERATOR = r"(\s*[*·⋅./]\s*|\s+)"
+_SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−–", "0123456789---")
+_NAME = r"(?:[^\W\d_]+(?:_[^\W\d_]+)*|°)"
+_FACTOR = rf"({_NAME})(?:(?:\^|\*\*)?([+-]?\d{{1,2}}(?:\.5)?))?"
+_OPERATOR = r"(\s*[*·⋅./-]\s*|\s+)"
 _FIRST = re.compile(rf"(1\s*/\s*)?{_FACTOR}")
 _NEXT = re.compile(rf"{_OPERATOR}{_FACTOR}")
+_HALVES = re.compile(r"(?<=[^\W\d_])(?:\^|\*\*)?(?:\(3/2\)|3/2)")
+_DIVISOR = re.compile(r"/\s*\(([^()]*)\)")
 
 
 @dataclass(frozen=True)
@@ -106,31 +175,58 @@ def _registry() -> pint.UnitRegistry[float]:
     return pint.UnitRegistry()
 
 
+def _without_brackets(text: str) -> str:
+    """A unit in plain digits, without brackets: ``kN/(m·s)`` is kN/m/s, ``m^(3/2)`` is m^1.5."""
+    plain = _HALVES.sub("^1.5", text.translate(_SUPERSCRIPTS).strip().removesuffix("."))
+
+    def divided(match: re.Match[str]) -> str:
+        # Behind the sign of division, products divide and quotients multiply.
+        return "/" + re.sub(
+            _OPERATOR, lambda sign: "*" if "/" in sign[0] else "/", match[1].strip()
+        )
+
+    return _DIVISOR.sub(divided, plain)
+
+
+def _factors(text: str) -> Iterator[tuple[str, float]]:
+    """Names, as pint knows them, and exponents of the factors of a unit."""
+    plain = _without_brackets(text)
+    position, match = 0, _FIRST.match(plain)
+    while match is not None:
+        operator, name, exponent = match.groups()
+        # A sign of division holds for the factor behind it alone.
+        sign, power = -1.0 if operator and "/" in operator else 1.0, float(exponent or 1)
+        if name in _ENGINEERING:
+            for part, inner in _factors(_ENGINEERING[name]):
+                yield part, sign * power * inner
+        elif joined := _JOINED.fullmatch(name):
+            yield joined[1], sign
+            yield joined[2], sign * power  # m2 of kgm2
+        else:
+            yield name, sign * power
+        position = match.end()
+        match = _NEXT.match(plain, position)
+    if not position or position < len(plain):
+        raise UnitError(f"'{text}' cannot be read as a unit")
+
+
 @lru_cache(maxsize=512)
 def _measure(text: str) -> _Measured:
     import pint
 
-    plain = text.translate(_SUPERSCRIPTS).strip()
     symbols = set()
     total = _registry().Quantity(1.0)
-    position, match = 0, _FIRST.match(plain)
     try:
-        while match is not None:
-            operator, name, exponent = match.groups()
+        for name, exponent in list(_factors(text)):
             parsed = _registry().parse_unit_name(name)
-            if not parsed:
+            symbol = parsed[0][1] if parsed else ""
+            write = _UNCLEAR.get(name, "" if name == "short_ton" else _UNCLEAR.get(symbol, ""))
+            if write:
+                raise UnitError(f"'{name}' is not accepted, it is easily misread; write {write}")
+            if not parsed or name in _UNKNOWN:
                 raise UnitError(f"'{name}' is not a unit known here{_meant(name)}")
-            symbol = parsed[0][1]
-            if symbol in _UNCLEAR and "short" not in name:
-                raise UnitError(f"'{name}' may be of 907 or 1000 kg; write {_UNCLEAR[symbol]}")
             symbols.add(symbol)
-            # A sign of division holds for the factor behind it alone.
-            sign = -1 if operator and "/" in operator else 1
-            total = total * _registry().Quantity(1.0, name) ** (sign * float(exponent or 1))
-            position = match.end()
-            match = _NEXT.match(plain, position)
-        if not position or position < len(plain):
-            raise UnitError(f"'{text}' cannot be read as a unit")
+            total = total * _registry().Quantity(1.0, name) ** exponent
         base = total.to_base_units()
     except (pint.PintError, OverflowError) as error:
         raise UnitError(f"'{text}' cannot be used as a unit here") from error
@@ -143,26 +239,28 @@ def _kind_of(measured: _Measured) -> Kind | None:
 
 
 def si_factor(text: str, kind: Kind) -> float:
-    """Factor from a unit to the SI unit of a kind of quantity, which it must measure.
+    """Return the factor from a unit to the SI unit of a kind of quantity, which it must measure.
 
     Units are written ``cm``, ``m/s2``, ``m/s^2`` or ``kg·m²``. Where an acceleration is expected
     ``g`` is the standard gravity, elsewhere the gram; ``t`` is the tonne. UnitError where the text
     is not a unit, or measures something else.
     """
-    if kind is ACCELERATION and text.strip() == "g":
-        text = "standard_gravity"
+    if kind is ACCELERATION and text.strip() != "Mg":  # which is a tonne
+        in_records = ACCELERATION_UNITS.get(plain_unit(text))
+        if in_records is not None:
+            return in_records
     measured, si = _measure(text), _measure(kind.unit)
     if not measured.is_of(kind):
         other = _kind_of(measured)
         if other is not None:
             given = other.name
-        elif measured.dimension == si.dimension:
-            given = f"no unit for {kind.name}"  # rad/s where hertz is asked for
+        elif measured.dimension == si.dimension:  # rad/s in place of hertz
+            given = f"not accepted as a unit of {kind.name}; write '{kind.unit}'"
         elif measured.dimension:
             given = "a quantity of another dimension"
         else:
             given = "a number without dimension"
-        raise UnitError(f"'{text}' is {given}{_meant(text, kind)}")
+        raise UnitError(f"'{text}' is {given}{_meant(text, kind) or _of_weight(text, kind)}")
     return measured.factor / si.factor
 
 
@@ -172,6 +270,18 @@ def _meant(text: str, kind: Kind | None = None) -> str:
         alike = unit.lower() == text.strip().lower() and unit != text.strip()
         if alike and (kind is None or _measure(unit).is_of(kind)):
             return f"; did you mean '{unit}'?"
+    return ""
+
+
+def _of_weight(text: str, kind: Kind) -> str:
+    """The unit to write in place of one of weights for masses, or of masses for weights."""
+    for swap in (_WEIGHT, {weight: mass for mass, weight in _WEIGHT.items()}):
+        names = re.split(f"({_NAME})", text)
+        other = "".join(swap.get(name, name) for name in names)
+        if other != text and _measure(other).is_of(kind):
+            return f"; write '{other}'"
+    if _measure(text).dimension == _measure(f"{kind.unit} m/s2").dimension:
+        return "; divide weights by 9.81 m/s2 and write the unit of the mass"
     return ""
 
 
