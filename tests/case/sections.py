@@ -233,8 +233,8 @@ displacements = "srss"
 envelope_dampings = true
 """
 PIPE_FILES = {
-    "mass.csv": "1.y,tip,2.y\n0,0,0\n0,500,0\n0,0,0\n",
-    "stiffness.csv": "1.y,tip,2.y\n3e6,-3e6,0\n-3e6,4e6,-1e6\n0,-1e6,1e6\n",
+    "mass.csv": "1.y [kg],tip [kg],2.y [kg]\n0,0,0\n0,500,0\n0,0,0\n",
+    "stiffness.csv": "1.y [N/m],tip [N/m],2.y [N/m]\n3e6,-3e6,0\n-3e6,4e6,-1e6\n0,-1e6,1e6\n",
     "spectra.csv": "frequency [Hz],acceleration [m/s2],direction,damping\n"
     "1,2,y,0.01\n50,2,y,0.01\n1,1,y,0.05\n50,2,y,0.05\n",
 }

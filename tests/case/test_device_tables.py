@@ -1,22 +1,26 @@
 """Tables of a device: its matrices, and floor spectra that are given for it."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from impactfem.case.device_tables import (
     DeviceMatrices,
     GivenSpectrum,
     NamedMatrix,
     read_given_spectra,
-    read_matrix,
+    read_mass_matrix,
+    read_stiffness_matrix,
 )
 from impactfem.system.errors import Fault
 
 MATRIX = """\
 # N/m
-1.y,middle y,2.y
+1.y [N/m],middle y [N/m],2.y [N/m]
 3e6,-3e6,0
 -3e6,4e6,-1e6
 0,-1e6,1e6
@@ -56,7 +60,7 @@ def read(tmp_path):
 
 
 def test_a_matrix(read):
-    found, faults = read(MATRIX, read_matrix)
+    found, faults = read(MATRIX, read_stiffness_matrix)
     assert found is not None and not faults
     assert found.names == ("1.y", "middle y", "2.y")
     assert found.rows[1] == (-3e6, 4e6, -1e6)
@@ -70,16 +74,72 @@ def test_a_matrix(read):
         ("4e6", "stiff", "line 4", "expected a finite number"),
         ("4e6", "inf", "line 4", "expected a finite number"),
         ("2.y", "1.y", "line 2", "names that are all different; found 1.y twice"),
-        ("1.y,middle y,2.y", "1,2,3", "line 2", "found numbers"),
-        ("1.y,middle y,2.y", "1.y,,2.y", "line 2", "one is empty"),
+        ("1.y [N/m],middle y [N/m],2.y [N/m]", "1,2,3", "line 2", "found numbers"),
+        ("middle y [N/m]", "", "line 2", "one is empty"),
+        ("1.y [N/m]", "1.y", "line 2, column 1.y", "no unit; expected the unit of the diagonal"),
+        ("middle y [N/m]", "middle y", "line 2, column middle y", "'middle y [N m/rad]'"),
+        ("1.y [N/m]", "1.y [kg]", "line 2, column 1.y [kg]", "'kg' is a mass"),
+        ("1.y [N/m]", "1.y [N m]", "line 2, column 1.y [N m]", "'1.y [N/m]'"),
+        ("2.y [N/m]", "2.ry [N/m]", "line 2, column 2.ry [N/m]", "'2.ry [N m/rad]'"),
         ("0,-1e6", "0,1e308", "2.y, middle y", "symmetric matrix, found -1e+06 at middle y, 2.y"),
         ("0,-1e6", "0,-2e6", "2.y, middle y", "symmetric matrix, found -1e+06 at middle y, 2.y"),
     ],
 )
 def test_faults_of_a_matrix(read, old, new, key, message):
-    found, faults = read(MATRIX.replace(old, new), read_matrix)
+    found, faults = read(MATRIX.replace(old, new), read_stiffness_matrix)
     assert found is None
     assert any(fault.key == key and message in fault.expected for fault in faults), faults
+
+
+UNITS = {
+    "SI": (("kg", 1.0), ("kg m2", 1.0), ("N/m", 1.0), ("N m/rad", 1.0)),
+    "tonne, mm, s": (("t", 1e-3), ("t mm2", 1e3), ("N/mm", 1e-3), ("N mm", 1e3)),
+    "kN, m, s": (("kN s2/m", 1e-3), ("kN m s2", 1e-3), ("kN/m", 1e-3), ("kN m/rad", 1e-3)),
+}
+
+
+def on_feet(units):
+    """A mass of 1500 kg whose height of 2 m above the anchor couples shift and turn, in units."""
+    (of_mass, m), (of_inertia, J), (of_spring, k), (of_turn, c) = UNITS[units]
+    mass = np.array([[1500.0, -3000.0], [-3000.0, 7000.0]])
+    stiffness = np.array([[4e7, 0.0], [0.0, 9e7]])
+    texts = []
+    for names, matrix, shift, turn in (
+        (f"{{0}} [{of_mass}],{{1}} [{of_inertia}]", mass, m, J),
+        (f"{{0}} [{of_spring}],{{1}} [{of_turn}]", stiffness, k, c),
+    ):
+        factor = np.sqrt(np.outer([shift, turn], [shift, turn]))
+        sign = np.array([[1.0, -1.0], [-1.0, 1.0]])
+        own = np.array([[0.0, 0.0], [0.0, 1.0]])
+        whole = np.kron(own if matrix is mass else sign, matrix * factor)
+        header = f"{names.format('1.x', '1.ry')},{names.format('mx', 'turn')}"
+        rows = "\n".join(",".join(f"{value:.17g}" for value in row) for row in whole)
+        texts.append(f"{header}\n{rows}\n")
+    return texts
+
+
+@pytest.mark.parametrize("units", UNITS)
+def test_matrices_in_other_units(read, units):
+    mass, stiffness = on_feet(units)
+    M, faults = read(mass, read_mass_matrix)
+    K, more = read(stiffness, read_stiffness_matrix)
+    assert not faults and not more
+    assert M.turns == K.turns == (False, True, False, True)
+    assert np.array(M.rows)[2:, 2:] == pytest.approx(np.array([[1500, -3000], [-3000, 7000]]))
+    assert np.array(K.rows)[:2, :2] == pytest.approx(np.array([[4e7, 0.0], [0.0, 9e7]]))
+    found = DeviceMatrices(mass=M, stiffness=K)
+    assert found.total_masses == pytest.approx({"x": 1500.0})
+    # det(K - λ M) = 0, on supports at rest.
+    a, b, c = 1500 * 7000 - 3000**2, -(4e7 * 7000 + 9e7 * 1500), 4e7 * 9e7
+    root = (-b - math.sqrt(b * b - 4 * a * c)) / (2 * a)
+    assert found.first_frequency == pytest.approx(math.sqrt(root) / (2 * math.pi))
+
+
+def test_units_of_different_motions(read):
+    mass, _ = read(on_feet("SI")[0].replace("turn [kg m2]", "turn [kg]"), read_mass_matrix)
+    stiffness, _ = read(on_feet("SI")[1], read_stiffness_matrix)
+    with pytest.raises(ValidationError, match="turn is a rotation in one of the headers"):
+        DeviceMatrices(mass=mass, stiffness=stiffness)
 
 
 def matrices(*names):

@@ -21,6 +21,8 @@ from .sections import (
     LIGHT,
     LOADS,
     MOTION,
+    PIPE,
+    PIPE_FILES,
     PUMP,
     RECORD,
     RECORDED,
@@ -53,6 +55,34 @@ def warnings(path, longest=LONGEST):
     case = load_case(path)
     found = (*implausible(case, longest), *hardly_meant(case))
     return [str(one).replace(f"{path.parent}/", "") for one in found]
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "words"),
+    [
+        ("mass.csv", "500", "500", []),
+        ("mass.csv", "500", "0.5", ["0.5 kg along y; usual is 10 kg"]),  # tonnes as kilograms
+        ("mass.csv", "500", "5e5", ["5e+05 kg along y", "first frequency"]),
+        ("stiffness.csv", "e6", "e3", ["first frequency on supports at rest is 0.45"]),  # kN/m
+        ("stiffness.csv", "e6", "e9", []),
+        ("stiffness.csv", "e6", "e10", ["is 1.42e+03 Hz; usual is 1 to 100 Hz"]),
+    ],
+)
+def test_matrices_in_wrong_units(structured, file, old, new, words):
+    """A device with matrices: 500 kg, 14.2 Hz."""
+    files = PIPE_FILES | {file: PIPE_FILES[file].replace(old, new)}
+    found = [line for line in warnings(structured(more=PIPE, files=files)) if "matrices" in line]
+    heavy = [line for line in found if "SRP 3.7.2" in line]
+    assert bool(heavy) == (new == "5e5")
+    others = [line for line in found if line not in heavy]
+    assert [word in line for word, line in zip(words, others, strict=True)] == [True] * len(words)
+
+
+def test_a_mass_that_the_matrices_have(structured):
+    stated = PIPE.replace('name = "pipe"', 'name = "pipe"\nmass = "0.502 t"')
+    assert [
+        line for line in warnings(structured(more=stated, files=PIPE_FILES)) if "mass" in line
+    ] == []
 
 
 @pytest.mark.parametrize(

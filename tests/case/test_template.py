@@ -33,8 +33,8 @@ FLOOR = "frequency [Hz],acceleration [m/s2],direction,damping\n" + "".join(
     f"{f},5,y,{ratio}\n" for ratio in ("0.1 %", "40 %") for f in (1, 2000)
 ).replace(" %", "e-2")
 MATRICES = {
-    "mass": "1.y,tip,2.y\n0,0,0\n0,50,0\n0,0,0\n",
-    "stiffness": "1.y,tip,2.y\n3e6,-3e6,0\n-3e6,4e6,-1e6\n0,-1e6,1e6\n",
+    "mass": "1.y [kg],tip [kg],2.y [kg]\n0,0,0\n0,50,0\n0,0,0\n",
+    "stiffness": "1.y [N/m],tip [N/m],2.y [N/m]\n3e6,-3e6,0\n-3e6,4e6,-1e6\n0,-1e6,1e6\n",
 }
 
 

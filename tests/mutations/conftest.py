@@ -158,11 +158,12 @@ def _frame(folder):
     force = np.column_stack([np.maximum(0.0, 1e5 * np.sin(20.0 * t)), 0.0 * t])
     pairs = "F.floor_1-G.floor_1", "F.floor_2-G.floor_2"
     ForceHistory(t, pairs, force).write_csv(folder / "forces.csv")
-    names = "1.x,1.y,2.x,2.y,tip\n"
+    names = ("1.x", "1.y", "2.x", "2.y", "tip")
     K = 1e6 * np.array([[1, 0, 0, 0, -1], [0] * 5, [0, 0, 1, 0, -1], [0] * 5, [-1, 0, -1, 0, 2]])
-    for name, matrix in (("mass", 100.0 * np.eye(5)), ("stiffness", K)):
+    for name, unit, matrix in (("mass", "kg", 100.0 * np.eye(5)), ("stiffness", "N/m", K)):
+        header = ",".join(f"{motion} [{unit}]" for motion in names) + "\n"
         rows = "".join(",".join(f"{value:g}" for value in row) + "\n" for row in matrix)
-        (folder / f"{name}.csv").write_text(names + rows)
+        (folder / f"{name}.csv").write_text(header + rows)
     (folder / "modes.csv").write_text(
         "frequency [Hz],direction,effective_mass [kg],height [m],damping [-]\n"
         "8.5,x,320,1.25,0.03\n8.5,y,320,1.25,0.03\n"

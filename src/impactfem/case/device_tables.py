@@ -1,5 +1,6 @@
 """Tables of a device: its modes, its matrices, the floor spectra that are given for it."""
 
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -8,14 +9,25 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
+import scipy.linalg
 from pydantic import ConfigDict
 
 from impactfem.case.base import Section, rule
 from impactfem.case.leaf import Text, Whole, Words
 from impactfem.case.quantity import Acceleration, Frequency, Length, Quantity, Ratio
 from impactfem.case.reading import TableFile
-from impactfem.case.table import MOST_POINTS, Table, read_lines, read_table
-from impactfem.case.unit import ACCELERATION, INERTIA, MASS
+from impactfem.case.table import MOST_POINTS, Table, name_and_unit, read_lines, read_table
+from impactfem.case.unit import (
+    ACCELERATION,
+    ENERGY,
+    INERTIA,
+    MASS,
+    ROTATIONAL_STIFFNESS,
+    STIFFNESS,
+    Kind,
+    UnitError,
+    si_factor,
+)
 from impactfem.records.file import read_number
 from impactfem.system.errors import Fault
 
@@ -71,21 +83,31 @@ SYMMETRIC = 1e-6
 
 @dataclass(frozen=True)
 class NamedMatrix:
-    """A matrix of a file."""
+    """A symmetric matrix of a file, in SI."""
 
-    names: tuple[str, ...]  #: its header
+    names: tuple[str, ...]  #: of its degrees of freedom, from the header
     rows: tuple[tuple[float, ...], ...]
+    #: whether each degree of freedom is a rotation, by the unit in the header; else a translation
+    turns: tuple[bool, ...] = ()
 
 
-def read_matrix(path: Path, faults: list[Fault]) -> NamedMatrix | None:
-    """Read a symmetric matrix (CSV) whose header has the names of its degrees of freedom."""
-    what = "a matrix (CSV) with the names of its degrees of freedom as header"
+def _read_matrix(
+    path: Path, faults: list[Fault], translation: Kind, *rotation: Kind
+) -> NamedMatrix | None:
+    """Read a symmetric matrix (CSV), and convert it to SI.
+
+    The header has for each degree of freedom its name and the unit of its diagonal entry, of one of
+    these kinds. An entry off the diagonal has the square root of the product of two such units.
+    """
+    example = f"'1.y [{translation.unit}]' and '1.rx [{rotation[0].unit}]'"
+    what = f"a matrix (CSV) with its degrees of freedom and their units as header, {example}"
     before = len(faults)
     lines = read_lines(path, what, "the names of the degrees of freedom", faults, MOST)
     if lines is None:
         return None
-    (number, names), *table = lines
+    (number, headers), *table = lines
     first = f"line {number}"
+    names = [name_and_unit(header)[0] for header in headers]
     twice = sorted(name for name, count in Counter(names).items() if count > 1)
     if len(names) > MOST:
         expected = f"expected at most {MOST} degrees of freedom"
@@ -96,6 +118,21 @@ def read_matrix(path: Path, faults: list[Fault]) -> NamedMatrix | None:
     if all(read_number(name) is not None for name in names):
         expected = "expected the names of the degrees of freedom as header, found numbers"
         faults.append(Fault(path, first, None, expected))
+        return None
+    factors, turns = [], []
+    for header, name in zip(headers, names, strict=True):
+        kinds, unit = (translation, *rotation), name_and_unit(header)[1] or ""
+        if support := _ANCHORED.fullmatch(name):
+            kinds = rotation if support[2].startswith("r") else (translation,)
+        try:
+            kind = next((kind for kind in kinds if _measures(unit, kind)), kinds[0])
+            factors.append(si_factor(unit, kind))
+            turns.append(kind is not translation)
+        except UnitError as error:
+            examples = " or ".join(f"'{name} [{kind.unit}]'" for kind in kinds[:2])
+            expected = f"{error if unit else 'no unit'}; expected the unit of the diagonal entry"
+            key = f"{first}, column {header}"
+            faults.append(Fault(path, key, None, f"{expected} in brackets, {examples}"))
     if len(table) != len(names) and len(faults) == before:
         expected = f"expected {len(names)} rows below the header, as it has names; found "
         faults.append(Fault(path, first, None, f"{expected}{len(table)}"))
@@ -114,30 +151,58 @@ def read_matrix(path: Path, faults: list[Fault]) -> NamedMatrix | None:
         expected = f"expected a symmetric matrix, found {K[k, i]:g} at {names[k]}, {names[i]}"
         faults.append(Fault(path, f"{names[i]}, {names[k]}", float(K[i, k]), expected))
         return None
-    return NamedMatrix(tuple(names), tuple(map(tuple, K.tolist())))
+    K *= np.sqrt(np.outer(factors, factors))
+    return NamedMatrix(tuple(names), tuple(map(tuple, K.tolist())), tuple(turns))
 
 
-MATRIX_FILE = TableFile("a matrix (CSV)", read_matrix, NamedMatrix((), ()))
+def _measures(unit: str, kind: Kind) -> bool:
+    try:
+        si_factor(unit, kind)
+    except UnitError:
+        return False
+    return True
+
+
+def read_mass_matrix(path: Path, faults: list[Fault]) -> NamedMatrix | None:
+    """Read a mass matrix (CSV) in units of its header, as kg and kg m2; None with faults."""
+    return _read_matrix(path, faults, MASS, INERTIA)
+
+
+def read_stiffness_matrix(path: Path, faults: list[Fault]) -> NamedMatrix | None:
+    """Read a stiffness matrix (CSV) in units of its header, as N/m and N m/rad or N m."""
+    return _read_matrix(path, faults, STIFFNESS, ROTATIONAL_STIFFNESS, ENERGY)
+
+
+_MASS_FILE = TableFile("a mass matrix (CSV)", read_mass_matrix, NamedMatrix((), ()))
+_STIFFNESS_FILE = TableFile("a stiffness matrix (CSV)", read_stiffness_matrix, NamedMatrix((), ()))
 
 
 class DeviceMatrices(Section):
-    """Matrices of a device, in place of springs and beam: tables (CSV) in SI.
+    """Matrices of a device, in place of springs and beam: tables (CSV).
 
     The header of both names the degrees of freedom alike: ``1.y`` is the motion along y of the
     first support, ``2.rx`` the rotation about x of the second one; every other name is a motion of
-    the device's own, absolute. Below it is the symmetric matrix, a line a row.
+    the device's own, absolute. Each name has the unit of its diagonal entry in brackets: in the
+    mass matrix a mass or a moment of inertia, ``1.y [t]``, ``2.rx [t m2]``; in the stiffness matrix
+    ``1.y [kN/m]``, ``2.rx [kN m/rad]``. An entry off the diagonal has the square root of the
+    product of the units of its row and column, as t m and kN. Below the header is the symmetric
+    matrix, a line a row.
     """
 
-    mass: Annotated[NamedMatrix, MATRIX_FILE]
-    """Mass matrix [kg, kg m, kg m2]."""
-    stiffness: Annotated[NamedMatrix, MATRIX_FILE]
-    """Stiffness matrix [N/m, N, N m]."""
+    mass: Annotated[NamedMatrix, _MASS_FILE]
+    """Mass matrix, with the units of mass and moment of inertia in its header."""
+    stiffness: Annotated[NamedMatrix, _STIFFNESS_FILE]
+    """Stiffness matrix, with the units of stiffness in its header."""
 
     @rule("stiffness", "mass")
     @staticmethod
     def _of_the_same_motions(stiffness: NamedMatrix, mass: NamedMatrix) -> Iterator[str]:
         if stiffness.names != mass.names:
             yield "expected the same names in the same order as in the header of mass"
+        elif stiffness.turns != mass.turns:
+            pairs = zip(mass.names, mass.turns, stiffness.turns, strict=True)
+            name = next(name for name, of_mass, turn in pairs if of_mass != turn)
+            yield f"expected units of the same motions: {name} is a rotation in one of the headers"
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -154,6 +219,33 @@ class DeviceMatrices(Section):
     def own(self) -> tuple[str, ...]:
         """Names of the device's own motions."""
         return tuple(name for name in self.names if _ANCHORED.fullmatch(name) is None)
+
+    @property
+    def total_masses(self) -> dict[str, float]:
+        """Mass that moves with the supports along "x", "y" and "z", without axes they lack [kg]."""
+        M, K = np.array(self.mass.rows), np.array(self.stiffness.rows)
+        free = np.setdiff1d(np.arange(len(M)), list(self.anchored))
+        masses = {}
+        for component, axis in enumerate("xyz"):
+            u = np.zeros(len(M))
+            u[[k for k, column in self.anchored.items() if column % 6 == component]] = 1.0
+            if u.any():
+                # The device follows the supports without inertia. A mechanism is refused elsewhere.
+                force = K[np.ix_(free, free)], -(K @ u)[free]
+                u[free] = np.linalg.lstsq(*force, rcond=None)[0]
+                masses[axis] = float(u @ M @ u)
+        return masses
+
+    @property
+    def first_frequency(self) -> float | None:
+        """First natural frequency on supports at rest [Hz]; None of matrices that have none."""
+        M, K = np.array(self.mass.rows), np.array(self.stiffness.rows)
+        free = np.ix_(*2 * [np.setdiff1d(np.arange(len(M)), list(self.anchored))])
+        try:
+            largest = float(scipy.linalg.eigh(M[free], K[free], eigvals_only=True)[-1])
+        except (scipy.linalg.LinAlgError, ValueError, IndexError):
+            return None
+        return 1.0 / (2.0 * math.pi * math.sqrt(largest)) if largest > 0.0 else None
 
     def lacks(self, supports: int) -> Iterator[str]:
         """What does not go together with a number of supports of the device, in words."""

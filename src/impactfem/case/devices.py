@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case import unit as units
-from impactfem.case.base import Section, once, refuse, rule, together
+from impactfem.case.base import Section, once, refuse, rule
 from impactfem.case.damping import Damping
 from impactfem.case.device_tables import (
     MODES_FILE,
@@ -154,6 +154,8 @@ class DeviceBeam(Section):
     """Number of elements."""
 
 
+SAME_MASS = 0.02
+"""Largest difference between the mass of a device and that of its matrices, over the mass."""
 _Moment = Annotated[float, Quantity(INERTIA, at_least=0)]
 _WHAT_MOVES = {"modes": "the table says", "matrices": "they say"}
 
@@ -240,8 +242,8 @@ class DeviceSetup(Section):
     matrices: DeviceMatrices | None = Field(default=None, validate_default=True)
     """Mass and stiffness matrices of the device, in place of springs and beam."""
     mass: Mass | None = Field(default=None, validate_default=True)
-    """Mass of the body, with mass_height and either inertia or shape; beside modes that of the
-    whole device, whose rest follows the anchor."""
+    """Mass of the body, with mass_height and either inertia or shape; with modes, mass of the whole
+    device, whose rest follows the anchor. With matrices, their total mass, which is compared."""
     mass_height: Length | None = Field(default=None, validate_default=True)
     """Height of the mass centre above the anchor; where it is below, too, net tension is that of a
     device that stands on the floor."""
@@ -325,16 +327,37 @@ class DeviceSetup(Section):
             if lacking:
                 yield lacking
 
-    _mass_alone = _alone("mass", "matrices")
+    @rule("mass", "matrices")
+    @staticmethod
+    def _of_the_matrices(mass: float | None, matrices: DeviceMatrices | None) -> Iterator[str]:
+        totals = {} if mass is None or matrices is None else matrices.total_masses
+        if any(abs(total - mass) > SAME_MASS * mass for total in totals.values() if mass):
+            found = ", ".join(f"{1e-3 * total:.4g} t along {c}" for c, total in totals.items())
+            yield (
+                f"the matrices have {found}; expected the mass of the device within "
+                f"{SAME_MASS:.0%}: check the units in the headers of the matrices"
+            )
+
     _something_moves = _or_a_table("mass", "the mass of a body")
-    _with_mass = together("mass", "mass_height")
+    _height_alone = _alone("mass_height", "matrices")
+    _inertia_alone = _alone("inertia", "matrices")
+    _shape_alone = _alone("shape", "matrices")
+
+    @rule("mass_height", "mass", "matrices")
+    @staticmethod
+    def _with_mass(height: float | None, mass: float | None, matrices: Any) -> Iterator[str]:
+        if matrices is None and (height is None) != (mass is None):
+            yield "expected mass and mass_height together"
+
     _inertia_of_a_mass = rule("inertia", "mass")(_with_a_mass)
     _shape_of_a_mass = rule("shape", "mass")(_with_a_mass)
 
-    @rule("shape", "inertia", "mass")
+    @rule("shape", "inertia", "mass", "matrices")
     @staticmethod
-    def _one_inertia(shape: Cylinder | None, inertia: Any, mass: float | None) -> Iterator[str]:
-        if mass is not None and (inertia is None) == (shape is None):
+    def _one_inertia(
+        shape: Cylinder | None, inertia: Any, mass: float | None, matrices: Any
+    ) -> Iterator[str]:
+        if matrices is None and mass is not None and (inertia is None) == (shape is None):
             both = "" if shape is None else ", not both"
             yield f"expected either inertia or shape beside mass{both}"
 

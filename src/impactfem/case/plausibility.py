@@ -11,6 +11,8 @@ import numpy as np
 
 from impactfem.case.contacts import KelvinVoigtLaw, UnilateralLaw
 from impactfem.case.design_spectrum import DecreeSpectrum, EurocodeSpectrum
+from impactfem.case.device_tables import DeviceMatrices
+from impactfem.case.devices import SAME_MASS
 from impactfem.case.facing import LEVEL, levels_of
 from impactfem.case.model import Case, CaseFile
 from impactfem.case.motions import SyntheticMotion, read_force_table
@@ -32,7 +34,11 @@ WIDE = 3.0
 """Largest usual radius of gyration of a device over its size: the radius of its anchor or the
 height of its mass centre."""
 SLOW = 0.5
-"""Least usual frequency of a device on one of its springs [Hz]."""
+"""Least usual frequency of a device on one of its springs, or by its matrices [Hz]."""
+MASSES = (5.0, 1e5)
+"""Least and largest usual mass of a device by its matrices [kg]."""
+FAST = 500.0
+"""Largest usual first frequency of a device by its matrices [Hz]."""
 SPEED = 0.5
 """Speed of approach that tells how long an impact of a law after Hertz lasts [m/s]."""
 RAYLEIGH = 0.87
@@ -162,7 +168,10 @@ def _devices(source: Source, case: Case) -> Iterator[Fault]:
         place: Place = ("devices", k)
         anchors, rows = device.anchors, device.modes or ()
         along = [sum(one.effective_mass for one in rows if one.direction == c) for c in "xyz"]
-        m = device.mass or max(along)
+        totals = {} if device.matrices is None else device.matrices.total_masses
+        m = device.mass or max(*along, *totals.values())
+        if device.matrices is not None:
+            yield from _matrices(source, (*place, "matrices"), device.matrices)
         if not m or not anchors:
             continue
         building = case.building(device.building)
@@ -176,7 +185,8 @@ def _devices(source: Source, case: Case) -> Iterator[Fault]:
                 "is part of the building (SRP 3.7.2), and the sticks have the masses of the floor "
                 "table alone"
             )
-            yield source.remark((*place, "mass" if device.mass else "modes"), text)
+            model = "modes" if device.matrices is None else "matrices"
+            yield source.remark((*place, "mass" if device.mass else model), text)
         if device.mass is None or device.mass_height is None:
             continue
         if device.mass_height < 0.0:
@@ -209,6 +219,24 @@ def _devices(source: Source, case: Case) -> Iterator[Fault]:
                 frequency = math.sqrt(stiff / of) / (2.0 * math.pi)
                 text = f"{frequency:.2g} Hz of the body on it alone; usual is 1 to 50 Hz"
                 yield source.remark((*place, *key), text)
+
+
+def _matrices(source: Source, place: Place, matrices: DeviceMatrices) -> Iterator[Fault]:
+    """Matrices of a device in units that are not those of their headers."""
+    masses, frequency = matrices.total_masses, matrices.first_frequency
+    texts = []
+    for axis, mass in masses.items():
+        if not MASSES[0] <= mass <= MASSES[1]:
+            texts.append(f"the device has {mass:.3g} kg along {axis}; usual is 10 kg to 50 t")
+    if masses and max(masses.values()) > (1.0 + SAME_MASS) * min(masses.values()):
+        found = ", ".join(f"{mass:.4g} kg along {axis}" for axis, mass in masses.items())
+        texts.append(f"the device has {found}; a device has one mass along all axes")
+    if frequency is not None and not SLOW <= frequency <= FAST:
+        text = "its first frequency on supports at rest is {:.3g} Hz; usual is 1 to 100 Hz"
+        texts.append(text.format(frequency))
+    for text in texts:
+        also = "Its anchor forces are proportional to its mass. Check the units in the headers"
+        yield source.fault(place, None, f"{text}. {also}; with mass the total is compared")
 
 
 def _analysis(source: Source, case: Case, longest: float) -> Iterator[Fault]:
