@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from impactfem.building.mesh import Part, areas
-from impactfem.building.read_mesh import Block, RawMesh, assemble, read_mesh, read_raw
+from impactfem.building.read_mesh import Block, RawMesh, assemble, read_groups, read_mesh, read_raw
 from impactfem.system.errors import InputError
 from impactfem.system.own_process import in_own_process
 
@@ -92,7 +92,7 @@ def test_groups_that_share_an_entity_in_format_2(small_raw, tmp_path):
 @pytest.mark.parametrize(
     ("content", "expected"),
     [
-        ("", r"no \$MeshFormat"),
+        ("", "the file is empty"),
         ("Point(1) = {0, 0, 0};\n// $MeshFormat\n4.1 0 8\n", r"no \$MeshFormat"),
         ("$MeshFormat", r"no \$MeshFormat"),
         ("$MeshFormat\n1.0 0 8\n$EndMeshFormat\n", r"\$MeshFormat = '1\.0'"),
@@ -111,10 +111,46 @@ def test_what_is_no_mesh(content, expected, tmp_path):
 
 
 def test_a_folder_and_a_missing_file(tmp_path):
-    with pytest.raises(InputError, match="Is a directory"):
+    with pytest.raises(InputError, match="this is a directory"):
         read_mesh(tmp_path)
-    with pytest.raises(InputError, match="No such file"):
+    with pytest.raises(InputError, match="no such file"):
         read_mesh(tmp_path / "none.msh")
+
+
+@pytest.mark.parametrize("read", [read_mesh, read_groups])
+def test_a_file_that_is_too_large(tmp_path, read):
+    path = tmp_path / "large.msh"
+    with path.open("wb") as stream:
+        stream.write(b"$MeshFormat\n4.1 0 8\n")
+        stream.truncate(10**12)  # sparse
+    with pytest.raises(InputError, match="1000 GB; expected at most 300 MB"):
+        read(path)
+
+
+@pytest.mark.parametrize(
+    ("number", "missing"),
+    [
+        ("99999999999", "floor_2 to floor_99999999998"),
+        ("999999999999999999", "floor_2 to floor_999999999999999998"),
+        ("4", "floor_2 to floor_3"),
+        ("3", "floor_2"),
+    ],
+)
+def test_missing_levels_are_a_range(number, missing, frame_file, tmp_path):
+    path = tmp_path / "high.msh"
+    path.write_text(frame_file.read_text().replace("floor_2", f"floor_{number}"))
+    with pytest.raises(InputError) as caught:
+        read_mesh(path)
+    floors = [fault for fault in caught.value.faults if fault.key.startswith("floor_")]
+    assert [fault.key for fault in floors] == [missing]
+    assert len(caught.value.faults) < 10
+
+
+def test_a_number_that_no_level_has(frame_file, tmp_path):
+    path = tmp_path / "high.msh"
+    path.write_text(frame_file.read_text().replace("floor_2", f"floor_{'9' * 5000}"))
+    with pytest.raises(InputError, match=r"unknown physical group|expected a mesh of gmsh"):
+        read_mesh(path)
 
 
 @pytest.mark.parametrize("part", [0.01, 0.3, 0.95])

@@ -264,3 +264,28 @@ def test_waves_are_evaluated_where_the_building_may_be_struck(frames):
 def test_without_a_structure_there_are_no_waves(frames):
     with pytest.raises(ValueError, match="no structure"):
         _ = frames.model_copy(update={"structure": None}).wave_floor
+
+
+def read_as(kind, value):
+    return TypeAdapter(kind).validate_python(value, context=FILE)
+
+
+def test_levels_that_no_building_has():
+    """Numbers are compared before they are listed."""
+    assert read_as(leaf.Storeys, "1-200") == tuple(range(1, 201))
+    for text in ("1-201", "1-9999", "9999", "1 3 5-9999"):
+        with pytest.raises(ValidationError, match="up to 200"):
+            read_as(leaf.Storeys, text)
+
+
+@pytest.mark.parametrize("name", ["..\base.AT2", "records\test.AT2", "records\rsn1.AT2"])
+def test_a_backslash_that_became_a_control_character(name):
+    with pytest.raises(ValidationError, match="is a control character: write / in paths"):
+        read_as(leaf.File, name)
+
+
+def test_a_path_as_windows_writes_it(tmp_path):
+    reading = Reading(Source(tmp_path / "case.toml"))
+    record = Annotated[Path, leaf.FileName("a record")]
+    with pytest.raises(ValidationError, match=r"write / in paths: .*/records/RSN1\.AT2"):
+        TypeAdapter(record).validate_python(r"records\RSN1.AT2", context=reading)

@@ -2,6 +2,7 @@ import math
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from pydantic import Field, field_validator, model_validator
 
@@ -12,7 +13,7 @@ from impactfem.case.quantity import PositiveLength
 from impactfem.case.reading import Reading
 from impactfem.case.report import read_published
 from impactfem.case.source import Source
-from impactfem.case.table import read_table
+from impactfem.case.table import read_numbers, read_table
 
 HEADER = (
     "floor,mass [t],Jx [kg m2],Jy [kg m2],Jz [kg m2],Ix [m4],Iy [m4],Iz [m4],"
@@ -71,7 +72,7 @@ def test_more_rows_than_a_table_has(tmp_path):
     (fault,) = faults_of(write(tmp_path, HEADER, *[ROW] * 201))
     assert fault.expected == "201 rows below the header; expected at most 200"
     (fault,) = faults_of(write(tmp_path, HEADER, "#" * 20_000_000, ROW))
-    assert fault.expected.startswith("20 MB; expected at most 20 MB: a table (CSV)")
+    assert fault.expected.startswith("the file has 20 MB; expected at most 20 MB: a table")
 
 
 @pytest.mark.parametrize("line", [0, 1])
@@ -246,6 +247,37 @@ def test_no_table(tmp_path, content, expected):
     assert expected in fault.expected
 
 
+def test_numbers_are_read_fast_and_as_written(tmp_path):
+    values = np.random.default_rng(1).normal(size=(40_000, 3))
+    rows = [",".join(f"{value:.17g}" for value in row) for row in values]
+    for extra in ("", ",,"):
+        lines = ("sep=,", "# a comment", f"a,b,c{extra}", *(f"{row}{extra}" for row in rows))
+        table = read_numbers(write(tmp_path, *lines), "numbers", "a,b,c", faults := [], 50_000)
+        assert not faults and np.array_equal(table.values, values)
+        assert table.header == (3, ["a", "b", "c"]) and table.lines[:2] == (4, 5)
+    for cell, fault in (("x", "line 3, column b"), ("nan", "line 3, column b"), ("1,2", "line 3")):
+        rows[1] = f"1,{cell},3"
+        faults = []
+        assert read_numbers(write(tmp_path, "a,b,c", *rows), "", "", faults, 50_000) is None
+        assert [fault.key for fault in faults] == [fault]
+    faults = []
+    assert read_numbers(write(tmp_path, "a,b,c", *rows), "", "", faults, 39_999) is None
+    assert "at most 39999" in faults[0].expected
+    assert (
+        read_numbers(write(tmp_path, "a", *("x" for _ in range(5000))), "", "", faults, 5000)
+        is None
+    )
+    assert len(faults) < 500
+
+
+def test_a_table_that_no_machine_has_memory_for(tmp_path):
+    path = tmp_path / "floors.csv"
+    with path.open("wb") as stream:
+        stream.truncate(10**12)  # sparse
+    (fault,) = faults_of(path)
+    assert "1000 GB; expected at most 20 MB" in fault.expected
+
+
 def test_targets_know_the_buildings(tmp_path):
     path = write(
         tmp_path,
@@ -262,12 +294,38 @@ def test_targets_know_the_buildings(tmp_path):
 
 
 def test_what_a_spreadsheet_leaves(tmp_path):
-    """Rows of commas alone are no rows; a column without a name is."""
+    """Rows of commas alone are no rows, and empty cells behind the last column are no cells."""
     rows = ("name,value,unit,source", "a.b,121,MN,figure 9", ",,,", " , ,,")
     assert list(read_published(write(tmp_path, *rows), [])) == ["a.b"]
+    for ending in (",", ",,, ,"):
+        several = (f"{row}{ending}" for row in rows)
+        assert list(read_published(write(tmp_path, *several), [])) == ["a.b"]
+    for separator in ("sep=,", '"sep=,"', "SEP=,,,,"):
+        assert list(read_published(write(tmp_path, separator, *rows), [])) == ["a.b"]
     faults = []
-    assert read_published(write(tmp_path, f"{rows[0]},", f"{rows[1]},"), faults) is None
-    assert [fault.expected for fault in faults] == ["a column without a name"]
+    without = rows[0].replace("unit", ""), rows[1]
+    assert read_published(write(tmp_path, *without), faults) is None
+    assert "a column without a name" in [fault.expected for fault in faults]
+    faults.clear()
+    assert read_published(write(tmp_path, f"{rows[0]},", f"{rows[1]},5"), faults) is None
+    assert [fault.key for fault in faults] == ["line 2"]
+
+
+def test_what_a_spreadsheet_leaves_in_other_codings(tmp_path):
+    text = "# kat kütlesi\nname,value,unit,source\na.b,121,MN,şekil 9\n"
+    path = tmp_path / "table.csv"
+    for coding in ("utf-8-sig", "utf-16", "utf-8"):
+        path.write_text(text, encoding=coding)
+        assert list(read_published(path, [])) == ["a.b"]
+    for coding in ("iso-8859-9", "utf-16-le", "cp1254"):
+        path.write_text(text, encoding=coding)
+        faults = []
+        assert read_published(path, faults) is None
+        assert "save it as text in UTF-8" in faults[0].expected
+    path.write_text("sep=;\nname;value;unit;source\n")
+    faults = []
+    assert read_published(path, faults) is None
+    assert "semicolons" in faults[0].expected and faults[0].key == "line 2"
 
 
 def test_published(tmp_path):

@@ -17,8 +17,8 @@ FLAT = 1e-6
 
 NAME = re.compile(r"[a-z0-9]+(?:_[a-z0-9]+)*")
 """What can stand behind the number of a group."""
-_GROUP = re.compile(rf"(floor|storey|beam|column)_([1-9][0-9]*)(?:_({NAME.pattern}))?")
-_MARK = re.compile(r"(edge|centre)_([1-9][0-9]*)")
+_GROUP = re.compile(rf"(floor|storey|beam|column)_([1-9][0-9]{{0,17}})(?:_({NAME.pattern}))?")
+_MARK = re.compile(r"(edge|centre)_([1-9][0-9]{0,17})")
 SCHEME = (
     "floor_<k>[_<part>], storey_<k>[_<part>], beam_<k>[_<part>], column_<k>[_<part>], "
     "edge_<k>, centre_<k> or base, with <k> from 1 and <part> of a-z, 0-9 and single _"

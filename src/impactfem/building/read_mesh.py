@@ -26,6 +26,7 @@ from impactfem.building.mesh import (
 from impactfem.building.mesh_checks import check_mesh
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError
+from impactfem.system.files import LARGEST_MESH, read_bytes, unreadable
 from impactfem.system.own_process import read_in_own_process
 
 EXPECTED = "a mesh of gmsh (.msh, format 2 or 4)"
@@ -45,11 +46,10 @@ def read_mesh(path: Path) -> BuildingMesh:
         InputError: The file is not such a mesh, a group is missing or unknown, or the mesh does
             not hold together; every fault names its group and a place.
     """
-    try:
-        digest = hashlib.sha256(path.read_bytes()).hexdigest()
-    except OSError:
-        digest = ""  # what reads it says why
-    return _read_mesh(path, digest)
+    content = read_bytes(path, EXPECTED, LARGEST_MESH)
+    if isinstance(content, Fault):
+        raise InputError([content])
+    return _read_mesh(path, hashlib.sha256(content).hexdigest())
 
 
 @lru_cache(maxsize=2)
@@ -79,6 +79,9 @@ def read_groups(path: Path | str) -> Groups:
     Raises:
         InputError: The file is no such mesh, or a group has cells of several shapes.
     """
+    fault = unreadable(Path(path), EXPECTED, LARGEST_MESH)
+    if fault is not None:
+        raise InputError([fault])
     raw = read_in_own_process(read_raw, Path(path), EXPECTED)
     faults, cells, nodes = [], {}, {}
     for group in dict.fromkeys(group for block in raw.blocks for group in block.groups):
@@ -324,10 +327,13 @@ class _Sorted:
             self.fault("storey_1", expected)
         if Mark("base") not in self.marks:
             self.fault("base", "missing group; expected the lines or points that are clamped")
-        for k in range(1, top + 1):
-            if k not in floors:
-                self.fault(f"floor_{k}", f"missing group; floor_{top} is above it")
-                continue
+        below = 0
+        for k in sorted(floors):
+            if k > below + 1:
+                first, last = f"floor_{below + 1}", f"floor_{k - 1}"
+                groups = first if first == last else f"{first} to {last}"
+                self.fault(groups, f"missing group; floor_{k} is above it")
+            below = k
             if storeys and k not in storeys:
                 expected = f"missing group; expected walls or columns below floor_{k}"
                 self.fault(f"storey_{k}", expected)

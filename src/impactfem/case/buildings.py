@@ -54,6 +54,7 @@ from impactfem.case.quantity import (
 )
 from impactfem.case.reading import TableFile
 from impactfem.case.soil import SoilEntry
+from impactfem.system.files import LARGEST_MESH
 
 Part = Annotated[float, Ratio(at_least=0, at_most=1)]
 
@@ -89,7 +90,7 @@ class FileMesh(Section):
 
     type: Literal["file"]
     """Read from a file."""
-    file: Annotated[Path, FileName("a mesh of gmsh (.msh)")]
+    file: Annotated[Path, FileName("a mesh of gmsh (.msh)", largest=LARGEST_MESH)]
     """The mesh: a .msh file of gmsh."""
     shells: tuple[ShellGroup, ...] = Field(min_length=1)
     """Thicknesses of the groups of shells."""

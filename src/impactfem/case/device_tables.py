@@ -73,7 +73,7 @@ MODES_FILE = TableFile(
     "a table of modes (CSV)", lambda path, faults: read_table(path, DeviceMode, faults)
 )
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
-_ANCHORED = re.compile(r"([1-9][0-9]*)\.(r?[xyz])")
+_ANCHORED = re.compile(r"([1-9][0-9]{0,8})\.(r?[xyz])")
 _MISWRITTEN = re.compile(r"[0-9]+\.r?[xyz]", re.IGNORECASE)
 MOST = 1000
 """Largest number of degrees of freedom of a matrix in a file."""

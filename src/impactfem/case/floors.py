@@ -10,7 +10,7 @@ from pydantic import ValidationInfo, model_validator
 
 from impactfem.case.base import Section, refuse, rule
 from impactfem.case.damping import Damping
-from impactfem.case.leaf import NameOf, Whole
+from impactfem.case.leaf import MOST_FLOORS, NameOf, Whole
 from impactfem.case.quantity import (
     Area,
     Density,
@@ -40,9 +40,6 @@ class Material(Section):
     """Mass density; the sticks take their masses from the floor table instead."""
     compressive_strength: Stress | None = None
     """Compressive strength, which the mean bearing pressure of an impact is compared with."""
-
-
-MOST_FLOORS = 200
 
 
 UNKNOWN_MATERIAL = Material(young_modulus=1e9, poisson_ratio=0.2, density=1e3)

@@ -9,7 +9,7 @@ page, and gives its part of the JSON schema.
 
 import itertools
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -17,8 +17,12 @@ from pydantic import ValidationInfo
 
 from impactfem.case.base import Leaf, nearest, refuse
 from impactfem.system.errors import CONTROL
+from impactfem.system.files import LARGEST_FILE
 
+MOST_FLOORS = 200
+"""Largest number of floors of a building."""
 _RANGE = re.compile(r"(\d{1,4})(?:-(\d{1,4}))?")
+_ESCAPES = dict(zip("\b\t\n\f\r", "btnfr", strict=True))  # of TOML
 _LARGEST = 2**31 - 1  # what every library that counts steps or takes a seed can hold
 LONGEST_NAME = 64  # letters; file names are made of names, two at a time
 _RESERVED = re.compile("con|prn|aux|nul|com[0-9]|lpt[0-9]", re.IGNORECASE)  # by Windows, for files
@@ -179,17 +183,26 @@ class FileName(Leaf):
     """A file or folder, relative to the working folder; in a case file to that of the file."""
 
     what: str = ""  #: what the file is to be, for messages, where it is to be read: ``a record``
+    largest: float = field(default=LARGEST_FILE, kw_only=True)  #: its size [byte]
+    #: whether a file that cannot be read is a fault where it is used, and not where it is named
+    deferred: bool = field(default=False, kw_only=True)
 
     phrase = "a file name in quotes, relative to the folder of the case file"
 
     def check(self, value: Any, info: ValidationInfo) -> Any:
         if isinstance(value, Path):
             return value
-        if not isinstance(value, str) or not value.strip() or CONTROL.search(value):
+        if isinstance(value, str) and (found := CONTROL.search(value)):
+            letter = _ESCAPES.get(found[0])
+            words = f"; \\{letter} in double quotes is a control character: write / in paths"
+            raise refuse(f"expected {self.phrase}{words if letter else ''}")
+        if not isinstance(value, str) or not value.strip():
             raise refuse(f"expected {self.phrase}")
         if info.context is None:
             return Path(value)
-        return info.context.open(value, self.what) if self.what else info.context.path(value)
+        if not self.what:
+            return info.context.path(value)
+        return info.context.open(value, self.what, self.largest, self.deferred)
 
     def schema(self) -> dict[str, Any]:
         return {"type": "string", "minLength": 1, "x-accepts": self.phrase}
@@ -232,6 +245,8 @@ class Levels(Leaf):
         for part in value.split() if isinstance(value, str) else ():
             match = _RANGE.fullmatch(part)
             first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
+            if last > MOST_FLOORS:
+                raise refuse(f"expected numbers of {self.word} up to {MOST_FLOORS}, found {last}")
             levels += range(first, last + 1) or [0]  # which is no number
         if not levels or any(a >= b for a, b in itertools.pairwise((0, *levels))):
             raise refuse(f"expected {self.phrase}")

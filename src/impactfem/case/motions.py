@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import ConfigDict, Field, StrictBool, ValidationInfo, create_model, field_validator
+from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, ascending, either, nearest, refuse, rule, step_within
 from impactfem.case.contacts import unit_vector
@@ -23,13 +23,12 @@ from impactfem.case.quantity import (
     Number,
     PositiveSpeed,
     PositiveTime,
-    Quantity,
     Ratio,
     Time,
     TimeStep,
 )
 from impactfem.case.reading import TableFile, reading_of
-from impactfem.case.table import Table, name_and_unit, read_lines, read_table
+from impactfem.case.table import name_and_unit, read_numbers, unit_of_column
 from impactfem.case.unit import FORCE, TIME
 from impactfem.records import AMBIGUOUS_ENDINGS, FORMAT_OF_ENDING, FORMATS, RecordFormat
 from impactfem.system.arrays import Array
@@ -283,7 +282,7 @@ TABLE = "a table of forces (CSV) with the header time [s],<building>.floor_<k> [
 MOST_TIMES = 1_000_000
 """Largest number of times in a table."""
 
-_FLOOR = re.compile(r"([A-Za-z].*)\.floor_([1-9][0-9]*)")
+_FLOOR = re.compile(r"([A-Za-z].*)\.floor_([1-9][0-9]{0,8})")
 
 
 def _read_forces(path: Path, faults: list[Fault], info: ValidationInfo) -> ForceTable | None:
@@ -323,18 +322,6 @@ class FloorForces(Section):
     _unit = field_validator("direction")(unit_vector)
 
 
-class _Time(Section):
-    """The column that each table of forces has; the others are those of its floors."""
-
-    model_config = ConfigDict(extra="ignore", protected_namespaces=())
-
-    time: Annotated[float, Quantity(TIME)]
-    """Time."""
-
-
-_Force = Annotated[float, Quantity(FORCE)]
-
-
 @dataclass(frozen=True, eq=False)
 class ForceTable:
     """The forces of a file."""
@@ -362,36 +349,41 @@ class ForceTable:
 
 def read_force_table(path: Path, faults: list[Fault]) -> ForceTable | None:
     """Read a table of forces; None, and what is wrong with it, when there are faults."""
-    header = read_lines(path, TABLE, TABLE, [], MOST_TIMES)
-    names = [name_and_unit(one)[0] for one in header[0][1]] if header else []
-    floors = {name: place for name in names if (place := _FLOOR.fullmatch(name))}
-    fields: dict[str, Any] = {name: (_Force, Field(description="Force.")) for name in floors}
-    model = create_model("Forces", __base__=_Time, **fields)
-
-    def increasing(table: Table[_Time]) -> Iterator[Fault]:
-        if len(table.rows) < 2:
-            yield Fault(table.path, "", None, "expected at least two lines of values")
-        before = -1e-12
-        for line, row in table:
-            if row.time <= before:
-                expected = "expected times that increase, from 0 s or later"
-                yield table.fault(line, "time", row.time, expected)
-                return
-            before = row.time
-
-    found: list[Fault] = []
-    table = read_table(path, model, found, increasing, most=MOST_TIMES, what=TABLE)
-    for number, headers in (header or ())[:1]:
-        for name, written in zip(names, headers, strict=True):
-            if name != "time" and name not in floors:
-                expected = "expected '<building>.floor_<k> [N]', or 'time [s]'"
-                found.append(Fault(path, f"line {number}, column {written}", None, expected))
-        if not floors:
-            expected = "expected a column '<building>.floor_<k> [N]' besides the time"
-            found.append(Fault(path, f"line {number}", None, expected))
-    faults += found
-    if table is None or found:
+    table = read_numbers(path, TABLE, TABLE, faults, MOST_TIMES)
+    if table is None:
         return None
-    time = np.array([row.time for row in table.rows])
-    force = np.array([[getattr(row, name) for name in floors] for row in table.rows])
-    return ForceTable(time, tuple((p[1], int(p[2])) for p in floors.values()), force)
+    before, (number, headers) = len(faults), table.header
+    factors, floors = np.ones(len(headers)), dict[int, tuple[str, int]]()
+    names = [name_and_unit(header)[0] for header in headers]
+    for k, (header, name) in enumerate(zip(headers, names, strict=True)):
+        place = _FLOOR.fullmatch(name)
+        expected = ""
+        if name in names[:k]:
+            expected = "duplicate column"
+        elif place is None and name != "time":
+            expected = "expected '<building>.floor_<k> [N]', or 'time [s]'"
+        else:
+            factor = unit_of_column(header, TIME if place is None else FORCE)
+            factors[k], expected = (1.0, factor) if isinstance(factor, str) else (factor, "")
+        if place is not None:
+            floors[k] = place[1], int(place[2])
+        if expected:
+            faults.append(Fault(path, f"line {number}, column {header}", None, expected))
+    if "time" not in names:
+        faults.append(Fault(path, f"line {number}", None, "missing column; expected 'time [s]'"))
+    if not floors:
+        expected = "expected a column '<building>.floor_<k> [N]' besides the time"
+        faults.append(Fault(path, f"line {number}", None, expected))
+    if len(table.values) < 2:
+        faults.append(Fault(path, "", None, "expected at least two lines of values"))
+    if len(faults) > before:
+        return None
+    values = table.values * factors
+    time = values[:, names.index("time")]
+    late = np.flatnonzero(np.diff(time, prepend=-1e-12) <= 0.0)
+    if late.size:
+        expected = "expected times that increase, from 0 s or later"
+        key = f"line {table.lines[late[0]]}, column {headers[names.index('time')]}"
+        faults.append(Fault(path, key, float(time[late[0]]), expected))
+        return None
+    return ForceTable(time, tuple(floors.values()), values[:, list(floors)])

@@ -16,7 +16,7 @@ from impactfem.case.place import Place, value_at
 from impactfem.case.source import Source
 from impactfem.case.table import Table
 from impactfem.system.errors import Fault
-from impactfem.system.files import read_bytes
+from impactfem.system.files import LARGEST, read_bytes
 
 
 @dataclass
@@ -103,14 +103,17 @@ class Reading:
         """A file relative to the working folder, by its name in the case file."""
         return self.source.path.parent / name
 
-    def open(self, name: str, what: str) -> Path:
-        """Read the bytes of a file, and give it relative to the working folder; or refuse it."""
+    def open(self, name: str, what: str, largest: float, deferred: bool = False) -> Path:
+        """Read the bytes of a file, and give it relative to the working folder; or refuse it.
+
+        One that is larger [byte] is not read. A `deferred` one is refused where it is used.
+        """
         path = self.path(name)
         if name not in self.contents:
-            content = read_bytes(path, what)
+            content = read_bytes(path, what, largest)
             if isinstance(content, bytes):
                 self.contents[name] = content
-            elif not self.lenient:
+            elif not self.lenient and not deferred:
                 raise PydanticCustomError(UNREADABLE, "{expected}", {"expected": content.expected})
         return path
 
@@ -125,7 +128,7 @@ class Reading:
             if self.lenient:
                 return None
             raise PydanticCustomError(REPORTED, "no name of a file")
-        path = self.open(name, what)
+        path = self.open(name, what, LARGEST)
         # Of a 3D model: what stands in the table has to fit its own building.
         key = (path, what, self.building)
         if key not in self._tables:

@@ -18,6 +18,7 @@ from impactfem.case.table import Table, read_table
 from impactfem.case.unit import UnitError, to_si
 from impactfem.records.file import read_number
 from impactfem.system.errors import Fault, InputError
+from impactfem.system.files import LARGEST_TOML
 
 Relation = Literal["=", ">", "<"]
 Kind = Literal["result", "input", "fitted", "scaled", "selected", "derived"]
@@ -201,7 +202,7 @@ def _read_reference(path: Path, faults: list[Fault], info: ValidationInfo) -> Re
     # Those that it extends are part of the case as well.
     folder = os.path.relpath(path.parent, reading.source.path.parent)
     for name in filter(None, source.texts):
-        reading.open(os.path.normpath(Path(folder, name)), REFERENCE)
+        reading.open(os.path.normpath(Path(folder, name)), REFERENCE, LARGEST_TOML)
     seen: set[tuple[str, str]] = set()
     for index, item in enumerate(reference.items):
         if (item.kind, item.number) in seen:

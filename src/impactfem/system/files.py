@@ -5,6 +5,7 @@ What is written, JSON, NetCDF and archives of arrays, is whole or not there.
 
 from __future__ import annotations
 
+import codecs
 import json
 import os
 import re
@@ -26,6 +27,9 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LARGEST = 20_000_000  # size of the largest table [byte]
+LARGEST_FILE = 200_000_000  # size of the largest file of another kind, as a record [byte]
+LARGEST_MESH = 300_000_000  # size of the largest mesh [byte]: some two million nodes
+LARGEST_FORCES = 500_000_000  # size of the largest file of impact forces [byte]
 LARGEST_TOML = 1_000_000  # size of the largest case file [byte]; the paper's has 10,000
 _ROOT = Path(__file__).parents[3]
 _INSTALLED = Path(sys.prefix) / "share" / "impactfem"
@@ -123,49 +127,75 @@ def read_archive(path: Path, key: str) -> dict[str, Any] | None:
         return None
 
 
-def read_bytes(path: Path, what: str, largest: float = float("inf")) -> bytes | Fault:
-    """The content of a file, or the fault that says why there is none.
+def read_bytes(path: Path, what: str, largest: float = LARGEST_FILE) -> bytes | Fault:
+    """Return the content of a file, or the fault that says why there is none.
 
     `what` is expected, for the message, as ``a case file (TOML)``; `largest` is in bytes.
     """
-
-    def fault(reason: str) -> Fault:
+    fault = unreadable(path, what, largest)
+    if fault is not None:
+        return fault
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        reason = f"cannot be read ({error.strerror or error})"
         return Fault(path, "", None, f"{reason}; expected {what}")
+    if content.strip():
+        return content
+    return Fault(path, "", None, f"the file is empty; expected {what}")
 
+
+def unreadable(path: Path, what: str, largest: float = LARGEST_FILE) -> Fault | None:
+    """Return the fault of a file that is not there, no ordinary file or too large; else None.
+
+    As `read_bytes`; nothing is read.
+    """
     try:
         # From Python 3.14 on, `exists` and its like no longer say why a path cannot be looked at.
         status = path.stat()
-        if stat.S_ISDIR(status.st_mode):
-            return fault("this is a directory")
-        if not stat.S_ISREG(status.st_mode):
-            return fault("this is not an ordinary file")
-        if status.st_size > largest:
-            found = f"{1e-6 * status.st_size:.3g} MB"
-            return Fault(path, "", None, f"{found}; expected at most {1e-6 * largest:g} MB: {what}")
-        content = path.read_bytes()
     except (FileNotFoundError, NotADirectoryError):
-        return fault("no such file")
+        # Of a path as Windows writes it.
+        turned = str(path).replace("\\", "/")
+        reason = (
+            "no such file" if turned == str(path) else f"no such file; write / in paths: {turned}"
+        )
     except (OSError, ValueError) as error:
-        return fault(f"cannot be read ({getattr(error, 'strerror', None) or error})")
-    return content if content.strip() else fault("the file is empty")
+        reason = f"cannot be read ({getattr(error, 'strerror', None) or error})"
+    else:
+        if stat.S_ISREG(status.st_mode) and status.st_size > largest:
+            size, most = _size(status.st_size), _size(largest)
+            return Fault(path, "", None, f"the file has {size}; expected at most {most}: {what}")
+        reason = "" if stat.S_ISREG(status.st_mode) else "this is not an ordinary file"
+        reason = "this is a directory" if stat.S_ISDIR(status.st_mode) else reason
+    return Fault(path, "", None, f"{reason}; expected {what}") if reason else None
+
+
+def _size(count: float) -> str:
+    """A number of bytes in words."""
+    return f"{1e-9 * count:.4g} GB" if count >= 1e9 else f"{1e-6 * count:.3g} MB"
 
 
 def read_text(path: Path, what: str, largest: float = LARGEST) -> str | Fault:
-    """The text of a UTF-8 file, or the fault that says why there is none; as `read_bytes`.
+    """Return the text of a UTF-8 file, or the fault that says why there is none; as `read_bytes`.
 
-    A byte order mark at the beginning, which spreadsheets write, is dropped.
+    A byte order mark at the beginning, which spreadsheets write, is dropped; after that of UTF-16
+    the file is read as such.
     """
     content = read_bytes(path, what, largest)
     if isinstance(content, Fault):
         return content
+    wide = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     try:
-        text = content.decode("utf-8-sig")
+        text = content.decode("utf-16" if wide else "utf-8-sig")
         position = text.find("\0")
         reason = f"NUL at position {position}" if position >= 0 else ""
     except UnicodeDecodeError as error:
-        text = ""
-        reason = f"byte {content[error.start]:#04x} at position {error.start} is not UTF-8"
-    return Fault(path, "", None, f"not a text file ({reason}); expected {what}") if reason else text
+        text, coding = "", "UTF-16" if wide else "UTF-8"
+        reason = f"byte {content[error.start]:#04x} at position {error.start} is not {coding}"
+    if not reason:
+        return text
+    save = "save it as text in UTF-8 (in a spreadsheet: CSV UTF-8)"
+    return Fault(path, "", None, f"not a text file ({reason}); {save}; expected {what}")
 
 
 def wrong_separators(header: str) -> str | None:
