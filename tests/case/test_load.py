@@ -121,6 +121,23 @@ def test_permission_denied_is_a_fault(broken, monkeypatch):
     assert "cannot be read (Permission denied)" in faults_of(path)["pair.toml: "]
 
 
+@pytest.mark.parametrize(
+    ("line", "path"),
+    [
+        (r'file = "C:\Users\eng\rec.AT2"', '"C:/Users/eng/rec.AT2"'),
+        (r'file = "records\RSN1.AT2"', '"records/RSN1.AT2"'),
+        (r'file = "records\"', '"records/"'),
+        (r'a = "x"; file = "\\server\share\rec.AT2"', '"/server/share/rec.AT2"'),
+    ],
+)
+def test_a_backslash_in_a_path(tmp_path, line, path):
+    file = tmp_path / "case.toml"
+    file.write_text(f"{line}\n")
+    with pytest.raises(InputError) as caught:
+        load_case(file)
+    assert f"write / in paths, {path}" in str(caught.value)
+
+
 def test_syntax_error_names_line_and_column(broken):
     path = broken((None, "starts = 40", "starts = = 40"))
     line = path.read_text(encoding="utf-8").splitlines().index("starts = = 40") + 1

@@ -196,6 +196,10 @@ def parse(path: Path, text: str) -> dict[str, Any]:
         reason = re.sub(r"\s*\(at .*\)$", "", str(error))
         key = f"line {place[1]}, column {place[2]}" if place else "the end of the file"
         line = text.splitlines()[int(place[1]) - 1].strip() if place else None
+        if line is not None and (written := re.search(r'"([^"]*\\[^"]*)"', line)):
+            turned = written[1].replace("\\\\", "/").replace("\\", "/")
+            reason += f'; in double quotes \\ begins an escape: write / in paths, "{turned}", or '
+            reason += "\\\\ for a backslash, or single quotes"
         raise InputError([Fault(path, key, line, f"not valid TOML: {reason}")]) from error
     except (ValueError, RecursionError) as error:
         reason = "tables nested too deeply" if isinstance(error, RecursionError) else str(error)
