@@ -141,7 +141,6 @@ TRANSIENTS = [
     ("[8, 6, 7]", "[8, 6, 8]", "floors", "expected each floor once"),
     ("[8, 6, 7]", "[8, 9, 12]", "floors", "no floor 9, 12 in B1; expected some of [1, 2, 3"),
     ('"-2 m"', '"-23.2 m"', "eccentricity", "within the edge, 23.1 m to either side"),
-    ('"others.nc"', '"none.nc"', "forces", "no such file; expected a force history"),
     ('["psa"]', '["psa", "psa"]', "fields", "expected each map once"),
     ('"20 Hz"]', '"10 Hz"]', "field_frequencies", "expected increasing frequencies"),
     ('["10 Hz", "20 Hz"]', "[]", "field_frequencies", "at least one frequency, or fields"),

@@ -17,6 +17,7 @@ from impactfem.case import load_case
 from impactfem.case.soil import COMPONENTS
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.run import loop
+from impactfem.run.check import checked
 from impactfem.stages.pounding import stage as pounding
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.transient import stage as transient
@@ -59,9 +60,9 @@ def frame(tmp_path, edited):
     return made
 
 
-def forces(folder, pairs=("F.floor_1-G.floor_1", "F.floor_2-G.floor_2"), end=0.5):
+def forces(folder, pairs=("F.floor_1-G.floor_1", "F.floor_2-G.floor_2"), end=0.5, peak=0.0):
     t = 0.001 * np.arange(round(1000 * end) + 1)
-    force = np.zeros((t.size, len(pairs)))
+    force = peak * np.maximum(0.0, np.sin(50.0 * t))[:, None] * np.ones(len(pairs))
     ForceHistory(t, pairs, force).write_csv(folder / "forces.csv")
 
 
@@ -126,6 +127,37 @@ def test_forces_of_a_table(frame, tmp_path, pairs, end, meet, words, mesh):
         assert words in "\n".join(faults(case, mesh))
     else:
         assert study.check(case, mesh=mesh).transient is not None
+
+
+def test_forces_of_another_sign_and_size(frame, tmp_path, caplog):
+    case = frame(FORCES + floors_meet("1 m"))
+    forces(tmp_path, peak=-1e5)
+    assert 'type compression = "negative" in [transient]' in "\n".join(faults(case))
+    other = case.with_name("other.toml")
+    other.write_text(f'extends = "{case.name}"\n[transient]\ncompression = "negative"\n')
+    caplog.clear()
+    assert study.check(other, mesh=True).transient.compression == "negative"
+    assert "forces.csv" not in caplog.text
+    forces(tmp_path, peak=-1e2)  # kilonewtons as newtons
+    study.check(other, mesh=True)
+    assert "times the weight of the lighter floor" in caplog.text
+
+
+def test_forces_that_only_later_stages_need(frame, tmp_path):
+    case = frame(FORCES + floors_meet("1 m"))
+    wanted = ["frame.toml: transient.forces = 'forces.csv': no such file; expected a force history"]
+    for stage in (None, "transient", "design", "report"):
+        with pytest.raises(InputError) as caught:
+            checked(case, stage=stage)
+        found = [str(fault).removeprefix(f"{tmp_path}/") for fault in caught.value.faults]
+        assert [one.startswith(w) for one, w in zip(found, wanted, strict=True)] == [True], found
+    for stage in ("building", "pounding", "reduce"):
+        made, _ = checked(case, stage=stage)
+        # The stages that read it have a key that is not that of any file.
+        before = transient.TRANSIENT.key(made)
+        forces(tmp_path)
+        assert transient.TRANSIENT.key(made) != before
+        (tmp_path / "forces.csv").unlink()
 
 
 def recorded(case, file):
@@ -377,6 +409,8 @@ def test_the_stick_is_checked_where_its_forces_are_taken(monkeypatch, forces):
     own, stick = (True, "of the stage"), (False, "of the stick")
     monkeypatch.setattr(transient, "transient_checks", lambda folder: [own])
     monkeypatch.setattr(transient, "stick_against_model", lambda folder: [stick])
+    for name in ("given_forces", "read_forces", "impulse_check"):
+        monkeypatch.setattr(transient, name, lambda *_: [])
     case = SimpleNamespace(
         transient=SimpleNamespace(forces=forces),
         modelled_building=SimpleNamespace(name="A"),

@@ -19,6 +19,7 @@ from impactfem.case.quantity import (
     Time,
     TimeStep,
 )
+from impactfem.system.files import LARGEST_FORCES
 
 Point = tuple[float, float, float]
 _Point = tuple[Length, Length, Length]
@@ -30,6 +31,7 @@ _GroupName = Annotated[
     ),
 ]
 _STANDARD = "(?:centre|edge|line)_[1-9][0-9]*"
+_FORCES = FileName("a force history (NetCDF or CSV)", largest=LARGEST_FORCES, deferred=True)
 OUTSIDE = 1.0
 """Distance of a point from the building that is always taken for a point of it [m]."""
 _WAYS = "point, or from with to and count, or group"
@@ -178,8 +180,15 @@ class Transient(Section):
     eccentricity: Length = 0.0
     """Distance by which all forces on the sides are moved along them, beyond the offsets of their
     pairs: accidental eccentricity, for example."""
-    forces: Annotated[Path, FileName("a force history (NetCDF or CSV)")] | None = None
-    """Impact forces of another program (NetCDF or CSV) in place of those of the pounding."""
+    forces: Annotated[Path, _FORCES] | None = None
+    """Impact forces of another program (NetCDF or CSV) in place of those of the pounding, positive
+    in compression, which pushes the buildings apart (see compression). A CSV has the columns
+    `time [s]` and `<pair> [N]`, in any units of time and force. The name of a pair is that of its
+    two points: west.floor_2-east.floor_2, or east.storey_3 for a point in a storey, or the wall.
+    Further pairs of the same floors have #2, #3 behind it: west.floor_2-east.floor_2#2."""
+    compression: Literal["positive", "negative"] = "positive"
+    """Sign of compression in the file of forces: contact forces of OpenSees and SAP2000 are
+    'negative'."""
     fields: tuple[Literal["pfa", "psa"], ...] = ("pfa", "psa")
     """Maps over all nodes of the floors: of the peak acceleration, of the pseudo-acceleration at
     field_frequencies."""
@@ -205,6 +214,12 @@ class Transient(Section):
     """Further points at which the response is recorded."""
 
     _step_in_duration = step_within("duration", 0.5)
+
+    @rule("compression", "forces")
+    @staticmethod
+    def _of_given_forces(compression: str, forces: Path | None) -> Iterator[str]:
+        if compression == "negative" and forces is None:
+            yield "expected forces of another program; those of the pounding are positive"
 
     @rule("export", "solver")
     @staticmethod

@@ -21,13 +21,12 @@
 A file of another program needs `time`, `force` and `pair`; of the rest what is there is read and
 must be whole.
 
-A CSV file has the columns `time [s]` and one `<pair name> [N]` for each pair; points and normals
-come from the case file then.
+A CSV file has the columns `time [s]` and one `<pair name> [N]` for each pair, or other units of
+time and force; points and normals come from the case file then.
 """
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -36,12 +35,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from impactfem.case.table import read_lines
+from impactfem.case.table import name_and_unit, read_numbers, unit_of_column
+from impactfem.case.unit import FORCE, TIME
 from impactfem.coupling.pounding import End, Pair, Response
-from impactfem.records.file import read_number
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, InputError
-from impactfem.system.files import atomic, write_netcdf
+from impactfem.system.files import LARGEST_FORCES, atomic, unreadable, write_netcdf
 from impactfem.system.own_process import read_in_own_process
 from impactfem.system.scalar import words
 
@@ -285,6 +284,9 @@ def read_forces(path: Path) -> ForceHistory:
         InputError: The file cannot be read, or lacks something, or holds values that are not
             finite, or its time is not uniform.
     """
+    fault = unreadable(path, FORCES, LARGEST_FORCES)
+    if fault is not None:
+        raise InputError([fault])
     try:
         history = _read_csv(path) if path.suffix.lower() == ".csv" else _read_netcdf(path)
     except (OSError, ValueError) as error:
@@ -341,52 +343,31 @@ def _read_netcdf(path: Path) -> ForceHistory:
 
 
 def _read_csv(path: Path) -> ForceHistory:
-    number, header, values = _plain_numbers(path) or _cells(path)
-    if header[0] != "time [s]":
-        expected = "expected the first column 'time [s]'"
-        raise InputError([Fault(path, f"line {number}", header[0] or None, expected)])
-    wrong = [cell for cell in header[1:] if not cell.endswith(" [N]")]
-    if wrong or len(header) < 2:
-        expected = "expected a column '<pair name> [N]' for each pair, all of them in N"
-        raise InputError([Fault(path, f"line {number}", wrong or None, expected)])
-    if len(values) < 2:
-        expected = "expected at least two lines of values below the header"
-        raise InputError([Fault(path, "", None, expected)])
-    names = tuple(cell.removesuffix(" [N]") for cell in header[1:])
-    return ForceHistory(values[:, 0], names, values[:, 1:])
-
-
-def _plain_numbers(path: Path) -> tuple[int, list[str], Array] | None:
-    """Line and cells of the header, and the values below it; None where they are not as simple."""
-    try:
-        lines = path.read_text("utf-8-sig").splitlines()
-        if len(lines) < 2:
-            return None
-        header = [cell.strip() for cell in next(csv.reader(lines[:1]))]
-        values = np.loadtxt(lines[1:], delimiter=",", comments=None, ndmin=2)
-    except (OSError, ValueError, StopIteration, csv.Error):
-        return None
-    whole = values.shape[1:] == (len(header),) and bool(np.isfinite(values).all())
-    return (1, header, values) if whole else None
-
-
-def _cells(path: Path) -> tuple[int, list[str], Array]:
-    """The same, cell by cell, with the fault of each."""
     faults, example = list[Fault](), "time [s],<pair name> [N]"
     what = f"a force history (CSV) with the header {example}"
-    lines = read_lines(path, what, example, faults, MOST_STEPS, float("inf"))
-    if not lines:
+    table = read_numbers(path, what, example, faults, MOST_STEPS, LARGEST_FORCES)
+    if table is None:
         raise InputError(faults)
-    number, header = lines[0]
-    values = np.empty((len(lines) - 1, len(header)))
-    for row, (at, cells) in zip(values, lines[1:], strict=True):
-        for k, cell in enumerate(cells):
-            value = read_number(cell)
-            if value is None:
-                key = f"line {at}, column {header[k]}"
-                faults.append(Fault(path, key, cell, "expected a finite number"))
-            row[k] = np.nan if value is None else value
-    # Of a wrong header no cell is at fault.
-    if faults and header[0] == "time [s]":
+    number, header = table.header
+    if name_and_unit(header[0])[0] != "time":
+        expected = "expected the first column 'time [s]'"
+        raise InputError([Fault(path, f"line {number}", header[0] or None, expected)])
+    factors = []
+    for k, cell in enumerate(header):
+        factor = unit_of_column(cell, FORCE if k else TIME)
+        if isinstance(factor, str):
+            faults.append(Fault(path, f"line {number}, column {cell}", None, factor))
+        else:
+            factors.append(factor)
+    if len(header) < 2:
+        expected = "expected a column '<pair name> [N]' for each pair"
+        faults.append(Fault(path, f"line {number}", None, expected))
+    if len(table.values) < 2:
+        faults.append(
+            Fault(path, "", None, "expected at least two lines of values below the header")
+        )
+    if faults:
         raise InputError(faults)
-    return number, header, values
+    values = table.values * np.array(factors)
+    names = tuple(name_and_unit(cell)[0] for cell in header[1:])
+    return ForceHistory(values[:, 0], names, values[:, 1:])

@@ -13,7 +13,8 @@ from impactfem.case import Case, Contact
 from impactfem.case.base import nearest
 from impactfem.case.facade import ALIGNED, words_of
 from impactfem.case.motions import read_force_table
-from impactfem.coupling.force_history import ForceHistory, PairEnds, read_forces
+from impactfem.coupling.force_history import ForceHistory, PairEnds
+from impactfem.coupling.given_forces import given_forces, wrong_signs
 from impactfem.reduction.edge_force import EdgeForce, Shares
 from impactfem.reduction.sides import Impulses, PairEnd, Sides
 from impactfem.system.errors import Fault, InputError
@@ -112,6 +113,7 @@ def pair_ends(
                 faults.append(Fault(path, "pair", None, expected))
     elif history.pairs:
         ends, faults = _ends_by_file(history, path, building)
+    faults += wrong_signs(history, path, case)
     # The last step of forces may be cut, as whole steps make no duration.
     step = float(history.time[-1]) / (len(history.time) - 1)
     if history.time[-1] < duration - step:
@@ -195,7 +197,7 @@ def check_contacts(case: Case, mesh: BuildingMesh) -> tuple[EdgeForce, ...]:
     ends = [(one.name, end) for one in case.contacts for end in _ends_of_contact(one)]
     if transient is not None and transient.forces is not None and not case.contacts:
         path = transient.forces
-        history = read_forces(path)
+        history = given_forces(transient)
         found, faults = _ends_by_file(history, path, building) if history.pairs else ({}, [])
         ends += [(history.pairs[j], end) for j, pair in found.items() for end in pair]
     named = None if transient is None else transient.floors

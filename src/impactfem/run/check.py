@@ -21,7 +21,9 @@ from impactfem.case.model import CaseFile
 from impactfem.case.motions import RecordMotion, read_force_table
 from impactfem.case.plausibility import implausible
 from impactfem.case.source import read_source
-from impactfem.coupling.force_history import ForceHistory, check_forces
+from impactfem.case.transient import transient_files
+from impactfem.coupling.force_history import FORCES, ForceHistory
+from impactfem.coupling.given_forces import doubts, given_forces
 from impactfem.device.from_case import checked_devices
 from impactfem.motion.from_case import checked_durations, hardly_meant
 from impactfem.run.estimate import (
@@ -33,11 +35,12 @@ from impactfem.run.estimate import (
     nodes_of_file,
     too_much,
 )
-from impactfem.run.stages import STAGES, asked_stages
+from impactfem.run.stages import STAGES, asked_stages, needed_stages
 from impactfem.stages.check import log_checks
 from impactfem.stages.manifest import sources
 from impactfem.stages.pounding.checks import distance_check
 from impactfem.system.errors import Fault, InputError, file_errors
+from impactfem.system.files import LARGEST_FORCES, unreadable
 from impactfem.system.log import LOGGER
 
 T = TypeVar("T")
@@ -70,7 +73,11 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
         found, readable = None, not faults
         if case is not None:
             stages = {one.name for one in asked_stages(case, stage)} if not faults else set()
-            found, further = further_checks(case, left_out, stages, mesh=mesh)
+            # Forces of another program may be missing for stages that do not read them.
+            given = transient_files(case.transient) if case.transient is not None else ()
+            readers = [one for one in needed_stages(case, stage) if {*given} & {*one.files(case)}]
+            forces = bool(readers) or stage is None
+            found, further = further_checks(case, left_out, stages, mesh=mesh, forces=forces)
             # Of what the file has wrong, as a pair or where it acts, the mesh says no more.
             wrong = {fault.key for fault in faults}
             if any(key.startswith(("contacts", "transient.eccentricity")) for key in wrong):
@@ -107,7 +114,13 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
 
 def warn_of_implausible(case: Case, longest: float) -> None:
     """Warn of values that are probably mistakes; the longest motion has this duration [s]."""
-    for one in (*implausible(case, longest), *hardly_meant(case)):
+    found = [*implausible(case, longest), *hardly_meant(case)]
+    transient = case.transient
+    if transient is not None and transient.forces is not None:
+        # Where they cannot be read, that is a fault.
+        history = _attempt([], partial(given_forces, transient, check=True))
+        found += () if history is None else doubts(history, transient.forces, case)
+    for one in found:
         LOGGER.warning("warning: %s", one)
 
 
@@ -121,11 +134,12 @@ def _attempt(faults: list[Fault], action: Callable[[], T]) -> T | None:
 
 
 def further_checks(
-    case: Case, left_out: set[str], stages: set[str], *, mesh: bool
+    case: Case, left_out: set[str], stages: set[str], *, mesh: bool, forces: bool = True
 ) -> tuple[Estimate | None, list[Fault]]:
     """Check devices, motions, times and forces of a case, and the mesh if it is read or made.
 
-    Sections that could not be read (`left_out`) are not checked. Gives what a run of the stages
+    Sections that could not be read (`left_out`) are not checked, nor are, without `forces`, the
+    impact forces of another program. Gives what a run of the stages
     will take, None where faults hide it, and the faults.
     """
     faults: list[Fault] = []
@@ -162,8 +176,14 @@ def further_checks(
             table = read_force_table(loads.file, faults)
             if table is not None:
                 faults += table.early_ends(loads.file, computed)
-    if transient is not None and transient.forces is not None:
-        history = _attempt(faults, partial(check_forces, transient.forces))
+    if transient is not None and transient.forces is not None and forces:
+        missing = unreadable(transient.forces, FORCES, LARGEST_FORCES)
+        if missing is not None:
+            given = str(transient.forces)
+            faults.append(Fault(case.path, "transient.forces", given, missing.expected))
+            transient = transient.model_copy(update={"forces": None})
+    if transient is not None and transient.forces is not None and forces:
+        history = attempt(partial(given_forces, transient, check=True))
         if history is not None and "contacts" not in left_out and case.structure is not None:
             from impactfem.reduction.forces import pair_ends
 

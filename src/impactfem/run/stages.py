@@ -33,12 +33,8 @@ def check_stage_name(name: str | None) -> None:
         raise InputError([Fault("command line", "--stage", name, expected)])
 
 
-def asked_stages(case: Case, last: str | None) -> list[Stage]:
-    """The stages to run, in order: up to the last with all that it needs; None or "report" for all.
-
-    All are those that the case has the input for. InputError where it lacks what the last one
-    needs.
-    """
+def needed_stages(case: Case, last: str | None) -> list[Stage]:
+    """The last stage with all that it needs, in order; None or "report" for all the case has."""
     if last in (None, REPORT):
         return [stage for stage in STAGES if stage.lacks(case) is None]
     by_name = {stage.name: stage for stage in STAGES}
@@ -48,7 +44,16 @@ def asked_stages(case: Case, last: str | None) -> list[Stage]:
         if name not in wanted:
             wanted.add(name)
             ahead += [stage.name for stage in by_name[name].needs(case)]
-    stages = [stage for stage in STAGES if stage.name in wanted]
+    return [stage for stage in STAGES if stage.name in wanted]
+
+
+def asked_stages(case: Case, last: str | None) -> list[Stage]:
+    """The stages to run, in order: up to the last with all that it needs; None or "report" for all.
+
+    All are those that the case has the input for. InputError where it lacks what the last one
+    needs.
+    """
+    stages = needed_stages(case, last)
     for stage in stages:
         missing = stage.lacks(case)
         if missing is not None:

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import xarray as xr
 
+from impactfem.coupling.force_history import ForceHistory
+from impactfem.coupling.given_forces import AGREES, largest_disagreement
 from impactfem.stages.check import POINTS, Check, end_check, limited, resolved_frequency
 from impactfem.stages.pounding.checks import begins_with_jump
 from impactfem.stages.stores import names_of, of_run, open_store, time_step
@@ -78,6 +80,21 @@ def _pulling(store: xr.Dataset) -> Iterator[Check]:
     edge = largest["edge"].isel(edge=worst).item()
     text = f"transient: largest force on {edge}, spread uniform, distance from the middle"
     yield limited(text, float(beside.isel(edge=worst)), sixth, "m")
+
+
+def impulse_check(given: ForceHistory, own: ForceHistory, name: str) -> list[Check]:
+    """Compare the impulses of each pair in a file of forces with those of the sticks of the run."""
+    worst = largest_disagreement(given, own)
+    if worst is None:
+        return []
+    pair, theirs, ours = worst
+    factor = max(theirs, ours) / min(theirs, ours) if min(theirs, ours) > 0.0 else math.inf
+    text = f"transient: impulses of {name} and of the sticks of this run, largest factor"
+    met, text = limited(text, factor, AGREES)
+    text += f" at {pair}: {theirs:.3g} and {ours:.3g} N s"
+    if not met:
+        text += "; floor spectra change with it: check the order of the columns, signs and units"
+    return [(met, text)]
 
 
 def samples_check(step: float, highest: float) -> Check:

@@ -12,6 +12,7 @@ from impactfem.building.parts import BuildingParts
 from impactfem.case import Case
 from impactfem.case.transient import Transient
 from impactfem.coupling.force_history import ForceHistory, read_forces
+from impactfem.coupling.given_forces import given_forces
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.reduction.edge_force import Shares
@@ -54,7 +55,7 @@ def prepare(
     transient = transient_of(case)
     parts, _ = read_parts(case, mesh_file)
     path = transient.forces or forces_file
-    history = read_forces(path)
+    history = read_forces(path) if transient.forces is None else given_forces(transient)
     duration = transient.duration or float(history.time[-1])
     motions = tuple(ground_motions(case.motions))
     loads = case_loads(case, parts.mesh, motions, history, path, duration, inputs, impulses)

@@ -4,6 +4,8 @@ from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.case.transient import transient_files
+from impactfem.coupling.force_history import read_forces
+from impactfem.coupling.given_forces import given_forces
 from impactfem.stages.building.stage import BUILDING, storey_factor
 from impactfem.stages.calibrate.selection import impulses_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
@@ -14,7 +16,7 @@ from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import of_run, open_store
-from impactfem.stages.transient.checks import samples_check, transient_checks
+from impactfem.stages.transient.checks import impulse_check, samples_check, transient_checks
 from impactfem.stages.transient.figures import transient_figures
 from impactfem.stages.transient.physics import physics_scalars
 from impactfem.stages.transient.tables import transient_tables
@@ -80,6 +82,9 @@ def _checks(case: Case, folder: Path) -> list[Check]:
     sticks = case.modelled_building.name not in case.pounding_in_3d
     if sticks and case.transient is not None and case.transient.forces is None:
         found += stick_against_model(folder)
+    if case.transient is not None and case.transient.forces is not None:
+        given, own = given_forces(case.transient), read_forces(of_run(folder, "forces.nc"))
+        found += impulse_check(given, own, case.transient.forces.name)
     return found
 
 
