@@ -47,11 +47,12 @@ file = "soil.csv"
 
 
 def impedances(lowest=0.5, highest=60.0, scale=1.0):
-    lines = ["component,frequency [Hz],real,imaginary"]
+    lines = ["component,frequency [Hz],real,imaginary,unit"]
     for name in ("x", "y", "z", "rx", "ry", "rz"):
+        unit = "N m/rad" if name.startswith("r") else "N/m"
         for f in np.linspace(lowest, highest, 12):
             real, imaginary = scale * (1e10 - 1e5 * f**2), scale * 2e8 * f
-            lines.append(f"{name},{f:.6g},{real:.8g},{imaginary:.8g}")
+            lines.append(f"{name},{f:.6g},{real:.8g},{imaginary:.8g},{unit}")
     return "\n".join(lines) + "\n"
 
 
@@ -119,6 +120,11 @@ def test_matrices_and_table(broken):
     soil = load_case(broken(more=TABLE, files={"soil.csv": impedances()})).buildings[1].soil
     assert soil is not None
     assert soil.law.error.max() < 0.03
+    text = re.sub(",N(/m| m/rad)", r",kN\1", impedances(scale=1e-3))
+    other = load_case(broken(more=TABLE, files={"soil.csv": text})).buildings[1].soil
+    for (f, *parts), (f_other, *others) in zip(soil.curves, other.curves, strict=True):
+        assert np.array_equal(f, f_other)
+        assert np.array(others) == pytest.approx(np.array(parts), rel=1e-6)
 
 
 BAD = [
@@ -172,9 +178,18 @@ def test_full_order_has_a_clamped_base(tmp_path):
     [
         (impedances(highest=30.0), "0.5 Hz or below up to 50 Hz; all have 0.5 to 30 Hz"),
         (impedances(lowest=5.0), "0.5 Hz or below up to 50 Hz; all have 5 to 60 Hz"),
-        (re.sub("(\nry,.*),.*", r"\1,-1", impedances(), count=1), "would give energy"),
+        (re.sub("(\nry,.*),.*,", r"\1,-1,", impedances(), count=1), "would give energy"),
         (impedances().replace("ry,0.5,9", "ry,0.5,-9"), "more than 0 up to 0.5 Hz"),
         (re.sub("rz,.*\n", "", impedances()), "missing rz"),
+        (re.sub(",unit|,N.*", "", impedances()), "missing column; expected 'unit'"),
+        (
+            impedances().replace(",N/m", ",kN", 1),
+            "'kN' is a force; expected the",
+        ),
+        (
+            impedances().replace(",N m/rad", ",N/m", 1),
+            "'N/m' is a stiffness; expected",
+        ),
     ],
 )
 def test_refused_tables(broken, table, words):

@@ -369,8 +369,10 @@ def test_a_soil_that_no_model_has(new_case, tmp_path, caplog, layered, told):
     x = np.pi / 10.0 * f / np.sqrt(1.0 + 0.1j)
     S = 3e9 * ((1.0 + 0.1j) * x / np.tan(x) if layered else 1.0 + 0.02j * f)
     table = list(zip(f, S, strict=True))
-    rows = [f"{c},{a:.6g},{b.real:.6g},{b.imag:.6g}\n" for c in COMPONENTS for a, b in table]
-    (tmp_path / "soil.csv").write_text("component,frequency [Hz],real,imaginary\n" + "".join(rows))
+    units = {c: "N m/rad" if c.startswith("r") else "N/m" for c in COMPONENTS}
+    rows = [f"{c},{a:.6g},{b.real:.6g},{b.imag:.6g},{units[c]}\n" for c in units for a, b in table]
+    header = "component,frequency [Hz],real,imaginary,unit\n"
+    (tmp_path / "soil.csv").write_text(header + "".join(rows))
     raft = '{ length = "20 m", width = "12 m", thickness = "1 m", density = "2500 kg/m3" }'
     soil = f'[buildings.soil]\ntype = "table"\nfile = "soil.csv"\nraft = {raft}\n'
     path = new_case(tmp_path, ("\n[[motions]]\n", f"\n{soil}[[motions]]\n"))

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from impactfem.case.base import Section, either, rule, together
-from impactfem.case.leaf import Words
+from impactfem.case.leaf import Text, Words
 from impactfem.case.quantity import (
     Density,
     Depth,
@@ -24,6 +24,7 @@ from impactfem.case.quantity import (
 )
 from impactfem.case.reading import TableFile
 from impactfem.case.table import Table, read_table
+from impactfem.case.unit import ROTATIONAL_STIFFNESS, STIFFNESS, UnitError, si_factor
 from impactfem.dynamics.impedance import fitted
 from impactfem.dynamics.soil import BAND, MOST_DAMPED, HalfSpace, Soil, raft_mass, soil_of
 from impactfem.system.arrays import Array
@@ -186,13 +187,28 @@ class ImpedanceRow(Section):
     frequency: Frequency
     """Frequency."""
     real: Number
-    """Real part of the dynamic stiffness, in N/m or N m/rad."""
+    """Real part of the dynamic stiffness."""
     imaginary: Number
-    """Imaginary part, in N/m or N m/rad, positive for soil that takes energy."""
+    """Imaginary part, positive for soil that takes energy."""
+    unit: Text
+    """Unit of both parts: `N/m` along an axis, `N m/rad` about one, as `kN/m` and `kN m/rad`."""
 
 
 def read_impedances(path: Path, faults: list[Fault]) -> Table[ImpedanceRow] | None:
-    """Read a table of impedances."""
+    """Read a table of impedances, and convert them to SI."""
+    rows: list[ImpedanceRow] = []
+
+    def in_si(table: Table[ImpedanceRow]) -> Iterator[Fault]:
+        for line, row in table:
+            kind = ROTATIONAL_STIFFNESS if row.component.startswith("r") else STIFFNESS
+            try:
+                factor = si_factor(row.unit, kind)
+            except UnitError as error:
+                expected = f"{error}; expected the unit of {kind.name}, as '{kind.unit}'"
+                yield table.fault(line, "unit", row.unit, expected)
+                continue
+            parts = {"real": factor * row.real, "imaginary": factor * row.imaginary}
+            rows.append(row.model_copy(update=parts | {"unit": kind.unit}))
 
     def complete(table: Table[ImpedanceRow]) -> Iterator[Fault]:
         yield from table.disorder("frequency", "component", "component")
@@ -208,7 +224,9 @@ def read_impedances(path: Path, faults: list[Fault]) -> Table[ImpedanceRow] | No
                 expected = f"expected more than 0 up to {BAND[0]:g} Hz, almost at rest"
                 yield table.fault(line, "real", row.real, expected)
 
-    return read_table(path, ImpedanceRow, faults, complete, what="a table of impedances (CSV)")
+    what = "a table of impedances (CSV)"
+    table = read_table(path, ImpedanceRow, faults, complete, in_si, what=what)
+    return None if table is None else replace(table, rows=tuple(rows))
 
 
 class TableSoil(_OnRaft):
