@@ -113,6 +113,7 @@ def test_byte_order_mark_of_a_spreadsheet(tmp_path):
         ("Jy [kg m2]", "Jx [kg m2]", "line 1, column Jx [kg m2]", "duplicate column"),
         ("Jy [kg m2]", "Jx [kg m2]", "line 1", "missing column; expected 'Jy [kg m2]'"),
         ("floor,", "floor [m],", "line 1, column floor [m]", "this column has no unit"),
+        ("mass [t]", "mass (t)", "line 1, column mass (t)", "square brackets: 'mass [t]'"),
         ("mass [t]", "mass [t", "line 1, column mass [t", "unknown column; did you mean 'mass'?"),
     ],
 )

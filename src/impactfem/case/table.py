@@ -38,7 +38,7 @@ MOST_ROWS = 10_000
 MOST_POINTS = 50_000
 """Largest number of points of spectra in a table."""
 
-_NEWLINE = re.compile(r"\r\n|\r|\n")
+_PARENTHESES = re.compile(r"(.*?)\s*\(([^()]*)\)")
 _SEPARATOR = re.compile(r'\s*"?sep=.?"?,*\s*', re.IGNORECASE)
 """The line by which spreadsheets say what separates the columns."""
 _HEADER = re.compile(r"\s*([^\[\]]*?)\s*(?:\[\s*([^\[\]]*?)\s*\])?\s*")
@@ -188,7 +188,7 @@ def _filled_lines(
         return None
     lines = [
         (number, line)
-        for number, line in enumerate(_NEWLINE.split(text), start=1)
+        for number, line in enumerate(re.sub("\r\n?", "\n", text).split("\n"), start=1)
         if line.strip(" \t,") and not line.lstrip().startswith("#")
     ]
     if lines and _SEPARATOR.fullmatch(lines[0][1]):
@@ -314,6 +314,8 @@ def _columns(
         if name not in fields:
             if row_model.model_config.get("extra") != "ignore":
                 known = nearest(name, list(fields))
+                if (parts := _PARENTHESES.fullmatch(header)) and parts[1] in fields:
+                    known = f"write the unit in square brackets: '{parts[1]} [{parts[2]}]'"
                 wrong = f"unknown column; {known}" if header else "a column without a name"
         elif name in found:
             wrong = "duplicate column"
