@@ -1,4 +1,7 @@
 import re
+import subprocess
+import sys
+import tempfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -6,8 +9,15 @@ import numpy as np
 import pytest
 
 from impactfem.building.mesh import Part, areas
-from impactfem.building.read_mesh import Block, RawMesh, assemble, read_groups, read_mesh, read_raw
-from impactfem.system.errors import InputError
+from impactfem.building.read_mesh import (
+    Block,
+    RawMesh,
+    assemble,
+    read_groups,
+    read_mesh,
+    read_raw,
+)
+from impactfem.system.errors import ImpactfemError, InputError
 from impactfem.system.own_process import in_own_process
 
 KINDS = {"Point": 15, "Line 3": 8, "Triangle 6": 9}
@@ -151,6 +161,55 @@ def test_a_number_that_no_level_has(frame_file, tmp_path):
     path.write_text(frame_file.read_text().replace("floor_2", f"floor_{'9' * 5000}"))
     with pytest.raises(InputError, match=r"unknown physical group|expected a mesh of gmsh"):
         read_mesh(path)
+
+
+MERGE = "import gmsh, sys; gmsh.initialize(readConfigFiles=False); gmsh.merge(sys.argv[1])"
+
+
+@pytest.mark.parametrize("read", [read_mesh, read_groups])
+def test_a_script_next_to_a_mesh_is_not_run(read, frame_file, tmp_path):
+    path, effect = tmp_path / "building.msh", tmp_path / "effect"
+    path.write_bytes(frame_file.read_bytes())
+    Path(f"{path}.opt").write_text(f'SystemCall "touch {effect}";\n')
+    read(path)
+    assert not effect.exists()
+    subprocess.run([sys.executable, "-c", MERGE, path], check=True, capture_output=True)
+    assert effect.exists()  # gmsh runs it where it reads the file in place
+
+
+@pytest.mark.parametrize(
+    "start",
+    [
+        "",
+        "// $MeshFormat\n4.1 0 8\n",
+        "$MeshFormat 4.1\n",
+        "$MeshFormat 4.1\r",
+        "$MeshFormat\0\n4.1 0 8\n$EndMeshFormat\n",
+        "$MeshFormatted\n4.1 0 8\n",
+        "$Comments\n$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$EndComments\n",
+        "$Comments $MeshFormat 4.1\n$EndComments\n",
+        f"$Comments {'x' * 300}\n$MeshFormat\n4.1 0 8\n$EndMeshFormat\n",
+    ],
+)
+def test_a_script_under_the_name_of_a_mesh_is_not_run(start, tmp_path):
+    path, effect = tmp_path / "script.msh", tmp_path / "effect"
+    path.write_text(f'{start}SystemCall "touch {effect}";\n', newline="")
+    with pytest.raises(InputError, match=r"script\.msh"):
+        read_mesh(path)
+    assert not effect.exists()
+    if not start:
+        subprocess.run([sys.executable, "-c", MERGE, path], check=True, capture_output=True)
+        assert effect.exists()
+
+
+def test_no_space_for_the_copy_of_a_mesh(frame_file, tmp_path, monkeypatch):
+    """The message names the folder of temporary files; the mesh is not at fault."""
+    for name in ("TMPDIR", "TEMP", "TMP"):
+        monkeypatch.setenv(name, str(tmp_path))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "missing"))
+    with pytest.raises(ImpactfemError, match=r"folder of temporary files: .*TMPDIR") as caught:
+        read_raw(frame_file)
+    assert not isinstance(caught.value, InputError) and str(frame_file) not in str(caught.value)
 
 
 @pytest.mark.parametrize("part", [0.01, 0.3, 0.95])

@@ -125,7 +125,7 @@ def test_the_launcher_of_mpi_is_not_seen(monkeypatch):
 
 def test_an_input_error_comes_with_its_faults(tmp_path):
     path = tmp_path / "missing.msh"
-    with pytest.raises(InputError, match="No such file") as caught:
+    with pytest.raises(InputError, match="no such file") as caught:
         in_own_process(read_raw, path)
     assert caught.value.faults[0].file == path
 

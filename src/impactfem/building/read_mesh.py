@@ -26,7 +26,7 @@ from impactfem.building.mesh import (
 from impactfem.building.mesh_checks import check_mesh
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError
-from impactfem.system.files import LARGEST_MESH, read_bytes, unreadable
+from impactfem.system.files import LARGEST_MESH, private_copy, read_bytes
 from impactfem.system.own_process import read_in_own_process
 
 EXPECTED = "a mesh of gmsh (.msh, format 2 or 4)"
@@ -46,10 +46,7 @@ def read_mesh(path: Path) -> BuildingMesh:
         InputError: The file is not such a mesh, a group is missing or unknown, or the mesh does
             not hold together; every fault names its group and a place.
     """
-    content = read_bytes(path, EXPECTED, LARGEST_MESH)
-    if isinstance(content, Fault):
-        raise InputError([content])
-    return _read_mesh(path, hashlib.sha256(content).hexdigest())
+    return _read_mesh(path, hashlib.sha256(_content(path)).hexdigest())
 
 
 @lru_cache(maxsize=2)
@@ -79,9 +76,6 @@ def read_groups(path: Path | str) -> Groups:
     Raises:
         InputError: The file is no such mesh, or a group has cells of several shapes.
     """
-    fault = unreadable(Path(path), EXPECTED, LARGEST_MESH)
-    if fault is not None:
-        raise InputError([fault])
     raw = read_in_own_process(read_raw, Path(path), EXPECTED)
     faults, cells, nodes = [], {}, {}
     for group in dict.fromkeys(group for block in raw.blocks for group in block.groups):
@@ -140,15 +134,23 @@ class RawMesh:
     groups: tuple[tuple[str, int], ...]
 
 
+def _content(path: Path) -> bytes:
+    """Read the bytes of a mesh file; InputError where it cannot be read."""
+    content = read_bytes(path, EXPECTED, LARGEST_MESH)
+    if isinstance(content, Fault):
+        raise InputError([content])
+    return content
+
+
 def read_raw(path: Path) -> RawMesh:
-    """Read a file with gmsh, which must be a mesh; to be run inside `in_own_process`."""
-    try:
-        with path.open("rb") as stream:
-            head = stream.read(65536)
-    except OSError as error:
-        fault = Fault(path, "", None, f"{error.strerror}; expected {EXPECTED}")
-        raise InputError([fault]) from error
-    # What else it begins with, gmsh would run as a script.
+    """Read a file with gmsh, which must be a mesh; to be run inside `in_own_process`.
+
+    gmsh reads a copy in a new folder, because it runs the script ``<mesh>.opt`` next to a mesh.
+    ImpactfemError where there is no space for the copy.
+    """
+    content = _content(path)
+    head = content[:65536]
+    # gmsh runs a file that begins with anything else as a script.
     start = head.find(b"$MeshFormat") if head.startswith((b"$MeshFormat", b"$Comments")) else -1
     words = head[start:].split()[1:2] if start >= 0 else []
     version = words[0].decode(errors="replace") if words else ""
@@ -158,22 +160,28 @@ def read_raw(path: Path) -> RawMesh:
     if version.split(".")[0] not in ("2", "4"):
         raise InputError([Fault(path, "$MeshFormat", version, f"expected {EXPECTED}")])
     try:
-        with gmsh_session() as gmsh:
-            return _read(gmsh, path)
+        with private_copy(content, "mesh.msh") as copy, gmsh_session() as gmsh:
+            return _read(gmsh, copy, path)
     except UnicodeDecodeError as error:  # gmsh gives names as they stand there
         fault = Fault(path, "", None, f"a name that is not UTF-8; expected {EXPECTED}")
         raise InputError([fault]) from error
 
 
-def _read(gmsh: Any, path: Path) -> RawMesh:
+def _read(gmsh: Any, copy: Path, path: Path) -> RawMesh:
+    """Read the copy of a mesh file, which faults name by its own path."""
+
+    def refused(reason: object) -> InputError:
+        words = str(reason).replace(str(copy), path.name)
+        return InputError([Fault(path, "", None, f"{words}; expected {EXPECTED}")])
+
     gmsh.logger.start()
     try:
-        gmsh.merge(str(path))
+        gmsh.merge(str(copy))
     except Exception as error:  # gmsh raises nothing more special
-        raise InputError([Fault(path, "", None, f"{error}; expected {EXPECTED}")]) from error
+        raise refused(error) from error
     errors = [line for line in gmsh.logger.get() if line.startswith("Error")]
     if errors:
-        raise InputError([Fault(path, "", None, f"{errors[0]}; expected {EXPECTED}")])
+        raise refused(errors[0])
     model = gmsh.model
     tags, nodes, _ = model.mesh.getNodes()
     order = np.argsort(tags)

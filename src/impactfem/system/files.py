@@ -13,8 +13,9 @@ import stat
 import sys
 import zipfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -63,6 +64,25 @@ def atomic(path: Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
     except OSError as error:
         raise ImpactfemError(f"cannot write {path}: {error.strerror or error}") from error
+
+
+@contextmanager
+def private_copy(content: bytes, name: str) -> Iterator[Path]:
+    """Write a file into a new folder of this user alone, and remove both when the block ends.
+
+    For libraries that look for further files next to the one that they read. ImpactfemError where
+    the folder of temporary files has no space or cannot be written.
+    """
+    with ExitStack() as held:
+        try:
+            copy = Path(held.enter_context(TemporaryDirectory(prefix="impactfem-")), name)
+            copy.write_bytes(content)
+        except OSError as error:
+            raise ImpactfemError(
+                f"cannot write a copy of {1e-6 * len(content):.3g} MB to the folder of temporary "
+                f"files: {error.strerror or error}; set TMPDIR to a folder with free space"
+            ) from error
+        yield copy
 
 
 def remove_parts(folder: Path) -> None:

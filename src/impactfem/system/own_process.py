@@ -79,10 +79,10 @@ if __name__ == "__main__":
     # goes to standard error.
     out = os.dup(1)
     os.dup2(2, 1)
-    function, arguments = pickle.loads(sys.stdin.buffer.read())
     result, failure = None, None
     try:
-        with file_errors():
+        with file_errors():  # also of the import of the function's module
+            function, arguments = pickle.loads(sys.stdin.buffer.read())
             result = function(*arguments)
     except ImpactfemError as error:
         failure = error
