@@ -43,6 +43,8 @@ PUBLISHED = (
 )
 
 
+# pytest's `caplog` listens to the root logger.
+logging.getLogger("impactfem").propagate = True
 # No test may depend on how fast the machine is.
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")

@@ -15,15 +15,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import dolfinx
-import dolfinx.fem.petsc
 import numpy as np
-import ufl
-from dolfinx import fem, mesh
 from mpi4py import MPI
 
 from impactfem.system.arrays import Array, Index
 from impactfem.system.cache import cache_folder
+from impactfem.system.log import root_logger_kept
+
+with root_logger_kept():  # FFCx gives it a handler for every message of every library
+    import dolfinx
+    import dolfinx.fem.petsc
+    import ufl
+    from dolfinx import fem, mesh
 
 _BASIX = not hasattr(ufl, "VectorElement")  # elements moved from ufl to basix.ufl in 0.7
 _CORNERS = {"triangle": 3, "interval": 2}

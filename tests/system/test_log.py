@@ -1,5 +1,7 @@
 import io
 import logging
+import subprocess
+import sys
 import threading
 from pathlib import Path
 
@@ -253,3 +255,27 @@ def test_a_full_disk_is_an_error_and_no_traceback(capsys, tmp_path):
     assert capsys.readouterr().err.splitlines() == ["a step", "a warning"]
     with pytest.raises(ImpactfemError, match=f"write {tmp_path}: Is a dir"), mirrored(tmp_path):
         speak()
+
+
+def test_a_script_keeps_its_root_logger(copied):
+    """FFCx calls `logging.basicConfig` when it is imported, and a run logs its details."""
+    script = copied.with_name("script.py")
+    script.write_text(
+        "import logging, pathlib, warnings\n"
+        "shown = warnings.showwarning\n"
+        "from impactfem import _fenicsx, study\n"
+        f"study.run(pathlib.Path({str(copied)!r}), out=pathlib.Path('run'), draw=False)\n"
+        "print(logging.getLogger().handlers, warnings.showwarning is shown)\n"
+        "logging.getLogger('impactfem').warning('heard')\n"
+        "logging.getLogger('impactfem').info('not heard')\n"
+        "logging.basicConfig(level=logging.DEBUG, format='root: %(message)s')\n"
+        "logging.getLogger('impactfem').warning('once')\n"
+    )
+    ended = subprocess.run(
+        [sys.executable, script], cwd=copied.parent, capture_output=True, text=True, check=False
+    )
+    assert ended.stdout == "[] True\n", ended.stderr
+    lines = ended.stderr.splitlines()
+    assert lines[-2:] == ["heard", "once"]
+    assert all(line.startswith("warning: ") for line in lines[:-2])
+    assert "DEBUG   case" in (copied.parent / "run" / "run.log").read_text()

@@ -6,6 +6,7 @@ import logging
 import sys
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass
@@ -32,10 +33,40 @@ class _Visible(logging.Formatter):
         return "\n".join(map(printable, super().format(record).split("\n")))
 
 
+class _Errors(logging.StreamHandler):  # type: ignore[type-arg]
+    """Writes to standard error, whatever that is at the time."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Write the record."""
+        self.stream = sys.stderr
+        super().emit(record)
+
+
+# A program that uses this package has its own root logger, with its own level and handlers.
+LOGGER.propagate = False
+if not LOGGER.handlers:
+    _errors = _Errors()
+    _errors.setFormatter(_Visible("%(message)s"))
+    _errors.setLevel(logging.WARNING)
+    LOGGER.addHandler(_errors)
+
+
+@contextmanager
+def root_logger_kept() -> Iterator[None]:
+    """The root logger and the display of warnings stay as they are in spite of an import."""
+    root, shown = logging.getLogger(), warnings.showwarning
+    handlers = root.handlers[:]
+    try:
+        yield
+    finally:
+        root.handlers[:] = handlers
+        if warnings.showwarning is not shown:
+            logging.captureWarnings(False)
+
+
 def set_up(verbose: bool, rank: int = 0) -> None:
     """Send the log of rank 0 to standard error, with details where `verbose`."""
     LOGGER.setLevel(logging.DEBUG)
-    LOGGER.propagate = False
     for handler in [h for h in LOGGER.handlers if not isinstance(h, logging.FileHandler)]:
         LOGGER.removeHandler(handler)
     if rank != 0:
@@ -50,14 +81,13 @@ def set_up(verbose: bool, rank: int = 0) -> None:
 @contextmanager
 def silent() -> Iterator[None]:
     """Report to files only while the block runs, as one of several workers does."""
-    before, level, propagate = LOGGER.handlers[:], LOGGER.level, LOGGER.propagate
+    before, level = LOGGER.handlers[:], LOGGER.level
     set_up(verbose=False, rank=1)
     try:
         yield
     finally:
         LOGGER.handlers[:] = before
         LOGGER.setLevel(level)
-        LOGGER.propagate = propagate
 
 
 class _File(logging.FileHandler):

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from logging.handlers import QueueHandler, QueueListener
+from multiprocessing import resource_tracker
 from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any, NoReturn, TypeVar
 
@@ -248,8 +249,8 @@ def _follow_parent(records: Any) -> None:
     """
     if records is not None:
         _LOGGER.setLevel(logging.DEBUG)
-        _LOGGER.propagate = False  # FFCx gives the root logger a handler
-        _LOGGER.addHandler(QueueHandler(records))
+        _LOGGER.propagate = False
+        _LOGGER.handlers[:] = [QueueHandler(records)]
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent alone answers Ctrl-C
     parent = multiprocessing.parent_process()
 
@@ -284,20 +285,28 @@ def meanwhile(work: Callable[[], T]) -> Iterator[Callable[[], T]]:
                 wait([future])
 
 
+@contextmanager
+def _environment(**variables: str) -> Iterator[None]:
+    """Environment variables of the processes that are started in the block."""
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
 class _OneThreaded(SpawnProcess):
-    """A worker whose libraries have one thread."""
+    """A worker whose libraries have one thread, and which takes no module of the working folder."""
 
     def start(self) -> None:
         """Start it, with its own environment."""
-        before = os.environ.get(THREADS)
-        os.environ[THREADS] = "1"
-        try:
+        with _environment(OMP_NUM_THREADS="1", PYTHONSAFEPATH="1"):
             super().start()
-        finally:
-            if before is None:
-                del os.environ[THREADS]
-            else:
-                os.environ[THREADS] = before
 
 
 class _Context(SpawnContext):
@@ -339,6 +348,8 @@ def workers(
         return
     others, number = set(multiprocessing.active_children()), count or threads()
     context = _Context()
+    with _environment(PYTHONSAFEPATH="1"):
+        resource_tracker.ensure_running()  # a process, which the first queue would start
     records = context.Queue() if logging_here else None
     pool = ProcessPoolExecutor(
         number, mp_context=context, initializer=_follow_parent, initargs=(records,)
