@@ -1,11 +1,20 @@
 """Earthquake pounding of adjacent buildings, and what it does to the equipment inside."""
 
+import sys
+
+# `python -m` puts the working folder first among the folders of modules. Python sets this word
+# while it looks for the module that -m names.
+if sys.argv[:1] == ["-m"] and not sys.flags.safe_path:
+    del sys.path[0]
+
 from importlib.metadata import version
 
 from impactfem.system.cache import place_caches
 from impactfem.system.parallel import settle_threads
+from impactfem.system.settings import ignore_settings_files
 
 __version__ = version("impactfem")
 
+ignore_settings_files()  # before anything imports numba, matplotlib, PETSc or netCDF
 place_caches()  # before anything imports numba or matplotlib
 settle_threads()  # before anything imports NumPy, SciPy or PETSc

@@ -25,6 +25,8 @@ from impactfem.system.log import root_logger_kept
 with root_logger_kept():  # FFCx gives it a handler for every message of every library
     import dolfinx
     import dolfinx.fem.petsc
+    import dolfinx.jit
+    import ffcx
     import ufl
     from dolfinx import fem, mesh
 
@@ -33,6 +35,12 @@ _CORNERS = {"triangle": 3, "interval": 2}
 
 for _name in ("FFCx", "ffcx", "UFL", "ufl"):
     logging.getLogger(_name).setLevel(logging.WARNING)
+
+# Options in files of the working folder could name any command as the compiler: what reads them
+# gives none. A version in which it has neither of these names (the second up to 0.5) stops here.
+for _module in (dolfinx.jit, ffcx.options if hasattr(ffcx, "options") else ffcx.parameters):
+    _reader = next(name for name in ("_load_options", "_load_parameters") if hasattr(_module, name))
+    setattr(_module, _reader, lambda: ({}, {}))
 
 if not _BASIX:
     # Up to 0.6 FFCx counts derivatives along the axes of space, three, where Basix's tables have

@@ -73,7 +73,7 @@ def generate(geometry: Geometry, path: Path, *, source: str = "", binary: bool =
         # gmsh chooses the format by the file's suffix.
         made = temporary.with_name(f"{temporary.name}.msh")
         try:
-            in_own_process(_generate, geometry, made, source, binary)
+            in_own_process(_generate, geometry, made.absolute(), source, binary)
             made.replace(temporary)
         finally:
             made.unlink(missing_ok=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -98,10 +99,11 @@ def read_groups(path: Path | str) -> Groups:
 def gmsh_session() -> Iterator[Any]:
     """The module gmsh between `initialize` and `finalize`; the same for every user and machine.
 
-    To be used inside `in_own_process`.
+    To be used inside `in_own_process`; the working folder is another one afterwards.
     """
     import gmsh
 
+    os.chdir("/")  # gmsh and its PETSc would read settings in the working folder
     # The user's own options are not read: they would change the mesh.
     gmsh.initialize(readConfigFiles=False, interruptible=False)
     try:

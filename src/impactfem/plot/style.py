@@ -7,11 +7,12 @@ import html
 import io
 import re
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends import backend_agg, backend_svg
@@ -91,6 +92,11 @@ class _Plain(LogFormatter):
         return f"{x:g}" if super().__call__(x, pos) else ""
 
 
+def own_style(**settings: Any) -> AbstractContextManager[None]:
+    """Draw with `SETTINGS`, and otherwise with the defaults: a user's own settings do not count."""
+    return mpl.style.context(["default", SETTINGS | settings])
+
+
 @contextmanager
 def figure(
     path: Path, panels: tuple[int, int], size: tuple[float, float], caption: str, seen: str = ""
@@ -106,7 +112,7 @@ def figure(
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     salt = {"svg.hashsalt": f"{path.stem} {caption}"}  # ids are those of one figure, in every run
-    with mpl.rc_context(SETTINGS | salt):  # type: ignore[arg-type]
+    with own_style(**salt):
         # No pyplot: no global state, no display, nothing to close.
         drawn = Figure(figsize=size, layout="constrained")
         grid: Any = drawn.subplots(*panels, squeeze=False)

@@ -43,18 +43,17 @@ def cache_folder(name: str) -> Path:
 
 
 def place_caches() -> None:
-    """Set where numba and matplotlib cache, where they could not write; the user's choice stays.
+    """Set where numba caches, and matplotlib where it could not; the user's choice stays.
 
-    numba refuses to start when it can write neither beside a module nor in the home folder;
+    numba loads compiled code from its cache: no other setting may name the folder. Without a cache
     matplotlib looks for all fonts again in each process. ImpactfemError where no place can be
     written.
     """
     config = platformdirs.user_config_path("matplotlib")
     nearest = next((path for path in (config, *config.parents) if path.exists()), config)
-    kernels_kept = os.access(Path(__file__).parent, os.W_OK)
     fonts_kept = nearest.is_dir() and os.access(nearest, os.W_OK | os.X_OK)
     for variable, name, kept in (
-        ("NUMBA_CACHE_DIR", "kernels", kernels_kept),
+        ("NUMBA_CACHE_DIR", "kernels", False),
         ("MPLCONFIGDIR", "matplotlib", fonts_kept),
     ):
         if not kept and not os.environ.get(variable):

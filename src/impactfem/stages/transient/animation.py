@@ -10,7 +10,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -27,7 +26,7 @@ from impactfem.plot.floor_field import (
     round_factor,
     signed_limits,
 )
-from impactfem.plot.style import BUILDINGS, SETTINGS, figure, letter
+from impactfem.plot.style import BUILDINGS, figure, letter, own_style
 from impactfem.stages.stores import of_run, open_store, open_stores
 from impactfem.stages.transient.floor_figures import mark_edge
 from impactfem.stages.transient.selection import (
@@ -113,7 +112,7 @@ def _frames(floors: Sequence[Filmed]) -> Iterator[NDArray[np.uint8]]:
         ]
     )
     extent = boxes[:, 1].max(axis=0) - boxes[:, 0].min(axis=0)
-    with mpl.rc_context(SETTINGS):  # type: ignore[arg-type]
+    with own_style():
         drawn = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
         canvas: Any = FigureCanvasAgg(drawn)
         shape = (2, 1) if extent[0] >= extent[1] else (1, 2)
