@@ -14,14 +14,16 @@ from impactfem.stages.manifest import (
     PACKAGES,
     changed_file,
     file_digest,
+    further_buildings,
     is_finished,
     manifest_file,
     mark_finished,
     provenance,
     read_manifest,
+    remove_drawings,
     take_over,
 )
-from impactfem.system.errors import ImpactfemError
+from impactfem.system.errors import ImpactfemError, InputError
 
 GOOD = {"inputs": "key", "seconds": {"roof: laid": 1}, "peak_memory": None, "files": {}}
 
@@ -50,6 +52,40 @@ def test_read_back(tmp_path):
 def test_what_is_none(tmp_path, changes):
     with pytest.raises(ValueError, match=next(iter(changes))):
         read_manifest(written(tmp_path, **changes), "roof")
+
+
+OUTSIDE = ["/etc/a", "../a", "figures/../../a", "figures//a", "./a", "", "figures/a\x1b", "a/.."]
+
+
+@pytest.mark.parametrize("name", OUTSIDE)
+@pytest.mark.parametrize("of", ["files", "drawings"])
+def test_names_outside_of_the_folder_are_refused(tmp_path, of, name):
+    with pytest.raises(ValueError, match=of):
+        read_manifest(written(tmp_path, **{of: {name: "hash"}}), "roof")
+
+
+def test_drawings_of_a_foreign_manifest_are_not_removed(tmp_path):
+    folder = tmp_path / "run"
+    (folder / "B2" / "figures").mkdir(parents=True)
+    (folder / "figures").mkdir()
+    kept = [tmp_path / "a.txt", folder / "notes.txt", folder / "case.toml"]
+    drawn = [folder / "figures" / "a.svg", folder / "B2" / "figures" / "a.svg"]
+    for path in (*kept, *drawn):
+        path.write_text("words")
+    for names in (["../a.txt"], [str(kept[0])], ["notes.txt"], ["figures/../case.toml"]):
+        written(folder, drawings=dict.fromkeys(["figures/a.svg", *names], "hash"))
+        remove_drawings(folder, "roof")
+        assert all(path.exists() for path in (*kept, *drawn))
+    written(folder, drawings=dict.fromkeys(["figures/a.svg", "B2/figures/a.svg"], "hash"))
+    remove_drawings(folder, "roof")
+    assert all(path.exists() for path in kept) and not any(path.exists() for path in drawn)
+
+
+@pytest.mark.parametrize("name", ["../B2", "/B2", "B2/..", "", "..", "B2\n", 3, None])
+def test_further_buildings_name_folders_of_the_run(tmp_path, name):
+    assert further_buildings({"further_structures": [{"building": "B-2_x"}]}, tmp_path) == ["B-2_x"]
+    with pytest.raises(InputError, match=r"further_structures\.building"):
+        further_buildings({"further_structures": [{"building": name}]}, tmp_path)
 
 
 def test_changed_files(tmp_path):

@@ -140,3 +140,19 @@ def test_only_what_is_missed_is_a_warning(caplog, good, logged):
 )
 def test_a_value_and_its_limit(arguments, least, wanted):
     assert limited(*arguments, least=least) == wanted
+
+
+@pytest.mark.parametrize("name", ["../../x", "a/../../x", ".."])
+def test_a_name_that_leads_out_of_the_folder(tmp_path, name):
+    """Names of figures are made of names in a store, which may come from somebody else."""
+    path = tmp_path / "a.nc"
+    for store in (
+        xr.Dataset(coords={"device": ["pump", name]}),
+        xr.Dataset(attrs={"building": name}),
+    ):
+        write_netcdf(path, store)
+        with pytest.raises(ImpactfemError, match="another folder"), open_store(path):
+            pass
+    write_netcdf(path, xr.Dataset(coords={"device": ["pump", "a/b..c"]}))
+    with open_store(path):
+        pass

@@ -3,6 +3,7 @@
 import json
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,8 @@ from impactfem.dynamics.newmark import CHUNK, Newmark
 from impactfem.system.arrays import Array, Index
 from impactfem.system.files import read_archive, write_archive, write_json
 from impactfem.system.log import LOGGER
+
+INDEX = "checkpoint.json"
 
 
 class Checkpoints:
@@ -26,7 +29,7 @@ class Checkpoints:
         self._comm, self._folder = comm, folder
         # The rows of a rank, and the order of sums, change with the number of ranks.
         self._key = f"{key}, {comm.size} ranks"
-        self._index = folder / "checkpoint.json"
+        self._index = folder / INDEX
 
     def write(self, state: State, history: History) -> None:
         """Write a checkpoint of a state, each rank its rows; those before go. Collective.
@@ -103,8 +106,10 @@ def remove_checkpoints(folder: Path) -> None:
     """Remove the checkpoints of a run, and what a kill left of one. Not collective."""
     if folder.is_dir():
         for path in folder.iterdir():
-            path.unlink()
-        folder.rmdir()
+            if path.suffix in (".npz", ".part") or path.name == INDEX:
+                path.unlink()
+        with suppress(OSError):  # files of somebody else are in it
+            folder.rmdir()
 
 
 def resumable_march(

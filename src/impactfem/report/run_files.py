@@ -17,6 +17,7 @@ from impactfem.stages.manifest import (
     Manifest,
     Provenance,
     changed_file,
+    further_buildings,
     manifest_file,
     read_manifest,
 )
@@ -78,6 +79,8 @@ class RunFiles:
                 self._refuse_changed({n: digest for n, digest in listed.items() if self.has(n)})
         self.provenance: dict[str, Any] = made.model_dump()
         self.case: dict[str, Any] = self._json(CASE)
+        #: Names of further buildings with a 3D model, which have folders of their own.
+        self.further = further_buildings(self.case, folder / CASE)
         self.summary: list[dict[str, Any]] = self._json(SUMMARY)
         self.checks: list[dict[str, Any]] = self._json(CHECKS)
 
@@ -98,11 +101,6 @@ class RunFiles:
     def stages(self) -> list[str]:
         """Names of the stages of the run, in order; `B2/reduce` of a further building."""
         return list(self.provenance["inputs"])
-
-    @property
-    def further(self) -> list[str]:
-        """Names of further buildings with a 3D model, which have folders of their own."""
-        return [one["building"] for one in self.case.get("further_structures", ())]
 
     @property
     def models(self) -> dict[str, RunFiles]:

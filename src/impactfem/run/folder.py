@@ -34,6 +34,7 @@ from impactfem.case.device_tables import read_given_spectra
 from impactfem.device.spectrum import AnchorSpectrum, given_spectra
 from impactfem.plot.table import Table
 from impactfem.run.stages import STAGES
+from impactfem.stages.manifest import further_buildings
 from impactfem.stages.stores import open_store
 from impactfem.system.errors import CONTROL, Fault, InputError
 from impactfem.system.files import remove_parts
@@ -208,8 +209,8 @@ class RunFolder:
         """
         path = self.folder / "case.json"
         case = json.loads(path.read_text(encoding="utf-8"))
-        models = [case.get("structure"), *case.get("further_structures", ())]
-        first, *further = [one["building"] for one in models if one] or [""]
+        first = (case.get("structure") or {}).get("building", "")
+        further = further_buildings(case, path)
         if building not in (first, *further):
             known = ", ".join(filter(None, (first, *further))) or "none"
             expected = f"the buildings with a 3D model are: {known}"

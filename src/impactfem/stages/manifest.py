@@ -5,17 +5,19 @@
 
 import hashlib
 import platform
+import re
 import shutil
 import sys
 from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, FiniteFloat
+from pydantic import AfterValidator, BaseModel, ConfigDict, FiniteFloat
 
 import impactfem
+from impactfem.system.errors import CONTROL, Fault, InputError
 from impactfem.system.files import atomic, write_json
 from impactfem.system.log import LOGGER
 
@@ -24,6 +26,39 @@ PACKAGES = (
     *("fenics-dolfinx", "petsc4py", "slepc4py", "mpi4py", "gmsh", "pyvista"),
 )
 """What the program stands on."""
+
+
+def _inner(name: str) -> str:
+    """Check the name of a file below the folder of a run, which may come from somebody else."""
+    parts = name.split("/")
+    if {"", ".", ".."} & set(parts) or CONTROL.search(name):
+        raise ValueError("expected the name of a file below the folder of the run")
+    return name
+
+
+def _drawn(name: str) -> str:
+    if name.rpartition("/")[0].rpartition("/")[2] not in DRAWN:
+        raise ValueError(f"expected a file in one of the folders {', '.join(DRAWN)}")
+    return name
+
+
+DRAWN = ("figures", "tables", "products")
+"""Folders of what is drawn: other files are not removed with the drawings of a stage."""
+InnerName = Annotated[str, AfterValidator(_inner)]
+DrawnName = Annotated[InnerName, AfterValidator(_drawn)]
+
+
+def further_buildings(case: Mapping[str, Any], file: Path) -> list[str]:
+    """The names of further buildings with a 3D model in `case.json`, which name folders of the run.
+
+    InputError where one is not the name of a folder.
+    """
+    names = [one["building"] for one in case.get("further_structures", ())]
+    for name in names:
+        if not isinstance(name, str) or not re.fullmatch("[A-Za-z][A-Za-z0-9_-]*", name):
+            expected = "expected a name of letters, digits, '_' and '-'"
+            raise InputError([Fault(file, "further_structures.building", name, expected)])
+    return names
 
 
 class Manifest(BaseModel):
@@ -35,9 +70,9 @@ class Manifest(BaseModel):
     seconds: dict[str, FiniteFloat]  #: wall time of each of its steps when it ran [s]
     #: largest resident memory of all its processes [byte], if it is known
     peak_memory: FiniteFloat | None = None
-    files: dict[str, str]  #: hash of each file by its name, relative to the run's folder
+    files: dict[InnerName, str]  #: hash of each file by its name, relative to the run's folder
     drawn_from: str = ""  #: hash of what its tables and figures depend on; "" before they are drawn
-    drawings: dict[str, str] = {}  #: hash of each table and figure, as `files`
+    drawings: dict[DrawnName, str] = {}  #: hash of each table and figure, as `files`
 
     @property
     def every(self) -> dict[str, str]:
@@ -168,7 +203,7 @@ class Provenance(BaseModel):
     case: str  #: name of the case file
     case_hash: str  #: hash of the case and all files that it names
     input_files: dict[str, str] = {}  #: hash of each of these by its name; none before version 0.2
-    inputs: dict[str, str]  #: hash of the inputs of each stage, in the order of the stages
+    inputs: dict[InnerName, str]  #: hash of the inputs of each stage, in the order of the stages
     needs: dict[str, list[str]] = {}  #: names of the stages that each stage needs directly
     seeds: dict[str, int]  #: seeds of motions, calibration and ensemble by their keys in the case
     started: str  #: when the run began
@@ -176,7 +211,7 @@ class Provenance(BaseModel):
     seconds: dict[str, FiniteFloat]  #: wall time of each step by stage and step [s]
     peak_memory: dict[str, FiniteFloat | None]  #: largest of each stage [byte]; None: not known
     ranks: int  #: number of processes
-    files: dict[str, str]  #: hash of each file that says what all stages found, by its name
+    files: dict[InnerName, str]  #: hash of each file that says what all stages found, by its name
 
 
 @cache

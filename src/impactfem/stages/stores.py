@@ -147,6 +147,14 @@ _KEPT: ContextVar[Callable[[Path, object], xr.Dataset] | None] = ContextVar(
 )
 
 
+def _names_of_files(store: xr.Dataset) -> Iterator[str]:
+    """The texts of a store of which names of files are made."""
+    yield str(store.attrs.get("building", ""))
+    for name in ("building", "component", "device", "direction", "pair", "probe", "station"):
+        if name in store.coords and store[name].dtype.kind in "OUST":
+            yield from map(str, np.atleast_1d(store[name].values))
+
+
 @contextmanager
 def _opened(path: Path) -> Iterator[xr.Dataset]:
     try:
@@ -160,8 +168,11 @@ def _opened(path: Path) -> Iterator[xr.Dataset]:
             for variable in store.variables.values():
                 if variable.nbytes <= LOADED:
                     variable.load()
+            outside = [one for one in _names_of_files(store) if ".." in one.split("/")]
         except DAMAGE as error:
             raise ImpactfemError(f"cannot read {path}: {error}") from error
+        if outside:
+            raise ImpactfemError(f"cannot read {path}: {outside[0]!r} would name another folder")
         yield store
 
 
