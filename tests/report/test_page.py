@@ -1,5 +1,6 @@
 """The report of a run."""
 
+import html
 import json
 import re
 import shutil
@@ -12,9 +13,15 @@ from typer.testing import CliRunner
 from impactfem import study
 from impactfem.cli import app
 from impactfem.report.overview import number, quantity
-from impactfem.report.page import assumptions, conventions, of_another_case, write_report
+from impactfem.report.page import (
+    assumptions,
+    content_policy,
+    conventions,
+    of_another_case,
+    write_report,
+)
 from impactfem.report.run_files import FLOWCHART, SCENE, SPECTRA
-from impactfem.report.sections import ROWS
+from impactfem.report.sections import ROWS, TEMPLATES, passive
 from impactfem.stages.manifest import file_digest
 from impactfem.system.errors import ImpactfemError, InputError
 
@@ -182,6 +189,63 @@ def test_a_stage_of_another_run_is_refused(run):
     path.write_text(json.dumps(manifest | {"inputs": "other"}), encoding="utf-8")
     with pytest.raises(ImpactfemError, match=r"pounding\.stage\.json: the stage has other inputs"):
         write_report(run, study.STAGES)
+
+
+SVG = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink">{}</svg>'
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        "<script>alert(1)</script>",
+        "<g onload='alert(1)'/>",
+        "<g ONLOAD='alert(1)'/>",
+        "<a xlink:href='javascript:alert(1)'><path/></a>",
+        "<image href='https://example.org/a.png'/>",
+        "<image href='data:image/svg+xml,x'/>",
+        "<use xlink:href='other.svg#a'/>",
+        "<foreignObject><b/></foreignObject>",
+        "<style>@import 'a.css'</style>",
+        "<path style='fill: url(https://example.org/a)'/>",
+        "<x:script xmlns:x='http://www.w3.org/2000/svg'/>",
+        "<!--><script>alert(1)</script> -->",
+        "<![CDATA[<script>alert(1)</script>]]>",
+        "<?xml-stylesheet href='a'?>",
+        "<animate attributeName='href' to='javascript:alert(1)'/>",
+        "<g>",
+    ],
+)
+def test_a_figure_that_does_more_than_draw_is_refused(tmp_path, content):
+    path = tmp_path / "a.svg"
+    with pytest.raises(ImpactfemError, match=r"a\.svg: expected an SVG"):
+        passive(path, SVG.format(content).encode())
+    drawn = "<g><!-- a --><path style='fill: url(#h)'/><use xlink:href='#m'/></g>"
+    assert passive(path, SVG.format(drawn).encode()) == SVG.format(drawn.replace("<!-- a -->", ""))
+
+
+def test_a_foreign_figure_is_not_shown(run):
+    """The hashes of its run are those of its content, which anybody can write."""
+    figure, manifest = run / "figures" / "figure_02_case.svg", run / "pounding.stage.json"
+    figure.write_text(figure.read_text().replace("</svg>", "<script>alert(1)</script></svg>"))
+    made = json.loads(manifest.read_text())
+    for listed in (made["files"], made["drawings"]):
+        if "figures/figure_02_case.svg" in listed:
+            listed["figures/figure_02_case.svg"] = file_digest(figure)
+    manifest.write_text(json.dumps(made))
+    with pytest.raises(ImpactfemError, match="figure_02_case"):
+        study.make_report(run)
+
+
+def test_the_page_may_run_its_own_scripts_alone(text):
+    policy = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', text)
+    assert policy and text.index(policy[0]) < text.index("<script>")
+    allowed = html.unescape(policy[1])
+    assert "default-src 'none'" in allowed and "'unsafe-inline'" not in allowed.partition(";")[0]
+    scripts = re.findall(r"<script[^>]*>(.*?)</script>", text, re.S)
+    assert scripts and allowed == content_policy(scripts)
+    assert content_policy(["a"]) != content_policy(["b"])
+    assert all('sandbox="allow-scripts"' in tag for tag in re.findall(r"<iframe[^>]*?srcdoc", text))
+    assert 'sandbox="allow-scripts"' in (TEMPLATES / "report.html").read_text("utf-8")
 
 
 def test_another_run_in_its_folder_is_left_alone(finished, run):

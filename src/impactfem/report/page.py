@@ -3,9 +3,13 @@
 Every equation, figure and table of the publication is shown with how near ours comes.
 """
 
+import base64
 import fnmatch
+import hashlib
+import html
 import itertools
 import math
+import re
 import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,6 +34,7 @@ from impactfem.system.files import atomic
 from impactfem.system.log import LOGGER
 
 REPORT = "report.html"
+SCRIPT = re.compile(r"<script[^>]*>(.*?)</script>", re.S)
 REPRODUCED, DIFFERS, GIVEN = "reproduced", "differs", "given or fitted"
 UNPUBLISHED, ABSENT, SHOWN = "no number published", "not computed", "shown"
 STATUSES = (REPRODUCED, DIFFERS, GIVEN, UNPUBLISHED, SHOWN, ABSENT)
@@ -219,10 +224,13 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
             beside.setdefault(name, []).append((place.item["kind"], place.item["number"]))
     seconds = run.provenance["seconds"]
     spectra = governing(run)
+    script = (TEMPLATES / "report.js").read_text("utf-8")
+    scenes = [html.unescape(text) for one in shown for group in one.groups for text in group.scenes]
     return environment.from_string((TEMPLATES / "report.html").read_text("utf-8")).render(
         title=run.case["title"],
         css=Markup((TEMPLATES / "report.css").read_text("utf-8")),
-        script=Markup((TEMPLATES / "report.js").read_text("utf-8")),
+        script=Markup(script),
+        policy=content_policy([script, *(text for one in scenes for text in SCRIPT.findall(one))]),
         provenance=run.provenance,
         signed={k: run.case["report"].get(k) for k in ("author", "checker", "revision")},
         answers=answers(run, spectra),
@@ -252,6 +260,19 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
         tally=tally,
         differing=farthest(compared)[:FARTHEST],
         summary=run.summary,
+    )
+
+
+def content_policy(scripts: Sequence[str]) -> str:
+    """What a page may load and run: nothing but these scripts and data within the page.
+
+    Frames within the page have the same policy.
+    """
+    digests = [base64.b64encode(hashlib.sha256(text.encode()).digest()) for text in scripts]
+    allowed = " ".join(f"'sha256-{digest.decode()}'" for digest in digests)
+    return (
+        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; img-src data:; "
+        "media-src data:; base-uri 'none'; form-action 'none'"
     )
 
 

@@ -12,6 +12,7 @@ from fnmatch import fnmatchcase
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 from markupsafe import Markup, escape
 from PIL import Image
@@ -28,7 +29,7 @@ from impactfem.report.overview import (
     stick_spectra,
     structure_spectra,
 )
-from impactfem.report.run_files import COMPARISON, DRAWING, RunFiles
+from impactfem.report.run_files import COMPARISON, DRAWING, SCENE, RunFiles
 from impactfem.stages.stage import Stage
 from impactfem.stages.stores import names_of
 from impactfem.system.errors import ImpactfemError
@@ -39,6 +40,16 @@ QUALITY = 85
 """Of the pictures in the page, of 100."""
 _NAMED = re.compile(r'(\bid="|url\(#|href="#)')
 """Where an SVG names one of its parts."""
+ELEMENTS = frozenset(
+    {
+        *("circle", "clipPath", "defs", "desc", "ellipse", "g", "image", "line", "linearGradient"),
+        *("marker", "metadata", "path", "pattern", "polygon", "polyline", "radialGradient", "rect"),
+        *("stop", "svg", "symbol", "text", "title", "tspan", "use"),
+    }
+)
+"""Elements of an SVG that draw or describe; others, as a script, have no place in a figure."""
+_COMMENT = re.compile(r"<!-- (?:(?!--|>).)* -->", re.S)
+_OUTSIDE = re.compile(r"url\(\s*[\"']?(?!#)|@import|expression\(", re.I)
 _NUMBERED = re.compile(r"(^|<title>|<metadata>)Figure \d+: ")
 """The number in a publication that a case need not have; the page counts its own figures."""
 
@@ -75,7 +86,7 @@ def picture(path: Path, anchor: str, number: int) -> Picture:
     title = _NUMBERED.sub("", words.title) or path.stem.replace("_", " ")
     if path.suffix == ".svg":
         # Figures of several buildings may be alike, parts of a page have different names.
-        drawn = _NAMED.sub(rf"\g<1>p{number}", read(path).decode())
+        drawn = _NAMED.sub(rf"\g<1>p{number}", passive(path, read(path)))
         markup = Markup(_NUMBERED.sub(r"\1", drawn))
     else:
         with Image.open(path) as image:
@@ -88,6 +99,34 @@ def picture(path: Path, anchor: str, number: int) -> Picture:
         )
     caption = Markup(as_html(_NUMBERED.sub("", words.caption) or title))
     return Picture(path, anchor, number, markup, caption)
+
+
+def passive(path: Path, content: bytes) -> str:
+    """Return the text of an SVG that only draws, without comments.
+
+    The folder may come from somebody else. ImpactfemError where the file is no SVG, or would run
+    or load something.
+    """
+    try:
+        text = _COMMENT.sub("", content.decode())
+        if "<!" in text or "<?" in text:  # HTML reads them in another way than XML
+            raise ValueError("a declaration")
+        for element in ElementTree.fromstring(text).iter():
+            name = element.tag.rpartition("}")[2]
+            if name not in ELEMENTS:
+                raise ValueError(f"<{name}>")
+            own = "data:image/png;" if name == "image" else "#"
+            for attribute, value in element.attrib.items():
+                kind = attribute.rpartition("}")[2].lower()
+                outside = kind in ("href", "src") and not value.startswith(own)
+                if kind.startswith("on") or outside or _OUTSIDE.search(value):
+                    raise ValueError(f"{kind} of <{name}>")
+    except (ValueError, ElementTree.ParseError) as error:
+        raise ImpactfemError(
+            f"cannot show {path}: expected an SVG that only draws, not {error}; "
+            "'impactfem run' draws it again"
+        ) from error
+    return text
 
 
 def data(content: bytes, kind: str) -> str:
@@ -220,6 +259,8 @@ def _section(
     places = {id(group): k for k, group in enumerate(shown)}
     for into, path in sorted(chosen, key=lambda one: places[id(one[0])]):
         if path.suffix == ".html":
+            if path.name != SCENE:  # the scene was written just now, others may be somebody else's
+                continue
             # A page as the text of an attribute, for a frame within this one.
             into.scenes.append(html.escape(read(path).decode(), quote=True))
         else:
