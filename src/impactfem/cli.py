@@ -43,16 +43,21 @@ NoFigures = Annotated[
 ]
 
 
+def _say(text: str, nl: bool = True) -> None:
+    """Print lines, in which control characters of names and of foreign texts are escaped."""
+    typer.echo("\n".join(map(printable, text.split("\n"))), nl=nl)
+
+
 def _show(table: Table) -> None:
     """Print a table: as wide as the terminal, or wide enough for all of it in a pipe."""
     table.box = box.SIMPLE
-    console = Console()
-    (console if console.is_terminal else Console(width=PIPE_WIDTH)).print(table)
+    console = Console(markup=False)
+    (console if console.is_terminal else Console(width=PIPE_WIDTH, markup=False)).print(table)
 
 
 def _version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"impactfem {__version__}")
+        _say(f"impactfem {__version__}")
         raise typer.Exit
 
 
@@ -98,12 +103,13 @@ def run(
     if rank() != 0:
         return
     heads = ("result", "value", "published", "unit", "ours is")
-    table = Table(*heads, title=str(result.folder / "summary.json"))
+    table = Table(*heads, title=printable(str(result.folder / "summary.json")))
     for scalar in result.scalars:
         if (theirs := result.published.get(scalar.name)) is not None:
             value = "-" if scalar.value is None else f"{scalar.value:.5g}"
             published = f"{theirs.relation.strip('=')}{theirs.value:.5g}"
-            table.add_row(scalar.name, value, published, scalar.unit, theirs.kind)
+            texts = scalar.name, value, published, scalar.unit, theirs.kind
+            table.add_row(*map(printable, texts))
     if table.row_count and context.obj:
         _show(table)
     try:
@@ -113,10 +119,10 @@ def run(
         log.LOGGER.warning("warning: %s", error)
     width = max((len(value) for value, _ in results), default=0)
     for value, text in results:
-        typer.echo(f"  {value:>{width}}  {text}")
+        _say(f"  {value:>{width}}  {text}")
     if table.row_count and not context.obj:
-        typer.echo(f"  {table.row_count} results have a published value: see -v, or the report")
-    typer.echo(f"results: {result.folder}")
+        _say(f"  {table.row_count} results have a published value: see -v, or the report")
+    _say(f"results: {result.folder}")
 
 
 @app.command()
@@ -166,8 +172,8 @@ def sweep(
     )
     if rank() == 0:
         for text in result.table.texts(result.shown, PIPE_WIDTH):
-            typer.echo(text)
-        typer.echo(f"results: {', '.join(map(str, result.files))}")
+            _say(text)
+        _say(f"results: {', '.join(map(str, result.files))}")
     if result.failed:
         raise typer.Exit(1)
 
@@ -192,8 +198,8 @@ def fit(
     result = study.fit(case, targets, out=out, processes=processes)
     if result is not None:
         for table in result.tables:
-            typer.echo(table.as_text(PIPE_WIDTH))
-        typer.echo(f"results: {', '.join(map(str, result.files))}")
+            _say(table.as_text(PIPE_WIDTH))
+        _say(f"results: {', '.join(map(str, result.files))}")
 
 
 @app.command()
@@ -203,7 +209,7 @@ def report(
     """Make the report of a run again, from the files of its folder."""
     from impactfem import study
 
-    typer.echo(f"report: {study.make_report(folder)}")
+    _say(f"report: {study.make_report(folder)}")
 
 
 @app.command()
@@ -221,8 +227,8 @@ def compare(
 
     tables, page = study.compare_runs(folder, other, highest)
     for table in tables:
-        typer.echo(table.as_text(PIPE_WIDTH))
-    typer.echo(f"report: {page}")
+        _say(table.as_text(PIPE_WIDTH))
+    _say(f"report: {page}")
 
 
 @app.command()
@@ -249,16 +255,16 @@ def check(
             warn_of_far_targets(problem, values)
         of_fit = f"{fit}: good. {len(problem.keys)} keys, {len(problem.data)} data\n"
     found, estimate = checked(case, mesh=True)
-    typer.echo(of_fit, nl=False)
+    _say(of_fit, nl=False)
     counts = (
         (len(found.buildings), "building"),
         (len(found.contacts), "contact pair"),
         (sum(not isinstance(one, RestMotion) for one in found.motions), "ground motion"),
     )
     counted = ", ".join(f"{n} {name}{'' if n == 1 else 's'}" for n, name in counts)
-    typer.echo(f"{case}: good. {counted}")
+    _say(f"{case}: good. {counted}")
     for line in estimate.lines():
-        typer.echo(f"  {line}")
+        _say(f"  {line}")
 
 
 @app.command()
@@ -283,7 +289,7 @@ def new(
 
     chosen = [part.strip() for part in parts.split(",") if part.strip()]
     for path in write_new_case(name, chosen, minimal=minimal):
-        typer.echo(f"wrote {path}")
+        _say(f"wrote {path}")
 
 
 @app.command()
@@ -310,7 +316,7 @@ def verify(
     rows = manual.verify(only, json_file, full, validation)
     _show(manual.as_table(rows, sources=validation))
     failed = [row for row in rows if not row.passed]
-    typer.echo(f"{len(rows) - len(failed)} of {len(rows)} within tolerance")
+    _say(f"{len(rows) - len(failed)} of {len(rows)} within tolerance")
     if failed:
         raise typer.Exit(1)
 

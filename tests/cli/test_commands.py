@@ -18,7 +18,7 @@ from impactfem.case.template import PARTS
 from impactfem.run.stages import stage_names
 from impactfem.stages.pounding import stage as sticks
 from impactfem.system import files
-from impactfem.system.errors import SolutionError
+from impactfem.system.errors import SolutionError, printable
 from impactfem.verify import manual
 from impactfem.verify.row import Row
 
@@ -73,6 +73,20 @@ def test_check_of_a_fit(program, tmp_path):
     ended = program("check", case, "--fit", fit)
     assert ended.code == 0 and ended.out.startswith(f"{fit}: good. 4 keys, 120 data\n{case}: good")
     assert "warning" not in ended.err
+
+
+@pytest.mark.parametrize("sign", ["\x1b]0;title\x07", "\x9b31m", "\r", "\u202e"])
+def test_names_command_no_terminal(program, new_case, tmp_path, sign):
+    """The name of a case on the last line of `check`, and names of missing files and folders."""
+    case = new_case(tmp_path)
+    named = case.rename(case.with_name(f"a{sign}b.toml"))
+    ended = program("check", named)
+    assert ended.code == 0 and sign not in ended.out + ended.err
+    assert printable(named.name) in ended.out
+    ended = program("check", tmp_path / f"{sign}.toml")
+    assert ended.code == 2 and sign not in ended.out + ended.err
+    ended = program("sweep", named, "--set", "damping.ratio=5 %", "--out", tmp_path / sign)
+    assert ended.code == 2 and sign not in ended.out + ended.err
 
 
 def test_bench(program, tmp_path, monkeypatch):

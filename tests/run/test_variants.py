@@ -257,6 +257,14 @@ def test_every_fault_of_every_variant(source):
         assert expected in text
 
 
+def test_faults_name_a_file_and_not_a_temporary_folder(source):
+    bad = source.path.with_name("bad.csv")
+    bad.write_text("floor,mass\n1,x\n")
+    with pytest.raises(InputError) as caught:
+        check_variants(asked(source, "buildings[0].floors=bad.csv"), source, None)
+    assert {fault.file for fault in caught.value.faults} == {bad.resolve()}
+
+
 def test_a_fault_of_values_together(source):
     """Each value alone is good; what does not go together is told with the variant."""
     found = asked(source, "motions[0].duration=1 s,3 s")

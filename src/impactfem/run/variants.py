@@ -9,7 +9,7 @@ import re
 import tomllib
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -283,7 +283,10 @@ def check_variants(variants: Sequence[Variant], source: Source, stage: str | Non
             except InputError as error:
                 for fault in error.faults:
                     if fault.file != path:
-                        found.append(fault)
+                        file = fault.file  # as /tmp/folder/../../home/user/floors.csv
+                        if str(file).startswith(folder):
+                            file = Path(file).resolve()
+                        found.append(replace(fault, file=file))
                     elif fault.key in settings:  # the fault of the setting that makes the value
                         key, value = settings[fault.key]
                         found.append(Fault(COMMAND_LINE, key, value, fault.expected))
