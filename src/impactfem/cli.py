@@ -349,8 +349,9 @@ def bench(
 def main() -> None:
     """Entry point: errors become one clear message each and an exit code, never a traceback.
 
-    Exit codes: 0 done, 1 a computation or check failed, 2 the input is not usable; 130 or 143
-    stopped by Ctrl-C or SIGTERM. Under `mpirun` a rank that fails alone takes the others with it.
+    Exit codes: 0 done, 1 a computation or check failed, 2 the input is not usable; 128 plus the
+    number of the signal that stopped it. Under `mpirun` a rank that fails alone takes the others
+    with it.
     """
     with signals_answered():
         try:

@@ -7,9 +7,11 @@ import subprocess
 import sys
 import threading
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
 from impactfem.system import parallel
@@ -320,27 +322,35 @@ def test_a_rank_that_fails_takes_the_others_with_it(under_mpirun, tmp_path, erro
 
 
 WORKER = """
-import os, sys, time
+import ctypes, os, sys, time
+from impactfem.system.own_process import (in_own_process)
 from impactfem.system.parallel import (workers)
 
-def work(seconds):
+def work(kind):
     print(os.getpid(), flush=True)
-    time.sleep(seconds)
+    if kind == "below":
+        in_own_process(work, "busy")
+    elif kind == "busy":
+        os.set_blocking(2, True)
+        print(os.getpid(), file=sys.stderr, flush=True)
+        ctypes.PyDLL(None).sleep(10000)  # keeps Python's lock, as a library may
+    else:
+        time.sleep(10000.0)
 
 if __name__ == "__main__":
     with workers(1) as executor:
         for _ in range(3):
-            waiting = executor.submit(work, 100.0)
+            waiting = executor.submit(work, sys.argv[1])
         waiting.result()
 """
 
 
 @pytest.fixture
-def parent(tmp_path, interruptible):
+def parent(request, tmp_path, interruptible):
     """A program that waits for a worker, and the number of that worker."""
     (tmp_path / "program.py").write_text(WORKER, encoding="utf-8")
     with subprocess.Popen(
-        [sys.executable, "program.py"],
+        [sys.executable, "program.py", request.param],
         cwd=tmp_path,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -350,13 +360,40 @@ def parent(tmp_path, interruptible):
         yield program, int(program.stdout.readline())
 
 
-def test_a_worker_ends_with_its_parent(parent):
-    """However it ends: a worker alone would wait for work for ever."""
-    program, _ = parent
-    program.kill()
-    program.communicate(timeout=600)  # ends when the worker has closed its output, too
+def ends(process):
+    """Wait until a process has ended; its parent, which is gone, does not wait for it."""
+    last = time.monotonic() + 300.0
+    with suppress(psutil.NoSuchProcess):
+        while psutil.Process(process).status() not in (psutil.STATUS_ZOMBIE, psutil.STATUS_DEAD):
+            assert time.monotonic() < last
+            time.sleep(0.05)
 
 
+@pytest.mark.parametrize("parent", ["idle", "busy", "below"], indirect=True)
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGHUP])
+def test_a_worker_ends_with_its_parent(parent, number):
+    """It would write into a folder that another run may have by then."""
+    program, worker = parent
+    below = [child.pid for child in psutil.Process(worker).children(recursive=True)]
+    os.kill(program.pid, number)
+    program.wait(timeout=600)
+    for process in (worker, *below):
+        ends(process)
+
+
+def test_a_worker_outlives_the_thread_that_asks_for_it():
+    """The kernel takes the end of the thread that starts a process for that of the parent."""
+    with parallel.workers(1) as executor:
+        numbers = []
+        thread = threading.Thread(
+            target=lambda: numbers.append(executor.submit(os.getpid).result())
+        )
+        thread.start()
+        thread.join()
+        assert [executor.submit(os.getpid).result()] == numbers
+
+
+@pytest.mark.parametrize("parent", ["idle"], indirect=True)
 def test_an_interrupted_program_waits_for_no_worker(parent):
     program, worker = parent
     os.killpg(program.pid, signal.SIGINT)  # as Ctrl-C does: the worker gets it, too

@@ -107,6 +107,34 @@ def test_a_job_in_the_background_is_not_interrupted(tmp_path, trap, expected):
     assert ended(*shell, sys.executable, script, "check", "case.toml") == expected
 
 
+STOPPING = """
+import os, signal, sys, time
+from impactfem.system.stop import signals_answered
+
+with signals_answered():
+    os.kill(os.getpid(), signal.Signals[sys.argv[1]])
+    print("not stopped", flush=True)
+    os.kill(os.getpid(), signal.SIGTERM)
+"""
+OTHERS = ["SIGHUP", "SIGUSR1", "SIGUSR2", "SIGXCPU"]
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_other_signals_stop_the_program(name):
+    """Of a terminal that is closed, and of batch schedulers."""
+    code, out, errors = ended(sys.executable, "-c", STOPPING, name)
+    assert (code, out) == (128 + signal.Signals[name], "")
+    assert errors.count("\n") == 1 and name in errors
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_an_ignored_signal_stays_ignored(name):
+    """`nohup` has SIGHUP ignored."""
+    shell = "/bin/sh", "-c", f"trap '' {name.removeprefix('SIG')}; exec \"$@\"", "sh"
+    found = ended(*shell, sys.executable, "-c", STOPPING, name)
+    assert found == (128 + signal.SIGTERM, "not stopped\n", "terminated\n")
+
+
 RANKS = """
 import os, signal, sys, threading, time
 from contextlib import ExitStack
@@ -117,7 +145,7 @@ from impactfem.system.log import (LOGGER, mirrored)
 from impactfem.run.folder import (open_folder)
 
 comm = MPI.COMM_WORLD
-stopped, out = sys.argv[1:]
+stopped, name, out = sys.argv[1:]
 
 def run(case, out, **_):
     vector = PETSc.Vec().createMPI(4, comm=comm)
@@ -129,7 +157,7 @@ def run(case, out, **_):
         comm.Barrier()
         try:
             if str(comm.rank) in stopped:
-                os.kill(os.getpid(), signal.SIGTERM)
+                os.kill(os.getpid(), signal.Signals[name])
             comm.Barrier()  # for a rank that never comes
         finally:
             vector.norm()  # on all ranks together, as a factorisation goes; no thread runs then
@@ -153,20 +181,29 @@ def wait_until_free(folder, patience=300.0):
         time.sleep(0.1)
 
 
-@pytest.mark.parametrize("stopped", ["0", "1", "01"], ids=["first", "second", "both"])
-def test_a_signal_ends_all_ranks(under_mpirun, tmp_path, stopped):
+@pytest.mark.parametrize(
+    ("stopped", "name", "words"),
+    [
+        ("0", "SIGTERM", "terminated"),
+        ("1", "SIGTERM", "terminated"),
+        ("01", "SIGTERM", "terminated"),
+        ("1", "SIGUSR1", "stopped by SIGUSR1"),
+    ],
+    ids=["first", "second", "both", "second, USR1"],
+)
+def test_a_signal_ends_all_ranks(under_mpirun, tmp_path, stopped, name, words):
     """It waits for none of them: 600 s are the fixture's patience."""
     script, out = tmp_path / "script.py", tmp_path / "run"
     script.write_text(RANKS, encoding="utf-8")
-    done = under_mpirun(2, sys.executable, script, stopped, out)
-    assert done.returncode == 128 + signal.SIGTERM
-    assert done.stderr.count("terminated; run again with --resume to go on\n") == 1
+    done = under_mpirun(2, sys.executable, script, stopped, name, out)
+    assert done.returncode == 128 + signal.Signals[name]
+    assert done.stderr.count(f"{words}; run again with --resume to go on\n") == 1
     assert "Traceback" not in done.stderr and "ignored" not in done.stderr
     assert {path.name for path in out.iterdir()} <= {"run.log", ".lock"}
     wait_until_free(out)
     assert [path.name for path in out.iterdir()] == ["run.log"]
     begun, end = (out / "run.log").read_text(encoding="utf-8").splitlines()
-    assert begun.endswith(" begun") and end.endswith(" WARNING terminated by SIGTERM")
+    assert begun.endswith(" begun") and f" WARNING {words}" in end and name in end
 
 
 BESIDE = """

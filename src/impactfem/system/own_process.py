@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 from impactfem.system.errors import Fault, ImpactfemError, InputError, file_errors
 from impactfem.system.log import LOGGER
+from impactfem.system.parallel import end_with_parent
 from impactfem.system.stop import CHILDREN
 
 T = TypeVar("T")
@@ -46,7 +47,7 @@ def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
     """
     # -P: a file gmsh.py or numpy.py in the working folder is not taken for the package.
     with subprocess.Popen(
-        [sys.executable, "-P", "-m", __name__],
+        [sys.executable, "-P", "-m", __name__, str(os.getpid())],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -76,7 +77,8 @@ def in_own_process(function: Callable[..., T], *arguments: Any) -> T:
 
 if __name__ == "__main__":
     # The function comes by standard input, the result goes to standard output; what is printed
-    # goes to standard error.
+    # goes to standard error. The parent's thread that started this process waits for it.
+    end_with_parent(int(sys.argv[1]))
     out = os.dup(1)
     os.dup2(2, 1)
     result, failure = None, None

@@ -1,11 +1,11 @@
 """Threads, processes and ranks: how many there are, and how they act as one program."""
 
+import ctypes
 import logging
 import multiprocessing
 import os
 import signal
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor, wait
@@ -22,6 +22,7 @@ _LOGGER = logging.getLogger("impactfem")  # as in `impactfem.system.log`
 THREADS = "OMP_NUM_THREADS"
 OPENBLAS_THREADS = ("OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", THREADS)  # in its order
 IDLE = "OPENBLAS_THREAD_TIMEOUT"
+PR_SET_PDEATHSIG = 1  # of linux/prctl.h
 PATIENCE = 5.0  # time that a rank that failed waits for the others to fail, too [s]
 # Set by the launchers of Open MPI, MPICH and Slurm for a process that is one of several.
 LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS")
@@ -242,24 +243,28 @@ def exit_code(error: BaseException) -> int:
     return 2 if isinstance(error, InputError) else 1
 
 
-def _follow_parent(records: Any) -> None:
-    """End this worker when its parent does, however that ends, and not before.
+def end_with_parent(parent: int) -> None:
+    """Let the kernel kill this process as soon as its parent ends, however that ends.
 
-    What it logs goes into a queue for its parent, unless that is None.
+    A thread could not do so: it waits for Python's lock, which a library may hold for seconds. The
+    kernel takes the end of the thread that started this process for the end of the parent.
+
+    Args:
+        parent: Number of the process that started this one.
     """
+    ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, int(signal.SIGKILL), 0, 0, 0)
+    if os.getppid() != parent:  # it ended before
+        os._exit(1)
+
+
+def _follow_parent(parent: int, records: Any) -> None:
+    """End this worker with its parent, and not by Ctrl-C; log into the parent's queue, if any."""
+    end_with_parent(parent)
     if records is not None:
         _LOGGER.setLevel(logging.DEBUG)
         _LOGGER.propagate = False
         _LOGGER.handlers[:] = [QueueHandler(records)]
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent alone answers Ctrl-C
-    parent = multiprocessing.parent_process()
-
-    def follow() -> None:
-        if parent is not None:
-            parent.join()
-            os._exit(1)  # not sys.exit: the main thread may be in a long computation
-
-    threading.Thread(target=follow, daemon=True).start()
 
 
 @contextmanager
@@ -300,11 +305,18 @@ def _environment(**variables: str) -> Iterator[None]:
                 os.environ[name] = value
 
 
+_starter = ThreadPoolExecutor(1)
+"""The thread that starts the workers. It ends with this process (`end_with_parent`)."""
+
+
 class _OneThreaded(SpawnProcess):
     """A worker whose libraries have one thread, and which takes no module of the working folder."""
 
     def start(self) -> None:
         """Start it, with its own environment."""
+        _starter.submit(self._start).result()
+
+    def _start(self) -> None:
         with _environment(OMP_NUM_THREADS="1", PYTHONSAFEPATH="1"):
             super().start()
 
@@ -352,7 +364,7 @@ def workers(
         resource_tracker.ensure_running()  # a process, which the first queue would start
     records = context.Queue() if logging_here else None
     pool = ProcessPoolExecutor(
-        number, mp_context=context, initializer=_follow_parent, initargs=(records,)
+        number, mp_context=context, initializer=_follow_parent, initargs=(os.getpid(), records)
     )
     listener = None if records is None else QueueListener(records, _Passed())
     try:

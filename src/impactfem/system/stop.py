@@ -1,4 +1,4 @@
-"""A stop by a signal: Ctrl-C, or SIGTERM, which batch schedulers send before they kill.
+"""A stop by a signal: Ctrl-C, a closed terminal, or what batch schedulers send before they kill.
 
 In one process the signal unwinds the program as an error does: half-written files go, the lock of
 the folder too. It may be lost in a library, or come during a long computation outside Python: so a
@@ -19,11 +19,19 @@ from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 from types import FrameType
-from typing import Any
+from typing import Any, Final
 
 from impactfem.system.parallel import launched
 
-SIGNALS = {signal.SIGINT: "interrupted", signal.SIGTERM: "terminated"}
+SIGNALS: Final = {
+    signal.SIGINT: "interrupted",
+    signal.SIGTERM: "terminated",
+    signal.SIGHUP: "stopped by SIGHUP (terminal closed)",
+    signal.SIGUSR1: "stopped by SIGUSR1",
+    signal.SIGUSR2: "stopped by SIGUSR2",
+    signal.SIGXCPU: "stopped by SIGXCPU (limit of processor time)",
+}
+"""Signals that stop the program, and the words that report each of them."""
 ADVICE = "run again with --resume to go on"
 UNWINDING = 2.0  # time for the unwinding before the process is ended all the same [s]
 # `mpirun` kills a second after SIGTERM, so ranks are brief.
@@ -83,10 +91,11 @@ class _Answer:
         if _reports():
             # Without `logging`, whose locks the main thread may hold.
             word, name = SIGNALS[signal.Signals(number)], signal.Signals(number).name
+            reason = word if name in word else f"{word} by {name}"
             now = datetime.now().isoformat(" ", "milliseconds").replace(".", ",")  # as in `log`
             for path in self.logs:
                 with suppress(OSError), path.open("a", encoding="utf-8") as log:  # on a full disk
-                    log.write(f"{now} WARNING {word} by {name}\n")
+                    log.write(f"{now} WARNING {reason}\n")
             line = f"{word}; {self.advice}" if self.logs else word
             try:
                 print(line, file=sys.stderr, flush=True)
@@ -124,10 +133,10 @@ def _reports() -> bool:
 
 @contextmanager
 def signals_answered() -> Iterator[None]:
-    """Ctrl-C and SIGTERM end the program while the block runs, in the main thread, and after it.
+    """Each of `SIGNALS` ends the program while the block runs, in the main thread, and after it.
 
-    One line goes to standard error and to the open logs (`recorded`); the exit code is that of a
-    shell for the signal: 130, 143.
+    One line goes to standard error and to the open logs (`recorded`). The exit code is 128 plus
+    the number of the signal, as in a shell. A signal that is ignored stays ignored (`nohup`).
     """
     global _answer
     answer = _answer = _Answer()
@@ -139,7 +148,7 @@ def signals_answered() -> Iterator[None]:
     before = {}
     for number in SIGNALS:
         before[number] = signal.getsignal(number)
-        if before[number] is not signal.SIG_IGN:  # as for a shell's jobs in the background
+        if before[number] is not signal.SIG_IGN:  # `nohup`, a shell's jobs in the background
             signal.signal(number, answer.hear)
     try:
         yield
