@@ -105,7 +105,8 @@ def test_added_mass_in_strips():
     points = np.mgrid[0:12:13j, 0:6:13j].reshape(2, -1).T
     cells = Delaunay(points).simplices
     corners = points[cells]
-    area = 0.5 * np.abs(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    sides = corners[:, 1:] - corners[:, :1]
+    area = 0.5 * np.abs(np.linalg.det(sides))
     away = (0.5 * (corners + np.roll(corners, 1, axis=1))[..., 1] - 3.0) ** 2  # at mid sides
 
     def gyration(*strips):

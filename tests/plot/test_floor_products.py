@@ -57,7 +57,7 @@ def store(path, motions=0, directions="xy", title="a pair", *, turns=False):
 
 
 def read(path):
-    return pd.read_csv(path, float_precision="round_trip")
+    return pd.read_csv(path)
 
 
 def of_one(table):

@@ -1,11 +1,14 @@
 """Least squares between bounds, and what data say about unknowns, against closed forms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import rosen
 
 from impactfem.system.errors import SolutionError
 from impactfem.system.least_squares import (
+    BLIND,
     Identification,
     Minimum,
     minima,
@@ -96,6 +99,24 @@ def test_what_is_not_seen():
     # A prior determines the second one; it does not make the data see it.
     known = Identification.of(J, np.array([[0.0, 5.0, 0.0, 0.0]]))
     assert known.unseen == [1] and known.deviation[1] == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_group_is_named_once(seed):
+    """Directions with one singular value may be rotated among themselves: here at random."""
+    J = np.zeros((6, 6))
+    J[0, [0, 1]], J[1, [2, 3]], J[2, 5] = (10.0, -10.0), (20.0, 30.0), 40.0  # 4 is not seen
+    found = Identification.of(J, np.empty((0, 6)))
+    blind = found.singular_values < BLIND
+    turned = found.directions.copy()
+    random = np.random.default_rng(seed).standard_normal((3, 3))
+    turned[blind] = np.linalg.qr(random)[0] @ turned[blind]
+    groups = replace(found, directions=turned).mixed
+    assert [parts for _, parts in groups] == [[0, 1], [2, 3]]
+    assert [value for value, _ in groups] == pytest.approx([0.0, 0.0], abs=1e-12)
+    # One combination of the two is enough to tell them apart.
+    J[3, 0] = 10.0
+    assert [parts for _, parts in Identification.of(J, np.empty((0, 6))).mixed] == [[2, 3]]
 
 
 def test_what_is_told_apart_hardly():

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.optimize
+import scipy.sparse.csgraph
 import scipy.stats
 
 from impactfem.system.arrays import Array
@@ -16,6 +17,7 @@ CONFIDENCE = 0.95
 """With this probability all unknowns together are within their ± (Gaussian errors)."""
 BLIND = 1.0
 """A direction that moves the weighted data by less than this across the bounds is not seen."""
+SHARED = 0.09  # part of a direction's square from which an unknown belongs to it
 ALIKE = 0.9  # correlation from which the data hardly tell two unknowns apart, or not at all
 
 
@@ -160,13 +162,25 @@ class Identification:
 
     @property
     def mixed(self) -> list[tuple[float, list[int]]]:
-        """Directions of several unknowns that the data do not see: singular value, unknowns."""
+        """Groups of unknowns that the data see in combinations: least singular value, unknowns.
+
+        Of the directions that the data do not see, without the `unseen` unknowns. Where two or more
+        of these directions have the same singular value, any rotation of them is as good: groups
+        are taken from the projection onto all of them, which does not depend on the rotation.
+        """
+        blind = self.singular_values < BLIND
+        projection = np.abs(self.directions[blind].T @ self.directions[blind])
+        apart = [*self.unseen, *np.flatnonzero(np.diag(projection) <= SHARED)]
+        projection[apart] = projection[:, apart] = 0.0
+        n, group = scipy.sparse.csgraph.connected_components(projection > SHARED)
+        groups = [[int(k) for k in np.flatnonzero(group == number)] for number in range(n)]
+        least = np.where(blind, self.singular_values, np.inf)
         found = []
-        for value, direction in zip(self.singular_values, self.directions, strict=True):
-            parts = [int(k) for k in np.flatnonzero(np.abs(direction) > 0.3)]
-            parts = [k for k in parts if k not in self.unseen]
-            if value < BLIND and len(parts) > 1:
-                found.append((float(value), parts))
+        for parts in groups:
+            if len(parts) > 1:
+                # Of the directions that lie in this group, at least in part.
+                inside = np.linalg.norm(self.directions[:, parts], axis=1) ** 2 > SHARED
+                found.append((float(least[inside].min()), parts))
         return found
 
     @property
