@@ -1,5 +1,8 @@
 """The room of dolfinx's versions: the cache of compiled forms, and when dolfinx is loaded."""
 
+import atexit
+import errno
+import fcntl
 import os
 import subprocess
 import sys
@@ -106,6 +109,38 @@ def test_the_cache_is_locked_while_a_form_is_compiled(cache):
     with _fenicsx._cache() as folder:
         assert asked_by_another_process(folder) == "taken"
     assert asked_by_another_process(folder) == ""
+
+
+@pytest.mark.parametrize("code", [errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP])
+def test_a_cache_on_a_file_system_without_locks(cache, monkeypatch, caplog, code):
+    """Each process compiles for itself, in a folder that goes with it, and says so once."""
+    shared = cache_folder()
+
+    def flock(file, how):
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    at_exit = []
+    monkeypatch.setattr(atexit, "register", at_exit.append)
+    _fenicsx._separate_folder.cache_clear()
+    (shared / "half.c").touch()  # of another process that compiles just now
+    with _fenicsx._cache() as folder, _fenicsx._cache() as again:
+        assert folder == again and folder != shared and folder.is_dir()
+    assert total() == pytest.approx(3.0)
+    assert list(folder.glob("*.so")) and (shared / "half.c").exists()
+    assert caplog.text.count("warning: ") == 1 and str(shared) in caplog.text
+    at_exit[0]()
+    assert not folder.exists()
+    _fenicsx._separate_folder.cache_clear()
+
+
+def test_another_failure_of_a_lock_is_an_error(cache, monkeypatch):
+    def flock(file, how):
+        raise OSError(errno.EIO, os.strerror(errno.EIO))
+
+    monkeypatch.setattr(fcntl, "flock", flock)
+    with pytest.raises(OSError, match=os.strerror(errno.EIO)), _fenicsx._cache():
+        pass
 
 
 def test_a_cache_that_cannot_be_written(monkeypatch, tmp_path):

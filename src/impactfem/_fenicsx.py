@@ -4,6 +4,7 @@ Every mesh lives on one rank (its communicator is COMM_SELF). Generations: up to
 spaces are made by classes and elements come from ufl; from 0.7 on by functions and from basix.ufl.
 """
 
+import atexit
 import fcntl
 import inspect
 import logging
@@ -12,7 +13,9 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -20,7 +23,8 @@ from mpi4py import MPI
 
 from impactfem.system.arrays import Array, Index
 from impactfem.system.cache import cache_folder
-from impactfem.system.log import root_logger_kept
+from impactfem.system.files import NO_LOCKS
+from impactfem.system.log import LOGGER, root_logger_kept
 
 with root_logger_kept():  # FFCx gives it a handler for every message of every library
     import dolfinx
@@ -211,13 +215,33 @@ def assembled(form: Any) -> Any:
     return matrix
 
 
+@cache
+def _separate_folder(shared: Path, reason: str) -> Path:
+    """The folder of compiled forms of this process alone, as long as it lives; warns of it."""
+    LOGGER.warning(
+        "warning: the folder of compiled forms, %s, cannot be locked (%s). Two runs could compile "
+        "into the same file, so this run keeps its compiled forms apart, and each run compiles "
+        "them again (about a minute). Set XDG_CACHE_HOME to a folder of a local disk",
+        shared,
+        reason,
+    )
+    made = TemporaryDirectory(prefix="impactfem-forms-", ignore_cleanup_errors=True)
+    atexit.register(made.cleanup)
+    return Path(made.name)
+
+
 @contextmanager
 def _cache() -> Iterator[Path]:
-    """The folder of compiled forms, locked for this process."""
+    """The folder of compiled forms, locked for this process; where it has no locks, another one."""
     # Compiled code is bound to the versions of Python and dolfinx that made it.
     folder = cache_folder(f"forms-{dolfinx.__version__}-{sys.version_info.minor}")
     with (folder / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # given back by the kernel when a process is killed
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX)  # given back by the kernel when a process is killed
+        except OSError as error:
+            if error.errno not in NO_LOCKS:
+                raise
+            folder = _separate_folder(folder, error.strerror)
         for source in folder.glob("*.c"):
             if not source.with_suffix(".c.cached").exists():
                 source.unlink()

@@ -37,7 +37,7 @@ from impactfem.run.stages import STAGES
 from impactfem.stages.manifest import further_buildings
 from impactfem.stages.stores import open_store
 from impactfem.system.errors import CONTROL, Fault, InputError
-from impactfem.system.files import remove_parts
+from impactfem.system.files import NO_LOCKS, remove_parts
 from impactfem.system.log import LOGGER
 from impactfem.system.scalar import alone
 
@@ -46,8 +46,6 @@ LOCK = ".lock"
 PATIENCE = 0.1
 """Time in which a lock is tried again [s], as its holder may be removing the file just now."""
 CASE_LINE = re.compile(r" DEBUG   case (.+), hash ([0-9a-f]{64})$")
-# What a file system answers that cannot lock, as some shared ones cannot.
-_NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 STORES = {name: file for stage in STAGES for name, file in stage.stores.items()}
 """Files of the stores by the name of the attribute that opens them."""
 SHARED = {name for stage in STAGES if not stage.each for name in stage.stores}
@@ -104,10 +102,14 @@ def locked(folder: Path, key: str = "") -> Iterator[None]:
             expected = f"expected a folder in which no other run works; {holder or 'one'} does now"
             raise _refused(folder, key, expected) from None
         except OSError as error:
-            if error.errno not in _NO_LOCKS:
+            if error.errno not in NO_LOCKS:
                 raise _not_writable(folder, key, error) from error
-            text = "warning: %s cannot be locked (%s): see that no other run works in it"
-            LOGGER.warning(text, folder, error.strerror)
+            LOGGER.warning(
+                "warning: %s cannot be locked (%s). A second run in this folder would not be "
+                "refused, and would mix its files with those of this run. Start no other run there",
+                folder,
+                error.strerror,
+            )
         try:
             yield
         finally:

@@ -6,6 +6,7 @@ What is written, JSON, NetCDF and archives of arrays, is whole or not there.
 from __future__ import annotations
 
 import codecs
+import errno
 import json
 import os
 import re
@@ -27,6 +28,8 @@ from impactfem.system.log import LOGGER
 if TYPE_CHECKING:
     import xarray as xr
 
+NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
+"""Answers of a file system that cannot lock, as some shared ones cannot."""
 LARGEST = 20_000_000  # size of the largest table [byte]
 LARGEST_FILE = 200_000_000  # size of the largest file of another kind, as a record [byte]
 LARGEST_MESH = 300_000_000  # size of the largest mesh [byte]: some two million nodes
