@@ -10,11 +10,12 @@ if sys.argv[:1] == ["-m"] and not sys.flags.safe_path:
 from importlib.metadata import version
 
 from impactfem.system.cache import place_caches
-from impactfem.system.parallel import settle_threads
+from impactfem.system.parallel import act_alone_in_a_step, settle_threads
 from impactfem.system.settings import ignore_settings_files
 
 __version__ = version("impactfem")
 
 ignore_settings_files()  # before anything imports numba, matplotlib, PETSc or netCDF
 place_caches()  # before anything imports numba or matplotlib
+act_alone_in_a_step()  # before anything starts MPI
 settle_threads()  # before anything imports NumPy, SciPy or PETSc

@@ -13,7 +13,15 @@ from rich.table import Table
 from impactfem import __version__
 from impactfem.system import log
 from impactfem.system.errors import ImpactfemError, InputError, file_errors, printable
-from impactfem.system.parallel import OtherRankError, abort, all_stop, exit_code, rank, size
+from impactfem.system.parallel import (
+    OtherRankError,
+    abort,
+    all_stop,
+    exit_code,
+    rank,
+    size,
+    warn_of_separate_tasks,
+)
 from impactfem.system.stop import advise, signals_answered
 
 app = typer.Typer(
@@ -72,6 +80,7 @@ def _options(
     del version
     context.obj = verbose
     log.set_up(verbose, rank())
+    warn_of_separate_tasks()
 
 
 @app.command()

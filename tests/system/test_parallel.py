@@ -140,7 +140,8 @@ def test_idle_threads_sleep():
     ],
 )
 def test_a_rank_of_several_has_one_thread(monkeypatch, environment, expected):
-    for name in (*parallel.LAUNCHERS, *parallel.OPENBLAS_THREADS, "PMIX_RANK"):
+    slurm = "SLURM_NTASKS", "SLURM_STEP_NUM_TASKS", "SLURM_PTY_PORT", "PMIX_RANK"
+    for name in (*parallel.LAUNCHERS, *parallel.OPENBLAS_THREADS, *slurm):
         monkeypatch.delenv(name, raising=False)
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
@@ -161,6 +162,106 @@ def test_threads_of_both_copies(late):
     gained = [1, 2][:copies] if late else two
     assert found == [two, two, one, gained, one, two]
     assert settled("import numpy", OPENBLAS_THREAD_TIMEOUT="4", OMP_NUM_THREADS="2")[2][3] == two
+
+
+STEP = {
+    "SLURM_JOBID": "7",
+    "SLURM_JOB_ID": "7",
+    "SLURM_PROCID": "0",
+    "SLURM_LOCALID": "0",
+    "SLURM_NODELIST": "localhost",
+    "SLURM_JOB_NODELIST": "localhost",
+    "SLURM_NNODES": "1",
+    "SLURM_STEPID": "0",
+    "SLURM_STEP_ID": "0",
+    "SLURM_STEP_NUM_TASKS": "1",
+    "SLURM_NTASKS": "1",
+    "SLURM_TASKS_PER_NODE": "1",
+}
+SHELL = {"SLURM_STEP_NUM_TASKS": "4", "SLURM_NTASKS": "4", "SLURM_PTY_PORT": "4242"}
+PMIX = {
+    "PMIX_RANK": "0",
+    "PMIX_NAMESPACE": "slurm.pmix.7.0",
+    "PMIX_GDS_MODULE": "ds21,ds12,hash",
+    "PMIX_SERVER_URI2": "pmix-server.1;tcp4://127.0.0.1:9",
+}
+FLUX = {
+    "FLUX_JOB_ID": "f7",
+    "FLUX_URI": "local:///none",
+    "FLUX_PMI_LIBRARY_PATH": "/none/libpmi.so",
+    "PMI_RANK": "0",
+    "PMI_SIZE": "1",
+    "PMI_FD": "8",
+}
+BATCH = {"PBS_JOBID": "7.host", "PBS_NODEFILE": "/none", "PBS_ENVIRONMENT": "PBS_INTERACTIVE"}
+SIZE = "from impactfem.system.parallel import communicator as c, size; print(size(), c().size)"
+
+
+@pytest.mark.parametrize(
+    "environment",
+    [STEP, STEP | PMIX, STEP | SHELL, STEP | SHELL | PMIX, FLUX, BATCH],
+    ids=["srun", "srun, PMIx", "srun --pty -n 4", "srun --pty -n 4, PMIx", "Flux", "PBS"],
+)
+def test_one_process_in_a_step(environment):
+    """MPI would take it for a rank, and end it, or wait for others."""
+    of_launchers = ("OMPI_", "PMI", "SLURM_", "FLUX_")
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(of_launchers)}
+    words = [sys.executable, "-c", SIZE]
+    ended = subprocess.run(words, capture_output=True, text=True, env=kept | environment)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "1 1\n", "")
+
+
+@pytest.fixture
+def launcher(monkeypatch):
+    """Set variables of a launcher, and no other ones of launchers."""
+
+    def launched_by(**environment):
+        for name in os.environ:
+            if name.startswith(("OMPI_COMM", *parallel.STEP_PREFIXES, "SLURM_")):
+                monkeypatch.delenv(name)
+        for name, value in environment.items():
+            monkeypatch.setenv(name, value)
+
+    return launched_by
+
+
+@pytest.mark.parametrize(
+    ("environment", "count"),
+    [
+        (STEP | PMIX | {"SLURM_STEP_NUM_TASKS": "4", "SLURM_NTASKS": "4"}, 4),
+        (STEP | PMIX | {"SLURM_NTASKS": "8"}, 1),
+        (STEP | {"OMPI_COMM_WORLD_SIZE": "2", "PMIX_RANK": "1"}, 2),
+        (STEP | SHELL | PMIX, 1),
+        ({"PMI_SIZE": "3", "PMI_RANK": "0", "PMI_FD": "8"}, 3),
+    ],
+    ids=["srun --mpi=pmix -n 4", "srun -n 1 in a job", "mpirun in a job", "shell", "Hydra"],
+)
+def test_ranks_of_a_launcher(launcher, environment, count):
+    """Ranks keep the variables by which MPI connects them."""
+    launcher(**environment)
+    assert parallel.launched() == count
+    parallel.act_alone_in_a_step()
+    assert parallel.launched() == count
+    if count > 1:
+        assert all(os.environ[name] == value for name, value in environment.items())
+
+
+@pytest.mark.parametrize(
+    ("environment", "count"),
+    [
+        (STEP | {"SLURM_STEP_NUM_TASKS": "4"}, 1),
+        (STEP | {"SLURM_STEP_NUM_TASKS": "4", "SLURM_PROCID": "2"}, 0),
+        (STEP, 0),
+        (STEP | SHELL, 0),
+        (STEP | PMIX | {"SLURM_STEP_NUM_TASKS": "4"}, 0),
+        (STEP | {"SLURM_STEP_NUM_TASKS": "4", "OMPI_COMM_WORLD_SIZE": "4"}, 0),
+    ],
+    ids=["tasks", "another task", "one task", "shell", "PMIx", "mpirun"],
+)
+def test_tasks_that_nothing_connects_are_told(launcher, caplog, environment, count):
+    launcher(**environment)
+    parallel.warn_of_separate_tasks()
+    assert caplog.text.count("srun started 4 tasks") == count
 
 
 def test_one_process(monkeypatch):

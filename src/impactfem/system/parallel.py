@@ -24,8 +24,10 @@ OPENBLAS_THREADS = ("OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", THREADS)  # in i
 IDLE = "OPENBLAS_THREAD_TIMEOUT"
 PR_SET_PDEATHSIG = 1  # of linux/prctl.h
 PATIENCE = 5.0  # time that a rank that failed waits for the others to fail, too [s]
-# Set by the launchers of Open MPI, MPICH and Slurm for a process that is one of several.
-LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_NTASKS")
+# Number of ranks by the launchers of Open MPI and MPICH.
+LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")
+# Of a step of Slurm or a job of Flux: by them MPI takes a process for one of the step's ranks.
+STEP_PREFIXES = ("SLURM_STEPID", "SLURM_STEP_ID", "PMI_", "PMI2_", "PMIX_", "FLUX_")
 # For a program of one process Open MPI starts a daemon, which it does not need here, and ends the
 # program where the daemon has no network, not even the loopback.
 os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")
@@ -74,12 +76,50 @@ def settle_threads() -> None:
 _polling: set[str] = set()  # files of the OpenBLAS that were loaded before IDLE was set
 
 
+def _number(*names: str) -> int:
+    """The first of these variables that holds a number; 1 where none does."""
+    sizes = [os.environ.get(name, "") for name in names]
+    return next((int(size) for size in sizes if size.isdigit()), 1)
+
+
+def _in_shell() -> bool:
+    """Whether this process is of a shell of `srun --pty`, whatever the tasks of its step are."""
+    return "SLURM_PTY_PORT" in os.environ
+
+
 def launched() -> int:
     """Number of ranks by the launcher's environment; MPI is not started for it."""
-    # Slurm sets the number of tasks for a script of one process, too: it counts with a rank only.
-    names = LAUNCHERS if "PMIX_RANK" in os.environ else LAUNCHERS[:2]
-    sizes = [os.environ.get(name, "") for name in names]
-    return max([int(size) for size in sizes if size.isdigit()], default=1)
+    sizes = [_number(name) for name in LAUNCHERS]
+    # Slurm sets the number of tasks for a script of one process, too.
+    if "PMIX_RANK" in os.environ and not _in_shell():
+        sizes.append(_number("SLURM_STEP_NUM_TASKS", "SLURM_NTASKS"))
+    return max(sizes)
+
+
+def act_alone_in_a_step() -> None:
+    """Hide the step of Slurm or Flux, in which this process is no rank, from MPI.
+
+    In a shell of `srun --pty bash` there is no server of ranks: Open MPI 4 would end the process,
+    and Open MPI 5 would crash. Call it before MPI is started.
+    """
+    if launched() == 1 and "OMPI_COMM_WORLD_SIZE" not in os.environ:
+        for name in [name for name in os.environ if name.startswith(STEP_PREFIXES)]:
+            del os.environ[name]
+
+
+def warn_of_separate_tasks() -> None:
+    """Warn where `srun` started several tasks that MPI does not connect."""
+    tasks = _number("SLURM_STEP_NUM_TASKS")
+    first = os.environ.get("SLURM_PROCID", "0") == "0"
+    if tasks > 1 and first and launched() == 1 and not _in_shell():
+        _LOGGER.warning(
+            "warning: srun started %d tasks, and MPI connects none of them. Each task runs alone: "
+            "together they do not compute faster, and one folder of results takes one task. For "
+            "one run over %d ranks type 'srun --mpi=pmix' or 'mpirun -n %d'",
+            tasks,
+            tasks,
+            tasks,
+        )
 
 
 def openblas() -> list[Any]:
