@@ -9,9 +9,13 @@ if sys.argv[:1] == ["-m"] and not sys.flags.safe_path:
 
 from importlib.metadata import version
 
-from impactfem.system.cache import place_caches
-from impactfem.system.parallel import act_alone_in_a_step, settle_threads
-from impactfem.system.settings import ignore_settings_files
+from impactfem.system.packages import leave_out_user_site
+
+leave_out_user_site()  # before any package is imported that is not Python's own
+
+from impactfem.system.cache import place_caches  # noqa: E402
+from impactfem.system.parallel import act_alone_in_a_step, settle_threads  # noqa: E402
+from impactfem.system.settings import ignore_settings_files  # noqa: E402
 
 __version__ = version("impactfem")
 

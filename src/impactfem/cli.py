@@ -13,6 +13,7 @@ from rich.table import Table
 from impactfem import __version__
 from impactfem.system import log
 from impactfem.system.errors import ImpactfemError, InputError, file_errors, printable
+from impactfem.system.packages import warn_of_foreign_packages
 from impactfem.system.parallel import (
     OtherRankError,
     abort,
@@ -80,6 +81,7 @@ def _options(
     del version
     context.obj = verbose
     log.set_up(verbose, rank())
+    warn_of_foreign_packages()
     warn_of_separate_tasks()
 
 
