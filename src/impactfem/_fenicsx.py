@@ -219,9 +219,9 @@ def assembled(form: Any) -> Any:
 def _separate_folder(shared: Path, reason: str) -> Path:
     """The folder of compiled forms of this process alone, as long as it lives; warns of it."""
     LOGGER.warning(
-        "warning: the folder of compiled forms, %s, cannot be locked (%s). Two runs could compile "
-        "into the same file, so this run keeps its compiled forms apart, and each run compiles "
-        "them again (about a minute). Set XDG_CACHE_HOME to a folder of a local disk",
+        "warning: the folder of compiled forms, %s, cannot be locked (%s). Runs cannot share "
+        "compiled forms there, so each run compiles its own in a temporary folder, which takes "
+        "about a minute. Set XDG_CACHE_HOME to a folder on a local disk",
         shared,
         reason,
     )

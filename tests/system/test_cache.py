@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -28,6 +29,22 @@ def test_the_users_cache_comes_first_and_temporary_files_next(places):
     places[0].touch()
     assert cache.cache_folder("kernels") == places[1] / "impactfem" / "kernels"
     assert places[1].stat().st_mode & 0o077 == 0  # the user's alone
+
+
+def test_a_full_disk_is_not_used(places, monkeypatch):
+    """A library would stop there and name no file."""
+    free = {places[0]: 1000, places[1]: cache.LEAST_SPACE}
+
+    def usage(folder):
+        return SimpleNamespace(
+            free=next(free[place] for place in places if place in folder.parents)
+        )
+
+    monkeypatch.setattr(shutil, "disk_usage", usage)
+    assert places[1] in cache.cache_folder("kernels").parents
+    free[places[1]] = 1000
+    with pytest.raises(ImpactfemError, match="20 MB"):
+        cache.cache_folder("kernels")
 
 
 def test_a_folder_of_somebody_else_is_not_used(places, monkeypatch):

@@ -1,6 +1,7 @@
 """Folders for what later runs use again: compiled code, fonts, hashes of sources."""
 
 import os
+import shutil
 import stat
 import tempfile
 from pathlib import Path
@@ -9,11 +10,13 @@ import platformdirs
 
 from impactfem.system.errors import ImpactfemError
 
+LEAST_SPACE = 20_000_000  # for the forms and kernels of a run [byte]
+
 
 def cache_folder(name: str) -> Path:
     """The folder of that name in the user's cache, or else among temporary files.
 
-    ImpactfemError where no place for it can be written.
+    ImpactfemError where no place for it can be written, or has `LEAST_SPACE`.
     """
     temporary = Path(tempfile.gettempdir(), f"impactfem-{os.getuid()}")
     places = [platformdirs.user_cache_path(), temporary]
@@ -25,6 +28,8 @@ def cache_folder(name: str) -> Path:
                 place.mkdir(mode=0o700, parents=True, exist_ok=True)
             folder.mkdir(parents=True, exist_ok=True)
             (folder / "lock").touch()
+            if shutil.disk_usage(folder).free < LEAST_SPACE:
+                continue
             # Code is loaded from here: nobody else may have put it there, or may change it.
             for path in (place, folder.parent, folder):
                 state = path.lstat() if shared else path.stat()
@@ -37,8 +42,8 @@ def cache_folder(name: str) -> Path:
         except OSError:
             continue
     raise ImpactfemError(
-        f"no folder for compiled code can be written: {', '.join(map(str, places))}; "
-        "XDG_CACHE_HOME names another place"
+        f"no folder for compiled code can be written: {', '.join(map(str, places))}; expected "
+        f"{LEAST_SPACE / 1e6:.0f} MB of space in one of them. XDG_CACHE_HOME names another place"
     )
 
 
