@@ -86,7 +86,7 @@ def test_size_over_thickness(small_mesh, small_sections):
     assert after.size_over_thickness == pytest.approx(1e3 * before.size_over_thickness)
     assert before.size_over_thickness < 8.0
     assert not before.warnings
-    (warning,) = after.warnings
+    (warning,) = (text for text in after.warnings if "slender" not in text)
     assert "larger than 600 thicknesses, the worst in " in warning
     assert "beyond what the shells are verified for" in warning
 

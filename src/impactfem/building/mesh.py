@@ -15,6 +15,9 @@ SHELLS = ("floor", "storey")
 FLAT = 1e-6
 """A slab is flat: the part of a triangle's height in its size that counts as none."""
 
+FOLD = np.radians(30.0)
+"""Angle between facets above which they meet at a corner and not on a curved surface."""
+
 NAME = re.compile(r"[a-z0-9]+(?:_[a-z0-9]+)*")
 """What can stand behind the number of a group."""
 _GROUP = re.compile(rf"(floor|storey|beam|column)_([1-9][0-9]{{0,17}})(?:_({NAME.pattern}))?")
@@ -159,6 +162,15 @@ def sides(triangles: Index) -> Index:
     return every
 
 
+def shared_sides(triangles: Index) -> tuple[Index, Index, Index]:
+    """Sides that exactly two triangles share: the index of each triangle, and the middle node."""
+    middles, owner = sides(triangles)[:, 2], np.tile(np.arange(len(triangles)), 3)
+    order = np.argsort(middles, kind="stable")
+    found, first, counts = np.unique(middles[order], return_index=True, return_counts=True)
+    pairs = first[counts == 2]
+    return owner[order[pairs]], owner[order[pairs + 1]], found[counts == 2]
+
+
 def rim(triangles: Index) -> tuple[Index, Index]:
     """The sides that one triangle alone has, as of `sides`, and its index; by ascending middles."""
     every = sides(triangles)
@@ -215,6 +227,14 @@ def line_lengths(mesh: BuildingMesh) -> Array:
     """Length of each line, shape (l,) [m]."""
     ends = mesh.nodes[mesh.lines[:, :2]]
     return np.asarray(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
+
+
+def normals(nodes: Array, triangles: Index) -> Array:
+    """Unit normals, shape (m, 3); zero for a triangle without an area."""
+    p, q, r = np.moveaxis(nodes[triangles[:, :3]], 1, 0)
+    normal: Array = np.cross(q - p, r - p)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
+    return normal
 
 
 def areas(nodes: Array, triangles: Index) -> Array:

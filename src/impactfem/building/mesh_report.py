@@ -11,18 +11,22 @@ from scipy.spatial import cKDTree
 
 from impactfem.building.mesh import (
     DOFS,
+    FOLD,
     SHELLS,
     BuildingMesh,
+    areas,
     line_lengths,
+    normals,
     place,
     radius_ratio,
     rim,
+    shared_sides,
     side_lengths,
-    sides,
 )
-from impactfem.building.mesh_checks import NEAR
+from impactfem.building.mesh_checks import NEAR, by_group, shell_groups
 from impactfem.building.mesh_warnings import mesh_warnings
 from impactfem.building.section import Sections
+from impactfem.building.slender import SlenderTriangles
 from impactfem.system.arrays import Array
 
 SIZE_OVER_THICKNESS = 600.0
@@ -31,10 +35,10 @@ CURVED = 2.0
 """Largest h² / (R t) of thin shells on curved surfaces, made of flat facets of the size h: at it
 they are too stiff by 1 % where they bend without stretching, at 9 by 12 % (hemisphere, hyperbolic
 paraboloid and twisted strip; `impactfem verify --only hyperbolic_paraboloid`)."""
-FOLD = np.radians(30.0)
-"""Angle between facets above which they meet at a corner and not on a curved surface."""
 POOR = 0.2
 """Radius ratio below which a triangle is worth a look."""
+TOO_STIFF = 0.03
+"""Allowed error of the bending stiffness due to slender triangles."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +115,11 @@ class MeshReport:
             free_edges=free_edges(mesh),
             duplicates=len(cKDTree(mesh.nodes).query_pairs(NEAR, output_type="ndarray")),
             dropped=len(mesh.dropped),
-            warnings=(*mesh_warnings(mesh), *_warnings(mesh, q, slender, lengths.max(axis=1))),
+            warnings=(
+                *mesh_warnings(mesh),
+                *_warnings(mesh, q, slender, lengths.max(axis=1)),
+                *_slender(mesh, thickness, lengths.max(axis=1)),
+            ),
         )
 
     @property
@@ -156,17 +164,9 @@ def free_edges(mesh: BuildingMesh) -> dict[str, float]:
 
 def _warnings(mesh: BuildingMesh, q: Array, slender: Array, longest: Array) -> Iterator[str]:
     """By radius ratio, longest side h and h / t of each triangle."""
-    vertices = mesh.nodes[mesh.triangles[:, :3]]
-    centre = vertices.mean(axis=1)
-    normal = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), np.finfo(float).tiny)
-    # Sides that two triangles share have one middle node.
-    middles = sides(mesh.triangles)[:, 2]
-    triangle_of_side = np.tile(np.arange(len(mesh.triangles)), 3)
-    order = np.argsort(middles, kind="stable")
-    _, first, counts = np.unique(middles[order], return_index=True, return_counts=True)
-    pairs = first[counts == 2]
-    a, b = triangle_of_side[order[pairs]], triangle_of_side[order[pairs + 1]]
+    centre = mesh.nodes[mesh.triangles[:, :3]].mean(axis=1)
+    normal = normals(mesh.nodes, mesh.triangles)
+    a, b, _ = shared_sides(mesh.triangles)
     # h² / (R t) of triangles on a curved surface, 0 on a plane: 1 / R is the angle between two
     # facets, no corner, over the distance of their centres, the largest over the shared sides.
     across = np.linalg.norm(np.cross(normal[a], normal[b]), axis=1)
@@ -204,3 +204,34 @@ def _warnings(mesh: BuildingMesh, q: Array, slender: Array, longest: Array) -> I
             f"{len(mesh.dropped)} nodes of the file belong to no shell or beam and are dropped, "
             f"the first at {place(mesh.dropped[0])}"
         )
+
+
+def _slender(mesh: BuildingMesh, thickness: Array, longest: Array) -> Iterator[str]:
+    """By thickness and longest side of each triangle."""
+    found = SlenderTriangles.of(mesh, thickness)
+    errors, sizes = np.zeros((2, len(longest)))
+    errors[found.cells] = found.error
+    sizes[found.cells] = found.allowed_scale(TOO_STIFF) * longest[found.cells]
+    proportions = longest**2 / np.maximum(
+        2.0 * areas(mesh.nodes, mesh.triangles), np.finfo(float).tiny
+    )
+    bad = np.flatnonzero(errors > TOO_STIFF)
+    for group, cells, _ in by_group(mesh, bad, mesh.triangles, shell_groups(mesh)):
+        worst = cells[int(np.argmax(errors[cells]))]
+        at = place(mesh.nodes[mesh.triangles[worst, :3]].mean(axis=0))
+        size = f"{max(np.floor(100.0 * sizes[cells].min()), 1.0) / 100.0:.2f}"
+        yield (
+            f"{group}: {len(cells)} triangles are slender, up to {proportions[cells].max():.3g} "
+            f"times as long as wide, the worst at {at}. Slender triangles make a thin plate too "
+            f"stiff in bending: deflections out of its plane are up to "
+            f"{_percent(errors[worst])} % too small, its natural frequencies up to "
+            f"{_percent((1.0 - errors[worst]) ** -0.5 - 1.0)} % too high. This affects modes, "
+            f"accelerations and floor spectra of {group}. Use sides of at most {size} m: "
+            f'{mesh.shell_parts[mesh.triangle_part[worst]].family}_size = "{size} m" in '
+            f"[buildings.structure.mesh], or Mesh.MeshSizeMax = {size} in gmsh"
+        )
+
+
+def _percent(error: float) -> int:
+    """Rounded up."""
+    return int(np.ceil(100.0 * error))
