@@ -119,7 +119,7 @@ def test_matrices_and_table(broken):
     assert soil.law.moved(T).static == pytest.approx(np.array(ROWS))
     soil = load_case(broken(more=TABLE, files={"soil.csv": impedances()})).buildings[1].soil
     assert soil is not None
-    assert soil.law.error.max() < 0.03
+    assert soil.law.errors().max() < 0.03
     text = re.sub(",N(/m| m/rad)", r",kN\1", impedances(scale=1e-3))
     other = load_case(broken(more=TABLE, files={"soil.csv": text})).buildings[1].soil
     for (f, *parts), (f_other, *others) in zip(soil.curves, other.curves, strict=True):

@@ -23,8 +23,8 @@ NONE = np.zeros((6, 6))
 
 def half_space(speed, ratio=0.0):
     """Soil about the top of a raft of 10 m x 8 m x 1 m."""
-    components, error = HalfSpace(speed, 2000.0, 0.3).rectangle(10.0, 8.0)
-    soil = soil_of(components, NONE, error, ratio)
+    components, curves = HalfSpace(speed, 2000.0, 0.3).rectangle(10.0, 8.0)
+    soil = soil_of(components, NONE, curves, ratio)
     T = np.eye(6)
     T[0, 4], T[1, 3] = -1.0, 1.0
     return replace(soil.moved(T), raft=raft_mass(2e5, 1.0, (64 / 12, 100 / 12)))

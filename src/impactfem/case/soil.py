@@ -25,11 +25,13 @@ from impactfem.case.quantity import (
 from impactfem.case.reading import TableFile
 from impactfem.case.table import Table, read_table
 from impactfem.case.unit import ROTATIONAL_STIFFNESS, STIFFNESS, UnitError, si_factor
-from impactfem.dynamics.impedance import fitted
-from impactfem.dynamics.soil import BAND, MOST_DAMPED, HalfSpace, Soil, raft_mass, soil_of
+from impactfem.dynamics.impedance import Curve, fitted
+from impactfem.dynamics.soil import BAND, MATERIAL, MOST_DAMPED, HalfSpace, Soil, raft_mass, soil_of
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault
 
+TABLE_BAND = f"from {MATERIAL[0]:g} to {MATERIAL[1]:g} Hz"
+"""Frequencies in which `check` compares a table with its model: those of most buildings."""
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 SYMMETRIC = 1e-9
 """How far a matrix may be from its transpose, or below zero, of its largest entry."""
@@ -134,12 +136,12 @@ class HalfSpaceSoil(_OnRaft):
         """The soil about the base of the building."""
         space, raft = HalfSpace(self.shear_velocity, self.density, self.poisson_ratio), self.raft
         if raft.length is not None and raft.width is not None and self.model != "cone":
-            components, error = space.rectangle(raft.length, raft.width, self.embedment)
+            components, curves = space.rectangle(raft.length, raft.width, self.embedment)
         else:
             x, y = raft.gyration
             components = space.cones(raft.area, (raft.area * x, raft.area * y))
-            error = np.zeros(6)
-        return self._about_the_top(soil_of(components, NO_RAFT, error, self.damping_ratio))
+            curves = []
+        return self._about_the_top(soil_of(components, NO_RAFT, curves, self.damping_ratio))
 
 
 Matrix = tuple[tuple[Number, Number, Number, Number, Number, Number], ...]
@@ -252,9 +254,14 @@ class TableSoil(_OnRaft):
     @property
     def law(self) -> Soil:
         """The soil about the base of the building."""
-        fits = [fitted(2.0 * math.pi * f, real + 1j * imag) for f, real, imag in self.curves]
-        models, errors = zip(*fits, strict=True)
-        return self._about_the_top(soil_of(list(models), NO_RAFT, np.array(errors)))
+        curves = [Curve(2.0 * math.pi * f, real + 1j * imag) for f, real, imag in self.curves]
+        return self._about_the_top(soil_of([fitted(one) for one in curves], NO_RAFT, curves))
+
+    @property
+    def errors(self) -> list[float]:
+        """Largest errors of stiffness and damping of the fitted model in `TABLE_BAND` [-]."""
+        band = (2.0 * math.pi * f for f in MATERIAL)
+        return [float(error) for error in self.law.errors(*band).max(axis=0)]
 
 
 SoilEntry = Annotated[HalfSpaceSoil | MatrixSoil | TableSoil, Field(discriminator="type")]

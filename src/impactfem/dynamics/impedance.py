@@ -10,11 +10,13 @@ Each m_j, and each node between spring and dashpot, is a degree of freedom of it
 number below zero the model is stable and gives off no energy, whatever stands on it.
 
 A table of S is fitted by (1): non-negative least squares over many rates r_j, in which few of the
-numbers are not zero, then all of these at once. Where the imaginary part is small its own error
-counts: of the modulus alone a fit would give most of the damping for what no causal model has, a
-real part that is constant. Sources: Wolf, Foundation Vibration Analysis Using Simple Physical
-Models (1994), chapters 2 and 5; Lawson and Hanson, Solving Least Squares Problems (1974),
-chapter 23.
+numbers are not zero, then all of these at once. The errors of Re S are in parts of |S|, those of
+Im S in parts of Im S: in parts of |S| they would hide an error of the damping as large as the
+damping. The damping of rocking begins with ω³, and so does that of the masses m_j; a spring k_j
+adds damping that begins with ω. A causal S with a given Im S has no other Re S than K - ω² m and
+a part that follows from Im S, so that a table of two unrelated parts cannot be met in both.
+Sources: Wolf, Foundation Vibration Analysis Using Simple Physical Models (1994), chapters 2 and 5;
+Lawson and Hanson, Solving Least Squares Problems (1974), chapter 23.
 """
 
 from dataclasses import dataclass, replace
@@ -31,14 +33,22 @@ Pairs = tuple[tuple[float, float], ...]
 RATES = 25  # number of rates that a fit chooses among
 OUTSIDE = 4.0  # how far they reach beyond the frequencies of the table, as a factor
 NEGLIGIBLE = 1e-4  # elements that are below this part of S at all frequencies are left out
-LOSS, SMALL = 1.3, 0.02
+LOSS, SMALL = 1.3, 0.003
 """Elements go as long as the error is below this times that with all of them, or below this."""
 FAR = 5.0  # how far a number may move from where it began, as a logarithm
 REST = 0.8
 """Least stiffness at rest over the real part at the lowest frequency of a table, which is almost at
 rest: a slow spring and dashpot in its place would not hold what rests on it. Material damping of
 15 % makes it 0.8 from 0.5 Hz on."""
-DAMPED = 0.1  # imaginary part over |S| below which its error counts less than as a part of its own
+RESONANT = 0.07
+"""Im S/|S| of formulas above which both errors count less: there nothing resonates."""
+COUNTS = 0.2
+"""Weight of the error of Im S, in parts of Im S, over the weight of the error of Re S, in parts of
+|S|, in a fit to formulas: 5 % less damping changes a resonance about as much as 1 % less
+stiffness."""
+DAMPED = 0.01
+"""Im S/|S| below which errors of the damping are in parts of this times |S|: half a per cent of
+damping ratio hardly matters to a building."""
 MAXWELL = 3
 """Elements that have the damping of the material, constant within 4 % over a factor of 20."""
 PASSES = 100  # most iterations of non-negative least squares, for each column
@@ -86,48 +96,95 @@ class Impedance:
         return M, C, K
 
 
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Dynamic stiffness of one component against frequency."""
+
+    omega: Array  #: ascending, above zero, shape (n,) [rad/s]
+    S: Complex  #: same shape [N/m, N m]
+
+    def scaled(self, force: float, rate: float) -> "Curve":
+        """Scale the stiffness and the frequencies as :meth:`Impedance.scaled` does."""
+        return Curve(self.omega * rate, self.S * force)
+
+    def misfit(self, S: Complex) -> "Misfit":
+        """Compute the errors of the values of a model at the frequencies of the curve."""
+        off, size = S - self.S, np.abs(self.S)
+        damping = np.abs(off.imag) / np.maximum(self.S.imag, DAMPED * size)
+        return Misfit(self.omega, np.abs(off.real) / size, damping)
+
+
+@dataclass(frozen=True, eq=False)
+class Misfit:
+    """Errors of a model of soil in one component against frequency."""
+
+    omega: Array  #: shape (n,) [rad/s]
+    stiffness: Array  #: |Re ΔS| / |S|, same shape [-]
+    damping: Array  #: |Im ΔS| / Im S, with at least a hundredth of |S| below, same shape [-]
+
+    def largest(self, low: float = 0.0, high: float = np.inf) -> Array:
+        """Return the largest errors of stiffness and damping in a band [rad/s], shape (2,)."""
+        ends = np.clip([low, high], self.omega[0], self.omega[-1])
+        inside = self.omega[(self.omega > ends[0]) & (self.omega < ends[1])]
+        band = np.concatenate([ends, inside])
+        errors = (self.stiffness, self.damping)
+        return np.array([np.interp(band, self.omega, one).max() for one in errors])
+
+
 def fitted(
-    omega: Array, S: Complex, *, stiffness: float | None = None, mass: bool = True
-) -> tuple[Impedance, float]:
-    """The impedance (1) nearest to a table, and its largest error |S − S_table| / |S_table|.
+    curve: Curve,
+    *,
+    stiffness: float | None = None,
+    dashpot: float | None = None,
+    mass: bool = True,
+) -> Impedance:
+    """Fit the impedance (1) to a table.
 
     Args:
-        omega: Ascending, above zero, shape (n,) [rad/s].
-        S: Same shape; its imaginary part not negative.
-        stiffness: K, where it is known; the error of S then counts by its modulus alone.
+        curve: The table; its imaginary part not negative.
+        stiffness: K, if it is known.
+        dashpot: C, if it is known as the limit of Im S/ω at rest. All other damping then begins
+            with ω³, and no Maxwell element is used, whose damping begins with ω.
         mass: Whether there may be a mass m that moves with the raft.
     """
+    omega, S = curve.omega, curve.S
     rates = np.geomspace(omega[0] / OUTSIDE, omega[-1] * OUTSIDE, RATES)
     s, size = 1j * omega, np.abs(S)
-    free = stiffness is None
     least = max(REST * float(S[0].real), 0.0) if stiffness is None else stiffness
-    weight = np.ones_like(size)
-    if free:
-        weight = np.maximum(size / (np.abs(S.imag) + DAMPED * size), 1.0)
+    known = least + s * (dashpot or 0.0)
+    share = S.imag / size
+    # A table may hold damping of the material, which is no more causal: both parts count alike.
+    counts, resonant = (1.0, np.inf) if stiffness is None else (COUNTS, RESONANT)
+    damping = np.maximum(counts / (share + DAMPED), 1.0)
+    weight = np.array([np.ones_like(share), damping]) / np.hypot(1.0, share / resonant)
     columns = [
-        np.full_like(s, float(free)),
-        s,
+        np.full_like(s, float(stiffness is None)),
+        s * float(dashpot is None),
         s**2 * float(mass),
         *(s**2 / (1.0 + s / r) for r in rates),
-        *(s / (r + s) for r in rates),
+        *(s * float(dashpot is None) / (r + s) for r in rates),
     ]
     A = np.column_stack(columns) / size[:, None]
     # Each column of length one: their numbers differ by orders of magnitude.
     length = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
-    right = (S - least) / size
+    right = (S - known) / size
     x, _ = scipy.optimize.nnls(
-        np.vstack([A.real, weight[:, None] * A.imag]) / length,
-        np.concatenate([right.real, weight * right.imag]),
+        np.vstack(weight[:, :, None] * np.array([A.real, A.imag])) / length,
+        np.concatenate(weight * np.array([right.real, right.imag])),
         maxiter=PASSES * A.shape[1],
     )
     x = x / length
     x[np.abs(A * x).max(axis=0) < NEGLIGIBLE] = 0.0
-    first, tails, branches = x[:3], x[3 : 3 + RATES], x[3 + RATES :]
+    first, tails, branches = np.split(x, [3, 3 + RATES])
     start = Impedance(
-        least + first[0], first[1], first[2], _merged(tails, rates), _merged(branches, rates)
+        least + first[0],
+        (dashpot or 0.0) + first[1],
+        first[2],
+        _merged(tails, rates),
+        _merged(branches, rates),
     )
-    found = _Fit(omega, S, weight, least, free).thinned(start)
-    return found, float(np.abs(found.at(omega) / S - 1.0).max())
+    fixed = (stiffness is not None, dashpot is not None)
+    return _Fit(omega, S, weight, least, fixed).thinned(start)
 
 
 def _merged(values: Array, rates: Array) -> Pairs:
@@ -146,14 +203,14 @@ class _Fit:
 
     omega: Array
     S: Complex
-    weight: Array  #: of the imaginary part
-    least: float  #: K, or the least K where it is free
-    free: bool
+    weight: Array  #: of the real and the imaginary part, shape (2, n)
+    least: float  #: K, or the least K if it is not known
+    fixed: tuple[bool, bool]  #: K known, C known
 
     def wrong(self, model: Impedance) -> Array:
-        """What it misses, in parts of |S|."""
+        """Compute the weighted errors of a model in parts of |S|."""
         off = (model.at(self.omega) - self.S) / np.abs(self.S)
-        return np.concatenate([off.real, self.weight * off.imag])
+        return np.concatenate(self.weight * np.array([off.real, off.imag]))
 
     def error(self, model: Impedance) -> float:
         """The largest of it, both parts together."""
@@ -169,10 +226,7 @@ class _Fit:
             m, k = best.tails, best.branches
             fewer = [replace(best, tails=m[:j] + m[j + 1 :]) for j in range(len(m))]
             fewer += [replace(best, branches=k[:j] + k[j + 1 :]) for j in range(len(k))]
-            loss = [
-                float(np.abs((one.at(self.omega) - best.at(self.omega)) / self.S).max())
-                for one in fewer
-            ]
+            loss = [float(np.abs(self.wrong(one) - self.wrong(best)).max()) for one in fewer]
             for j in np.argsort(loss):
                 found = self.polished(fewer[j])
                 if self.error(found) <= limit:
@@ -184,7 +238,7 @@ class _Fit:
     def polished(self, start: Impedance) -> Impedance:
         """All numbers that are not zero at once, by their logarithms."""
         heads = np.array([start.stiffness, start.dashpot, start.mass])
-        used = np.flatnonzero(heads > 0.0)[0 if self.free else 1 :]
+        used = np.flatnonzero((heads > 0.0) & ~np.array([*self.fixed, False]))
         tails = len(start.tails)
 
         def make(x: Array) -> Impedance:
@@ -211,13 +265,17 @@ class _Fit:
                 S = k * s / (r + s)
                 columns += [S, -S * r / (r + s)]
             J = np.column_stack(columns) / np.abs(self.S)[:, None]
-            return np.concatenate([J.real, self.weight[:, None] * J.imag])
+            return np.concatenate(self.weight[:, :, None] * np.array([J.real, J.imag]))
 
-        low = x - FAR
-        if self.free and self.least > 0.0:
+        low, high = x - FAR, x + FAR
+        # Rates stay where the fit chooses them: at a higher one a tail is but a mass of the raft.
+        ends = np.log([self.omega[0] / OUTSIDE, self.omega[-1] * OUTSIDE])
+        low[used.size + 1 :: 2] = ends[0] - NEGLIGIBLE
+        high[used.size + 1 :: 2] = ends[1] + NEGLIGIBLE
+        if not self.fixed[0] and self.least > 0.0:
             low[0] = np.log(self.least) - NEGLIGIBLE  # where x may be already
         found = scipy.optimize.least_squares(
-            lambda x: self.wrong(make(x)), x, slopes, (low, x + FAR), max_nfev=50
+            lambda x: self.wrong(make(x)), x, slopes, (low, high), max_nfev=50
         )
         return make(found.x)
 

@@ -7,21 +7,23 @@ free field does, and an embedded one is taken to.
 **Rectangles**, half-length L along the longer side, half-width B, depth D of the underside, a₀ =
 ω B/c_s: Pais and Kausel, Approximate formulas for dynamic stiffnesses of rigid foundations, Soil
 Dynamics and Earthquake Engineering 7 (1988) 213, as in tables 2-2 and 2-3 of NIST GCR 12-917-21
-(2012). Sway and rocking are not coupled. The real and the imaginary parts are not those of one
-stable model; one is fitted to them for 0.02 ≤ a₀ ≤ 4 (:mod:`impactfem.dynamics.impedance`) with
-the static stiffness as it is.
+(2012). Sway and rocking are not coupled. The real and the imaginary parts do not belong to one
+causal model. A stable model is fitted to them for 0.02 ≤ a₀ ≤ 4
+(:mod:`impactfem.dynamics.impedance`), with their static stiffness, and in rotation with their
+dashpot at rest.
 
 **Disks**, and rafts of the same area or moments of inertia: the cones of Wolf, Foundation Vibration
 Analysis Using Simple Physical Models (1994), table 2-3A, exactly (1) of that module.
 """
 
 import math
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
-from impactfem.dynamics.impedance import Impedance, assembled, fitted, hysteresis
+from impactfem.dynamics.impedance import Curve, Impedance, Misfit, assembled, fitted, hysteresis
 from impactfem.system.arrays import Array, Complex
 
 LOWEST, HIGHEST = 0.02, 4.0  # a₀ of the fit to the formulas of Pais and Kausel
@@ -46,8 +48,8 @@ class Soil:
     C: Array  #: all dashpots, shape (n, n) [N s/m, N s, N m s]
     K: Array  #: stiffness, shape (n, n) [N/m, N, N m]
     material: Array  #: part of C by the damping of the material, the rest radiates, shape (n, n)
-    #: Largest error of the model against what it stands for, by component, of its modulus [-].
-    error: Array = field(default_factory=lambda: np.zeros(6))
+    #: Errors of the model against the formulas or the table, by component; empty: it is exact.
+    misfits: tuple[Misfit, ...] = ()
 
     def __len__(self) -> int:
         return len(self.M)
@@ -67,6 +69,10 @@ class Soil:
         # What a dashpot alone holds does not resist at rest.
         inner = np.linalg.pinv(self.K[6:, 6:], hermitian=True)
         return np.asarray(self.K[:6, :6] - self.K[:6, 6:] @ inner @ self.K[6:, :6])
+
+    def errors(self, low: float = 0.0, high: float = np.inf) -> Array:
+        """Return the largest errors in a band [rad/s]: stiffness and damping, shape (6, 2) [-]."""
+        return np.array([one.largest(low, high) for one in self.misfits] or np.zeros((6, 2)))
 
     def impedance(self, omega: Array) -> Complex:
         """S(ω) without the raft's mass, shape (n_f, 6, 6), at ω of shape (n_f,) [rad/s]."""
@@ -94,15 +100,20 @@ class HalfSpace:
 
     def rectangle(
         self, length: float, width: float, embedment: float = 0.0
-    ) -> tuple[list[Impedance], Array]:
-        """Of a raft of length along x and width along y, by Pais and Kausel; errors of the fits."""
+    ) -> tuple[list[Impedance], list[Curve]]:
+        """Of a raft of length along x and width along y, by Pais and Kausel.
+
+        Models of the six components, and the formulas that they were fitted to.
+        """
         B, long = 0.5 * min(length, width), length >= width
         found = _pais_kausel(max(length, width) / 2.0 / B, embedment / B, self.poisson_ratio)
         # Along the longer side, across it, and the rotations about these; else x and y swap.
         order = [0, 1, 2, 3, 4, 5] if long else [1, 0, 2, 4, 3, 5]
         G, rate = self.shear_modulus, self.shear_velocity / B
-        components = [found[k][0].scaled(G * (B if k < 3 else B**3), rate) for k in order]
-        return components, np.array([found[k][1] for k in order])
+        force = [G * (B if k < 3 else B**3) for k in order]
+        models = [found[k][0].scaled(size, rate) for k, size in zip(order, force, strict=True)]
+        curves = [found[k][1].scaled(size, rate) for k, size in zip(order, force, strict=True)]
+        return models, curves
 
     def cones(self, area: float, inertia: tuple[float, float]) -> list[Impedance]:
         """Of a raft by its area [m2] and second moments about x and y [m4], by Wolf's cones."""
@@ -138,30 +149,41 @@ class HalfSpace:
 
 
 def soil_of(
-    components: list[Impedance], raft: Array, error: Array | None = None, ratio: float = 0.0
+    components: list[Impedance],
+    raft: Array,
+    curves: Sequence[Curve] = (),
+    ratio: float = 0.0,
 ) -> Soil:
-    """Soil of six impedances, a raft's mass about the same point, and a damping of the material."""
-    wrong = np.zeros(6) if error is None else error
+    """Soil of six impedances, a raft's mass about the same point, and a damping of the material.
+
+    The curves are what the impedances were fitted to; without, they are exact.
+    """
     M, C, K = assembled(components)
     material = np.zeros_like(C)
+    low, high = (2.0 * math.pi * f for f in MATERIAL)
     if ratio > 0.0:
-        low, high = (2.0 * math.pi * f for f in MATERIAL)
         unit, ω = hysteresis(ratio, low, high), np.geomspace(low, high, 60)
-        m = [unit.scaled(one.stiffness, 1.0) for one in components]
-        # K + 2iζ K in place of K, over what the whole of it is then.
-        wanted = [2.0j * ratio * one.stiffness for one in components]
-        wrong = wrong + [
-            np.abs((own.at(ω) - x) / (one.at(ω) + x)).max()
-            for own, one, x in zip(m, components, wanted, strict=True)
+        added = [unit.scaled(one.stiffness, 1.0) for one in components]
+        exact = curves or [Curve(ω, one.at(ω)) for one in components]
+        # K + 2iζ K in place of K.
+        curves = [
+            Curve(curve.omega, curve.S + 2.0j * ratio * one.stiffness)
+            for curve, one in zip(exact, components, strict=True)
         ]
-        _, C_m, K_m = assembled(m)
+        _, C_m, K_m = assembled(added)
         n, extra = len(M), len(C_m) - 6
         at = [*range(6), *range(n, n + extra)]
         M, C, K, material = (np.pad(one, (0, extra)) for one in (M, C, K, material))
         material[np.ix_(at, at)] = C_m
         C = C + material
         K[np.ix_(at, at)] += K_m
-    return Soil(raft, M, C, K, material, wrong)
+    else:
+        added = [Impedance(0.0)] * len(components)
+    misfits = tuple(
+        curve.misfit(one.at(curve.omega) + own.at(curve.omega))
+        for curve, one, own in zip(curves, components, added, strict=False)
+    )
+    return Soil(raft, M, C, K, material, misfits)
 
 
 def raft_mass(mass: float, thickness: float, gyration: tuple[float, float]) -> Array:
@@ -179,8 +201,8 @@ def raft_mass(mass: float, thickness: float, gyration: tuple[float, float]) -> A
 
 
 @lru_cache(maxsize=32)
-def _pais_kausel(r: float, d: float, ν: float) -> tuple[tuple[Impedance, float], ...]:
-    """Impedances in G B and G B³ at a₀, by L/B and D/B, with errors of the fits, as `rectangle`."""
+def _pais_kausel(r: float, d: float, ν: float) -> tuple[tuple[Impedance, Curve], ...]:
+    """Impedances in G B and G B³ at a₀, by L/B and D/B, and what they are fitted to."""
     ψ = min(math.sqrt(2.0 * (1.0 - ν) / (1.0 - 2.0 * ν)), SPEEDS)
     sway, pitch = 1.0 + (0.33 + 1.34 / (1.0 + r)) * d**0.8, 1.0 + d
     # Static stiffness of the raft on the surface (table 2-2a) and embedded (table 2-2b).
@@ -209,18 +231,19 @@ def _pais_kausel(r: float, d: float, ν: float) -> tuple[tuple[Impedance, float]
         "zz": (4.0 / 3.0 * (walls_z + r**3 + r), 1.4 / (1.0 + 3.0 * (r - 1.0) ** 0.7), 0.0),
     }
 
-    def fit(K: float, name: str) -> tuple[Impedance, float]:
+    def fit(K: float, name: str) -> tuple[Impedance, Curve]:
         p, q = falls[name]
         if name == "z":
-            dashpot = np.full_like(a, 4.0 * (ψ * r + d * (1.0 + r)))
+            dashpot, at_rest = np.full_like(a, 4.0 * (ψ * r + d * (1.0 + r))), None
         else:
-            c, b, constant = rises[name]
-            dashpot = c * a**2 / (b + a**2) + constant
-        S = K * (1.0 - p * a**2 / (q + a**2)) + 1j * a * dashpot
-        return fitted(a, S, stiffness=K, mass=False)
+            c, b, at_rest = rises[name]
+            dashpot = c * a**2 / (b + a**2) + at_rest
+        curve = Curve(a, K * (1.0 - p * a**2 / (q + a**2)) + 1j * a * dashpot)
+        return fitted(curve, stiffness=K, dashpot=at_rest, mass=False), curve
 
+    x = Impedance(K_x, 4.0 * (r + d * (ψ + r)))
+    y = Impedance(K_y, 4.0 * (r + d * (1.0 + ψ * r)))
     return (
-        (Impedance(K_x, 4.0 * (r + d * (ψ + r))), 0.0),
-        (Impedance(K_y, 4.0 * (r + d * (1.0 + ψ * r))), 0.0),
+        *((one, Curve(a, one.at(a))) for one in (x, y)),
         *(fit(K, name) for K, name in ((K_z, "z"), (K_xx, "xx"), (K_yy, "yy"), (K_zz, "zz"))),
     )

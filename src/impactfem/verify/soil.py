@@ -96,9 +96,9 @@ def _on_soil(soil: Soil) -> Stick:
 
 
 def _half_space(speed: float, ratio: float) -> Soil:
-    components, error = HalfSpace(speed, DENSITY, POISSON).rectangle(10.0, 8.0)
+    components, curves = HalfSpace(speed, DENSITY, POISSON).rectangle(10.0, 8.0)
     raft = raft_mass(2e5, 1.0, (64.0 / 12.0, 100.0 / 12.0))
-    return soil_of(components, raft, error, ratio)
+    return soil_of(components, raft, curves, ratio)
 
 
 @benchmark("steady state on soil", "its own matrices and the impedance of the soil in frequency")

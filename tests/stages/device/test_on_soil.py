@@ -27,8 +27,8 @@ from .conftest import (
 
 
 def half_space(speed):
-    components, error = HalfSpace(speed, 2000.0, 0.3).rectangle(8.0, 6.0)
-    return soil_of(components, raft_mass(6e4, 0.5, (3.0, 5.3)), error)
+    components, curves = HalfSpace(speed, 2000.0, 0.3).rectangle(8.0, 6.0)
+    return soil_of(components, raft_mass(6e4, 0.5, (3.0, 5.3)), curves)
 
 
 @pytest.fixture(scope="module")

@@ -29,8 +29,9 @@ TARGET = (0.9, 1.3)
 """Spectrum of a motion over its target where the buildings answer, as a mean. EN 1998-1,
 3.2.3.1.2(4)c, has 0.9 for each ordinate of the mean of three motions or more, US NRC SRP 3.7.1 has
 1.3 for each of one; the ordinates of one motion scatter, and tell no more than their mean."""
-SOIL = 0.2
-"""Largest error of the model of a soil against the formulas or the table that it stands for."""
+SOIL_STIFFNESS, SOIL_DAMPING = 0.2, 0.1
+"""Largest errors of the model of a soil against its formulas or its table, of |S| and of Im S. The
+rocking of a tall building is the most affected: its resonance is governed by Im S."""
 LEFT = 0.01
 """What the ground may leave of its motion between two buildings, in parts of the least gap."""
 SWING_AT_END = "pounding.swing_at_end"
@@ -102,16 +103,31 @@ def distance_check(
     return [(False, f"{text}; so it is for {others} more" if others else text)]
 
 
-def soil_check(building: str, error: float) -> Check:
-    """Whether the model of the soil under a building is the soil, by its largest error."""
-    text = f"soil: model of the soil of {building}, off its formulas or table by up to"
-    met, text = limited(text, error, SOIL, "%")
-    if not met:
-        text += (
-            ": no springs, dashpots and masses have such impedances (tables/soil.csv has each "
-            "component); of layers with frequencies of their own [buildings.soil] has no model"
-        )
-    return met, text
+def soil_checks(building: str, errors: Sequence[float], band: str) -> list[Check]:
+    """Check the errors of the model of the soil under a building in a band of frequencies.
+
+    Errors of the stiffness, over |S|, and of the damping, over Im S.
+    """
+    checks = []
+    for error, limit, what, of, affected in zip(
+        errors,
+        (SOIL_STIFFNESS, SOIL_DAMPING),
+        ("stiffness", "damping"),
+        ("|S|", "Im S"),
+        ("frequencies of the building", "heights of its resonances"),
+        strict=True,
+    ):
+        text = f"soil: {what} of the model of the soil of {building}, largest error {band},"
+        met, text = limited(text, error, limit, f"% of {of}")
+        if not met:
+            text += (
+                ": no springs, dashpots and masses have these impedances (tables/soil.csv of a "
+                f"run has each component). The error affects the {affected}. Compare with a run "
+                'with model = "cone" in [buildings.soil] for a long or embedded raft; a soil '
+                "layer that resonates has no such model"
+            )
+        checks.append((met, text))
+    return checks
 
 
 def stick_checks(
@@ -374,7 +390,8 @@ def _foundations(store: xr.Dataset, values: Mapping[str, float]) -> list[Check]:
     """How far each building on soil is from one that lifts, and its model from the soil."""
     lines: list[Check] = []
     for name in names_of(store, "foundation") if "foundation" in store.dims else ():
-        off = values[f"soil.{name}.model_error"]
+        off = [values[f"soil.{name}.{of}_error"] for of in ("stiffness", "damping")]
+        band = "from the first frequency on soil to twice the first one clamped"
         x, y = (100 * (values[f"soil.{name}.period_ratio.{axis}"] - 1.0) for axis in "xy")
         text = (
             f"soil: first periods of the stick of {name} longer than clamped by {x:.3g} % (x) and "
@@ -386,7 +403,7 @@ def _foundations(store: xr.Dataset, values: Mapping[str, float]) -> list[Check]:
         )
         if least < 0.0:
             lift += ": it would lift, and linear analysis overrates the soil there"
-        lines += [(None, text), soil_check(name, off), (least >= 0.0, lift)]
+        lines += [(None, text), *soil_checks(name, off, band), (least >= 0.0, lift)]
     return lines
 
 

@@ -21,7 +21,12 @@ class Foundation:
     building: str
     stiffness: Array  #: at rest, about the middle of the underside, shape (6,) [N/m, N m]
     dashpot: Array  #: Im S/ω at the first frequency on soil, likewise, shape (6,) [N s/m, N m s]
-    error: Array  #: of the model of the soil against what it stands for, shape (6,) [-]
+    #: Frequencies in which the errors count: the lowest first frequency on soil, and twice the
+    #: highest first frequency on a clamped base, shape (2,) [Hz].
+    band: Array
+    #: Largest error of the stiffness of the soil's model in this band, of |S|, shape (6,) [-].
+    stiffness_error: Array
+    damping_error: Array  #: of its damping, of Im S, likewise, shape (6,) [-]
     clamped_frequency: Array  #: first along x and along y on a clamped base, shape (2,) [Hz]
     frequency: Array  #: of these modes on soil, shape (2,) [Hz]
     clamped_ratio: Array  #: damping ratio on a clamped base, shape (2,) [-]
@@ -58,6 +63,8 @@ def foundations(case: Case, response: Response) -> tuple[Foundation, ...]:
         firsts = [int(order[first_along(body.participation[order, k] ** 2)]) for k in range(2)]
         ours = [first_along(modes.effective_mass[:, k]) for k in range(2)]
         ω_1 = 2.0 * np.pi * float(modes.frequency[ours].min())
+        band = np.array([ω_1, 2.0 * ω[firsts].max()])
+        errors = stick.soil.errors(*band)
         # A force on the soil at the base is this wrench about the underside.
         force = base.force @ up
         weight = STANDARD_GRAVITY * float(body.rigid_mass[0, 0])
@@ -72,7 +79,9 @@ def foundations(case: Case, response: Response) -> tuple[Foundation, ...]:
                 building=stick.name,
                 stiffness=np.diag(below.static).copy(),
                 dashpot=np.diag(below.impedance(np.array([ω_1]))[0]).imag / ω_1,
-                error=stick.soil.error,
+                band=band / (2.0 * np.pi),
+                stiffness_error=errors[:, 0],
+                damping_error=errors[:, 1],
                 clamped_frequency=ω[firsts] / (2.0 * np.pi),
                 frequency=modes.frequency[ours],
                 clamped_ratio=d[firsts] / (2.0 * ω[firsts]),

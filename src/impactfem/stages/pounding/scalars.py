@@ -253,11 +253,13 @@ def _foundations(study: StickStudy) -> list[Row]:
                 (f"{name}.damping.{axis}", float(one.ratio[k]), "-", f"soil included, {note}"),
             ]
         note = "of the underside, over that by gravity; negative: the raft would lift there"
+        band = f"model of the soil, {one.band[0]:.3g} to {one.band[1]:.3g} Hz"
         rows += [
             (f"{name}.radiated", one.radiated, "J", "energy"),
             (f"{name}.least_pressure", least, "Pa", "of the underside; negative: tension"),
             (f"{name}.least_pressure_ratio", least / one.static_pressure, "-", note),
-            (f"{name}.model_error", float(one.error.max()), "-", "of the model of the soil"),
+            (f"{name}.stiffness_error", float(one.stiffness_error.max()), "-", f"of |S|, {band}"),
+            (f"{name}.damping_error", float(one.damping_error.max()), "-", f"of Im S, {band}"),
         ]
     return rows
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.case.facing import facing_floors
-from impactfem.case.soil import TableSoil
+from impactfem.case.soil import TABLE_BAND, TableSoil
 from impactfem.coupling.force_history import ForceHistory, write_forces
 from impactfem.plot.floor_products import write_floor_products
 from impactfem.stages.building.stage import BUILDING, target_models
@@ -17,7 +17,7 @@ from impactfem.stages.check import Check
 from impactfem.stages.inputs import inputs_key, published_values, tolerances
 from impactfem.stages.pounding.checks import (
     facing_checks,
-    soil_check,
+    soil_checks,
     stick_against_model,
     stick_checks,
 )
@@ -112,9 +112,10 @@ POUNDING = Stage(
         *_sticks_against_models(folder, case),
     ],
     announces=lambda case: [
-        soil_check(one.name, float(one.soil.law.error.max()))
+        check
         for one in case.buildings
         if isinstance(one.soil, TableSoil)
+        for check in soil_checks(one.name, one.soil.errors, TABLE_BAND)
     ],
     needs=_needs,
 )

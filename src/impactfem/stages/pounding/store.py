@@ -124,7 +124,8 @@ OUTPUTS = {
     "foundation_component": Output("foundation_component"),
     "foundation_stiffness": Output(_FOUNDATION, "N/m, N m/rad", "of the soil, at rest"),
     "foundation_dashpot": Output(_FOUNDATION, "N s/m, N m s/rad", "at the first frequency"),
-    "foundation_error": Output(_FOUNDATION, "-", "of the model of the soil"),
+    "foundation_stiffness_error": Output(_FOUNDATION, "-", "of the model of the soil, over |S|"),
+    "foundation_damping_error": Output(_FOUNDATION, "-", "of the model of the soil, over Im S"),
     "foundation_direction": Output("foundation_direction"),
     "foundation_clamped_frequency": Output(_FIRST, "Hz", "first mode on a clamped base"),
     "foundation_frequency": Output(_FIRST, "Hz", "of this mode on soil"),
@@ -294,8 +295,8 @@ def _foundations(study: StickStudy) -> dict[str, Any]:
     if not found:
         return {}
     of_each = (
-        *("stiffness", "dashpot", "error", "clamped_frequency", "frequency", "clamped_ratio"),
-        *("ratio", "radiated", "weight", "static_pressure"),
+        *("stiffness", "dashpot", "stiffness_error", "damping_error", "clamped_frequency"),
+        *("frequency", "clamped_ratio", "ratio", "radiated", "weight", "static_pressure"),
     )
     bases = [study.response.bases[one.building] for one in found]
     return {

@@ -96,7 +96,8 @@ COLUMNS = {
         ("foundation_component", "component", ""),
         ("foundation_stiffness", "stiffness at rest", "N/m, N m/rad"),
         ("foundation_dashpot", "dashpot at the first frequency", "N s/m, N m s/rad"),
-        ("foundation_error", "error of the model", "%"),
+        ("foundation_stiffness_error", "error of the stiffness", "%"),
+        ("foundation_damping_error", "error of the damping", "%"),
     ),
     "facing_floors": (
         ("facing_a", "floor", ""),
