@@ -166,8 +166,10 @@ for name in reversed(edges):
 # %% [markdown]
 # ## Peak floor accelerations on the building
 #
-# `transient_maps.nc` has the peak acceleration at every vertex of the floors, `building.nc` the
-# mesh: six-node triangles with the part that each belongs to. pyvista draws them into a picture
+# `transient_maps.nc` has the peak acceleration at every vertex of the parts `floor_K`, and these
+# parts include the parapet. `floor_triangle_node` lists the triangles of the slabs alone: a peak
+# on a slab is a peak floor acceleration, one on the parapet is not. `building.nc` has the mesh:
+# six-node triangles with the part that each belongs to. pyvista draws them into a picture
 # without a window. `VTK_DEFAULT_OPENGL_WINDOW` must be set before pyvista is loaded: with it no X
 # server is needed. The colours are logarithmic: the lower floors see a small part of what the
 # upper ones do.
@@ -181,8 +183,9 @@ parts = np.array([str(name) for name in building.shell_part_name.values])[buildi
 corners = building.triangle_node.values[:, :3]
 points = building.node_position.values
 
-peak = np.full(len(points), np.nan)  # m/s²
-peak[maps.node_number.values] = maps.pfa.sel(component=direction)
+slab = np.unique(maps.floor_triangle_node)
+peak = np.full(len(points), np.nan)  # m/s², of the slabs
+peak[maps.node_number.values[slab]] = maps.pfa.sel(component=direction).values[slab]
 on_floor = np.char.startswith(parts.astype(str), "floor") & np.isfinite(peak[corners]).all(axis=1)
 floors = pyvista.PolyData.from_regular_faces(points, corners[on_floor])
 floors["peak"] = peak
