@@ -8,6 +8,7 @@ from impactfem.building.floor import edge_load, linear
 from impactfem.building.links import RigidLink, linked
 from impactfem.building.model import assemble_building
 from impactfem.dynamics.factorisation import Factorisation
+from impactfem.dynamics.modes import modes
 
 
 def gathered(model, values):
@@ -53,6 +54,8 @@ def of_building(parts, link):
         "ground": gathered(model, model.ground),
         "load": gathered(model, load),
         "displacement": gathered(model, displacement(K, load)),
+        "orientation": gathered(model, model.orientation()),
+        "shapes": gathered(model, modes(K, model.mass, 4, fields=model.orientation()).shapes),
         "total": model.total,
         "linked K": gathered_matrix(small, small.stiffness(0.13)),
         "linked ground": gathered(small, small.ground),

@@ -38,10 +38,12 @@ def test_same_numbers(of_ranks, ranks, building):
     one, many = of_ranks(1)[building], of_ranks(ranks)[building]
     for name in ("K", "M", "linked K"):
         assert abs(many[name] - one[name]).max() < 1e-14 * abs(one[name]).max(), name
-    for name in ("ground", "linked ground", "load", "total"):
+    for name in ("ground", "linked ground", "load", "total", "orientation"):
         assert many[name] == pytest.approx(one[name], rel=1e-13, abs=1e-9), name
     u = one["displacement"]
     assert np.abs(many["displacement"] - u).max() < 1e-9 * np.abs(u).max() > 0.0
+    # Signs included.
+    assert many["shapes"] == pytest.approx(one["shapes"], abs=1e-6 * np.abs(one["shapes"]).max())
     assert first_eigenvalue(many) == pytest.approx(first_eigenvalue(one), rel=1e-9)
 
 

@@ -5,6 +5,7 @@ import scipy.linalg
 from impactfem.dynamics import modes as room
 from impactfem.dynamics.factorisation import SingularMatrixError
 from impactfem.dynamics.modes import modes
+from impactfem.dynamics.orientation import TIE, fields, signs
 from impactfem.system.errors import SolutionError
 
 
@@ -23,8 +24,8 @@ def test_chain(petsc, chain):
     assert found.frequency == pytest.approx(chain_frequency(n, mass)[:6], rel=1e-12)
     j, i = np.arange(1, 7), np.arange(1, n + 1)[:, None]
     exact = np.sin(np.pi * i * j / (n + 1)) * np.sqrt(2.0 / (n + 1) / mass)
-    # The first of the largest entries is positive: for these shapes the first crest.
-    assert found.shapes == pytest.approx(exact, abs=1e-10)
+    ones = np.sign(np.sum(found.shapes * exact, axis=0))  # the signs are another test
+    assert found.shapes * ones == pytest.approx(exact, abs=1e-10)
     assert np.all(found.residual < 1e-10) and found.residual.shape == (6,)
 
 
@@ -95,3 +96,28 @@ def test_a_mechanism(petsc, chain):
     free = petsc(chain(10, first=False, last=False))
     with pytest.raises(SingularMatrixError, match="the stiffness matrix is singular"):
         modes(free, petsc(np.eye(10)), 2)
+
+
+def test_signs_do_not_depend_on_the_order_of_the_rows(petsc, chain):
+    """A membrane that is symmetric about four axes, numbered otherwise, as on other ranks.
+
+    By the largest entry half of its modes would be ties: of equal entries of both signs.
+    """
+    n = 9
+    K = np.kron(chain(n), np.eye(n)) + 1.3 * np.kron(np.eye(n), chain(n))
+    x, y = np.meshgrid(np.arange(n), np.arange(n), indexing="ij")
+    points = np.stack([x.ravel(), y.ravel(), 0.0 * x.ravel()], axis=1)
+    field = fields(points, np.zeros(3), np.full(3, n - 1.0))[:, 2]
+    found = modes(petsc(K), petsc(np.eye(n * n)), 12, fields=field).shapes
+    assert np.sum(np.isclose(found.max(axis=0), -found.min(axis=0), rtol=1e-9)) >= 5
+    for seed in range(4):
+        order = np.random.default_rng(seed).permutation(n * n)
+        again = modes(petsc(K[np.ix_(order, order)]), petsc(np.eye(n * n)), 12, fields=field[order])
+        assert again.shapes == pytest.approx(found[order], abs=1e-8)
+
+
+def test_the_next_field_decides_ties_of_the_first():
+    norms = np.array([2.0, 1.0, 1.0])
+    products = np.array([[0.5, -1.0, 1.0], [-1e-9, 0.3, -1.0], [0.5 * TIE, -1e-9, -0.1]])
+    assert signs(products, norms).tolist() == [1.0, 1.0, -1.0]
+    assert signs(-products, norms).tolist() == [-1.0, -1.0, 1.0]

@@ -504,7 +504,7 @@ def test_a_model_starts_from_the_last_one(tmp_path, monkeypatch):
     seen = {(from_case, "read_mesh"): read, (compute, "modes_near"): near}
     for (where, name), calls in seen.items():
         own = getattr(where, name)
-        monkeypatch.setattr(where, name, lambda *a, f=own, c=calls: c.append(1) or f(*a))
+        monkeypatch.setattr(where, name, lambda *a, f=own, c=calls, **k: c.append(1) or f(*a, **k))
     monkeypatch.setattr(modal, "_KNOWN", {})
     evaluate(problem, np.array([0.6, 0.5, 0.4, 0.5]), tmp_path)
     assert (len(read), len(near)) == (1, 0)

@@ -149,9 +149,9 @@ def searches(monkeypatch):
     """How often modes are looked for from nothing."""
     seen, modes = [], room.modes
 
-    def counted(*arguments):
+    def counted(*arguments, **further):
         seen.append(1)
-        return modes(*arguments)
+        return modes(*arguments, **further)
 
     monkeypatch.setattr(room, "modes", counted)
     return seen

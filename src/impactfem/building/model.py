@@ -24,6 +24,7 @@ from impactfem.building.section import Material
 from impactfem.building.shell import ShellFields
 from impactfem.dynamics.columns import product
 from impactfem.dynamics.damping import Rayleigh
+from impactfem.dynamics.orientation import FIELDS, fields
 from impactfem.system.arrays import Array, Index
 
 
@@ -63,6 +64,17 @@ class BuildingModel:
         K = self._add_storeys(self.fixed, storey_factor)
         self.storeys.destroy()
         return K
+
+    def orientation(self) -> Array:
+        """Return fields that give modes their signs, on any ranks, shape (n_local, FIELDS).
+
+        Collective (:mod:`impactfem.dynamics.orientation`).
+        """
+        ends = [np.min(self.coordinates, axis=0, initial=np.inf)]
+        ends.append(np.max(self.coordinates, axis=0, initial=-np.inf))
+        every = np.array(self.comm.allgather(ends))
+        low, high = every[:, 0].min(axis=0), every[:, 1].max(axis=0)
+        return fields(self.coordinates, low, high).reshape(6 * len(self.nodes), FIELDS)
 
     def _add_storeys(self, K: Any, storey_factor: float) -> Any:
         different = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN

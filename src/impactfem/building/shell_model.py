@@ -26,6 +26,7 @@ from impactfem.building.mesh import BuildingMesh, Part, area_shares, joined_cell
 from impactfem.building.parts import BuildingParts
 from impactfem.building.section import BeamSection, Material, Materials, Sections, ShellSection
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
+from impactfem.dynamics.orientation import fields
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import ImpactfemError
 
@@ -213,7 +214,9 @@ class ShellModel:
 
         s = (2.0 * np.pi * shift) ** 2
         K, M = self._matrices(s)
-        result = modes(K, M, count)
+        ends = self.nodes.min(axis=0), self.nodes.max(axis=0)
+        field = fields(self.nodes, *ends).reshape(self.held.size, -1)[self.free]
+        result = modes(K, M, count, fields=field)
         K.destroy()
         M.destroy()
         value = (2.0 * np.pi * result.frequency) ** 2 - s

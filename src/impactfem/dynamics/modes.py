@@ -13,10 +13,10 @@ from impactfem.dynamics.columns import (
     inner,
     product,
     random_column,
-    row_of_largest,
     wrapped,
 )
 from impactfem.dynamics.factorisation import Factorisation
+from impactfem.dynamics.orientation import FIELDS, signs
 from impactfem.system.arrays import Array
 from impactfem.system.errors import SolutionError
 
@@ -29,8 +29,8 @@ GAP = 1e-5
 class Modes:
     """Modes in ascending frequency, normalised so that φᵀ M φ = 1.
 
-    The largest entry of a shape is positive (the first one on ties). Modes of equal frequency are
-    any basis of their space.
+    The sign of a shape is that of :mod:`impactfem.dynamics.orientation`. Modes of equal frequency
+    are any basis of their space.
     """
 
     frequency: Array  #: Natural frequencies, shape (k,) [Hz].
@@ -40,7 +40,14 @@ class Modes:
     residual: Array
 
 
-def modes(K: PETSc.Mat, M: PETSc.Mat, count: int, *, tolerance: float = 1e-10) -> Modes:
+def modes(
+    K: PETSc.Mat,
+    M: PETSc.Mat,
+    count: int,
+    *,
+    fields: Array | None = None,
+    tolerance: float = 1e-10,
+) -> Modes:
     """The lowest modes of K φ = ω² M φ. Collective.
 
     SLEPc's Krylov-Schur iteration on K⁻¹ M finds a few modes more than requested. Then the inertia
@@ -52,6 +59,8 @@ def modes(K: PETSc.Mat, M: PETSc.Mat, count: int, *, tolerance: float = 1e-10) -
         K: Stiffness, symmetric, positive definite (AIJ).
         M: Mass, symmetric, positive definite (AIJ), on part of the pattern of K.
         count: Number of modes wanted.
+        fields: Displacements that give the shapes their signs, shape (n_local, FIELDS); by default
+            random numbers by row, which depend on the order of the rows.
         tolerance: Largest residual of a mode (see `Modes`).
 
     SingularMatrixError where the stiffness is singular: the model is a mechanism. SolutionError
@@ -91,17 +100,18 @@ def modes(K: PETSc.Mat, M: PETSc.Mat, count: int, *, tolerance: float = 1e-10) -
             f"{values.size} modes were computed for {count}, and the Sturm count says {below} up to"
             f" {frequency:.6g} Hz: not all could be found"
         )
-    return with_signs(K, values[:count], shapes[:, :count], residual[:count])
+    return with_signs(M, values[:count], shapes[:, :count], residual[:count], fields)
 
 
-def with_signs(K: PETSc.Mat, values: Array, shapes: Array, residual: Array) -> Modes:
-    """The modes of eigenvalues ω², with the signs that `Modes` promises. Collective."""
-    shapes = np.array(shapes, order="F")
-    start, end = K.getOwnershipRange()
-    for j in range(len(values)):
-        row = row_of_largest(K, np.abs(shapes[:, j]))
-        mine = float(shapes[row - start, j]) if start <= row < end else 0.0
-        shapes[:, j] *= math.copysign(1.0, K.getComm().tompi4py().allreduce(mine))
+def with_signs(
+    M: PETSc.Mat, values: Array, shapes: Array, residual: Array, fields: Array | None
+) -> Modes:
+    """Return the modes of eigenvalues ω², with signs by fields as of `modes`. Collective."""
+    if fields is None:
+        fields = np.stack([random_column(M, stream) for stream in range(FIELDS)], axis=1)
+    Mf = product(M, fields)
+    norms = np.sqrt(np.diag(inner(M, fields, Mf)))
+    shapes = np.array(shapes * signs(inner(M, shapes, Mf), norms), order="F")
     return Modes(frequency=np.sqrt(values) / (2.0 * np.pi), shapes=shapes, residual=residual)
 
 

@@ -99,7 +99,13 @@ def reduced_model(basis: KrylovBasis, size: int | None = None) -> ReducedModel:
 
 
 def modes_near(
-    K: PETSc.Mat, M: PETSc.Mat, start: Array, count: int, *, tolerance: float = 1e-7
+    K: PETSc.Mat,
+    M: PETSc.Mat,
+    start: Array,
+    count: int,
+    *,
+    fields: Array | None = None,
+    tolerance: float = 1e-7,
 ) -> Modes:
     """The lowest modes of a model that is near one with known modes. Collective.
 
@@ -112,6 +118,7 @@ def modes_near(
         M: Mass, symmetric, positive definite (AIJ), on part of the pattern of K.
         start: The known modes, shape (n_local, k).
         count: Number of modes wanted.
+        fields: Displacements that give the shapes their signs, as of `modes`.
         tolerance: Largest residual of a mode; an eigenvalue's error is of the order of its square.
 
     Raises:
@@ -128,8 +135,8 @@ def modes_near(
                 break
         shapes = basis.vectors.combination(model.coordinates[:, :count])
     if found and number_below(K, M, model.eigenvalue[count - 1] * (1.0 + ABOVE)) == count:
-        return with_signs(K, model.eigenvalue[:count], shapes, residual[:count])
-    return modes(K, M, count)
+        return with_signs(M, model.eigenvalue[:count], shapes, residual[:count], fields)
+    return modes(K, M, count, fields=fields)
 
 
 def shift_of(omega: Array, damping: Rayleigh) -> Complex:

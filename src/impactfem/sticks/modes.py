@@ -6,6 +6,7 @@ import numpy as np
 import scipy.linalg
 from scipy.sparse.csgraph import connected_components
 
+from impactfem.dynamics.orientation import fields, signs
 from impactfem.sticks.stick import Stick
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
@@ -47,8 +48,10 @@ def modes(stick: Stick) -> Modes:
         omega, shape = natural_modes(stick.M, stick.K)
     except np.linalg.LinAlgError as error:
         raise SolutionError(f"{mechanism}: {error}") from error
-    largest = np.argmax(np.abs(shape), axis=0)
-    shape = shape * np.sign(shape[largest, np.arange(omega.size)])
+    ends = np.array([*stick.axis, stick.base]), stick.positions.max(axis=0)
+    f = fields(stick.positions, *ends).reshape(stick.n, -1)
+    Mf = stick.M @ f
+    shape = shape * signs(shape.T @ Mf, np.sqrt(np.einsum("ik,ik->k", f, Mf)))
     moving = [set(np.flatnonzero(column) % 6) for column in shape.T]
     r = stick.rigid_body()
     return Modes(

@@ -149,9 +149,9 @@ def _modes(model: BuildingModel, structure: Structure, known: Array | None) -> t
         return factor, result
     K = model.stiffness(factor)
     if known is None:
-        result = modes(K, model.mass, structure.modes)
+        result = modes(K, model.mass, structure.modes, fields=model.orientation())
     else:
-        result = modes_near(K, model.mass, known, structure.modes)
+        result = modes_near(K, model.mass, known, structure.modes, fields=model.orientation())
     K.destroy()
     return factor, result
 
@@ -207,7 +207,7 @@ def fit_storey_factor(
     del basis, shapes, V  # beside the factors of the modal analyses memory may be short
     for rounds in range(1, MOST_ROUNDS + 1):
         K = model.stiffness(factor)
-        result = modes(K, model.mass, count)
+        result = modes(K, model.mass, count, fields=model.orientation())
         K.destroy()
         bending = _bending(model, result.shapes, direction)
         if bending.size == 0:
