@@ -7,6 +7,7 @@ file that are at fault with what was expected there. `file_faults` looks at the 
 import re
 from collections.abc import Iterator
 
+from impactfem.case.alignment import misalignments
 from impactfem.case.base import nearest
 from impactfem.case.buildings import Building, GeneratedMesh
 from impactfem.case.contact_checks import Finding, of_contacts, of_struck_sides
@@ -311,6 +312,18 @@ def _of_soil(case: Case, reading: Reading) -> Iterator[Finding]:
                 yield (*place, "file"), f"{expected}; all have {first:g} to {last:g} Hz"
 
 
+def _of_alignment(case: Case, reading: Reading) -> Iterator[Finding]:
+    """Pairs whose points cannot meet, once for each end of a table of [[contacts]]."""
+    reported = set[Place]()
+    for contact in case.contacts:
+        place = reading.original(("contacts", contact.table))
+        for one in misalignments(contact, case):
+            at: Place = (*place, one.side, "offset") if one.side else place
+            if one.wrong and at not in reported:
+                reported.add(at)
+                yield at, one.text
+
+
 def _of_motions(case: Case, reading: Reading) -> Iterator[Finding]:
     """Motions, loads and ensembles that do not go with their files, or with the 3D models."""
     for index, motion in enumerate(case.motions):
@@ -503,6 +516,7 @@ CHECKS = (
     _of_buildings,
     _of_soil,
     of_contacts,
+    _of_alignment,
     _of_motions,
     _of_devices,
     _of_transient,

@@ -14,8 +14,8 @@ storey says where they are. Plans are rectangles along x and y.
 
 Two floors face each other where their levels, from the lower edge of the beams to the upper edge of
 the rigid zone, overlap; a floor that is level with no floor of its neighbour faces its storey. A
-floor is in a pair with a neighbour when a contact joins it to a point of that neighbour at about
-its level.
+floor is in a pair with a neighbour when a contact joins it to a point of that neighbour whose depth
+overlaps with its own.
 """
 
 from bisect import bisect
@@ -30,10 +30,6 @@ from impactfem.case.model import Case
 
 HALF_SLAB = 0.15
 """Half of the least height of a floor's edge [m], where its rigid zones are thinner."""
-LEVEL = 1.0
-"""A contact joins points of about the same level when they are at most so far apart in height [m].
-
-Also how far apart the floors of a pair may be without a warning."""
 DRIFT = 0.025
 """Largest drift that counts as possible before anything is computed: ASCE 7-22, table 12.12-1."""
 ROUNDING = 1e-6  # of a length or a component of a unit vector
@@ -112,12 +108,11 @@ def facing_floors(case: Case) -> FacingFloors:
     plans = _Plans(case)
     found = []
     unknown = []
-    heights = ((one, levels_of(one, case)) for one in case.contacts)
-    level_contacts = [one for one, (first, second) in heights if abs(first - second) <= LEVEL]
+    level_contacts = [one for one in case.contacts if clear_height(one, case) <= ROUNDING]
     for a, b in combinations(case.buildings, 2):
         names = (a.name, b.name)
         lacking: set[str] = set()
-        # Floors that a contact joins to a point of the other building at about their level.
+        # Floors that a contact joins to a point of the other building at their level.
         paired: set[tuple[str, bool, int]] = set()
         for contact in level_contacts:
             if set(contact.buildings) == set(names):
@@ -127,7 +122,7 @@ def facing_floors(case: Case) -> FacingFloors:
         for building, other in ((a, b), (b, a)):
             for index, level in enumerate(building.elevations):
                 here = _Place(building, index, None, level)
-                there = _place_at(other, level, _band(building, level))
+                there = place_at(other, level, band(building, level))
                 if there is None or paired & {here.key, there.key}:
                     continue
                 # Two floors that are level with each other are met twice.
@@ -146,12 +141,12 @@ def facing_floors(case: Case) -> FacingFloors:
     )
 
 
-def _band(building: Building, z: float) -> Span:
-    """From where to where the edge of a floor at a level z reaches in height [m]."""
+def band(building: Building, z: float) -> Span:
+    """Elevations of the lower edge of the beams and the upper edge of a floor at a level z [m]."""
     return z - max(building.rigid_below, HALF_SLAB), z + max(building.rigid_above, HALF_SLAB)
 
 
-def _flexible(building: Building, index: int) -> Span:
+def flexible(building: Building, index: int) -> Span:
     """Lower and upper end of the flexible part of a storey [m]."""
     levels = building.elevations
     low = levels[index - 1] + building.rigid_above if index else building.base
@@ -183,13 +178,13 @@ class _Place:
         )
 
 
-def _place_at(building: Building, level: float, band: Span) -> _Place | None:
-    """The nearest floor, else the storey, that meets a floor at a level within a band [m]."""
+def place_at(building: Building, level: float, depth: Span) -> _Place | None:
+    """The nearest floor, else the storey, that meets a floor at a level within its depth [m]."""
     levels = building.elevations
     met = [
         index
         for index, z in enumerate(levels)
-        if band[0] <= z <= band[1] or _band(building, z)[0] <= level <= _band(building, z)[1]
+        if depth[0] <= z <= depth[1] or band(building, z)[0] <= level <= band(building, z)[1]
     ]
     if met:
         index = min(met, key=lambda k: abs(levels[k] - level))
@@ -197,7 +192,7 @@ def _place_at(building: Building, level: float, band: Span) -> _Place | None:
     if not building.base < level < levels[-1]:
         return None
     index = bisect(levels, level)
-    bottom, top = _flexible(building, index)
+    bottom, top = flexible(building, index)
     inside = min(max((level - bottom) / (top - bottom), 1e-3), 1.0 - 1e-3)
     return _Place(building, index, round(inside, 3), level)
 
@@ -325,7 +320,7 @@ class _Plans:
             ends = here.building, there.building
             if building in ends or not first < building.axis[axis] < last:
                 continue
-            place = _place_at(building, here.level, (here.level, here.level))
+            place = place_at(building, here.level, (here.level, here.level))
             if place is not None:
                 (low, high), _ = self.across(place, 1 - axis)
                 if low <= span[1] and high >= span[0]:
@@ -333,16 +328,24 @@ class _Plans:
         return False
 
 
-def levels_of(contact: Contact, case: Case) -> tuple[float, float]:
-    """Elevations of both points of a contact [m]; a wall is as high as the building."""
-    levels = []
-    for end, _ in contact.ends:
-        building = case.building(end.building)
-        index = [floor.floor for floor in building.floors].index(end.level)
-        if end.floor is not None:
-            z = building.elevations[index]
-        else:
-            low, high = _flexible(building, index)
-            z = low + (end.relative_height or 0.0) * (high - low)
-        levels.append(z + end.offset[2])
-    return levels[0], levels[-1]
+def depth_of(point: ContactPoint, building: Building) -> Span:
+    """Elevations between which the floor of a point can be touched [m].
+
+    In a storey they are those of the thinnest floor about the point.
+    """
+    index = [floor.floor for floor in building.floors].index(point.level)
+    if point.floor is not None:
+        return band(building, building.elevations[index])
+    low, high = flexible(building, index)
+    z = low + (point.relative_height or 0.0) * (high - low) + point.offset[2]
+    return z - HALF_SLAB, z + HALF_SLAB
+
+
+def clear_height(contact: Contact, case: Case) -> float:
+    """Distance in height between the depths of both floors [m]; negative where they overlap.
+
+    A wall is as high as the building.
+    """
+    depths = [depth_of(end, case.building(end.building)) for end, _ in contact.ends]
+    (low_a, high_a), (low_b, high_b) = depths[0], depths[-1]
+    return max(low_a - high_b, low_b - high_a)

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from impactfem.case.alignment import misalignments
 from impactfem.case.contacts import KelvinVoigtLaw, UnilateralLaw
 from impactfem.case.design_spectrum import DecreeSpectrum, EurocodeSpectrum
 from impactfem.case.device_tables import DeviceMatrices
 from impactfem.case.devices import SAME_MASS
-from impactfem.case.facing import LEVEL, levels_of
 from impactfem.case.model import Case, CaseFile
 from impactfem.case.motions import SyntheticMotion, read_force_table
 from impactfem.case.place import Place, value_at
@@ -125,8 +125,8 @@ def _motions(source: Source, case: Case, longest: float) -> Iterator[Fault]:
 
 
 def _pairs(source: Source, case: Case) -> Iterator[Fault]:
-    """Vertical normals, points beside a plan or not level, once for each table; still ground."""
-    vertical, uneven, beside = set(), set(), set()
+    """Vertical normals, points that are not aligned, once for each table; ground at rest."""
+    vertical, uneven, beside = set[int](), set[Place](), set[Place]()
     level = [contact.normal for contact in case.contacts if abs(contact.normal[2]) <= SAME]
     # Forces on floors may drive them as well.
     moving = [motion.direction for motion in case.motions] if not case.loads else []
@@ -151,15 +151,12 @@ def _pairs(source: Source, case: Case) -> Iterator[Fault]:
             vertical.add(index)
             text = "not horizontal; buildings side by side push each other along x or y"
             yield source.remark(("contacts", index, "normal"), text)
-        first, second = levels_of(contact, case)
-        flat = abs(contact.normal[2]) <= SAME
-        if flat and abs(first - second) > LEVEL and index not in uneven:
-            uneven.add(index)
-            text = (
-                f"the points of {contact.name} are at {first:.4g} m and {second:.4g} m; points "
-                f"that meet are level, within {LEVEL:g} m"
-            )
-            yield source.fault(("contacts", index), None, text)
+        for one in misalignments(contact, case):
+            place = ("contacts", index, *((one.side, "offset") if one.side else ()))
+            if not one.wrong and place not in uneven:
+                uneven.add(place)
+                value = value_at(place, source.raw) if one.side else None
+                yield source.fault(place, value, one.text)
 
 
 def _devices(source: Source, case: Case) -> Iterator[Fault]:
