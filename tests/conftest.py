@@ -26,8 +26,14 @@ ASLEEP = """
 int sched_yield(void) { return nanosleep(&(struct timespec){0, 20000}, 0); }
 """
 """In place of the C library's: a rank that waits sleeps for 20 µs and does not yield."""
-# The template, shorter and coarser: an impact lasts some 20 steps.
+# The template, shorter and coarser, with strong motion and hard impacts: one lasts some 20 steps.
 SMALL = (
+    ('pga = "1.2 m/s2"', 'pga = "3 m/s2"'),
+    ('ground_acceleration = "1.2 m/s2"', 'ground_acceleration = "3 m/s2"'),
+    (
+        'type = "hunt-crossley"\nstiffness = "2.75e9 N/m^1.5"',
+        'type = "kelvin-voigt"\nstiffness = "1.2e10 N/m"',
+    ),
     ('title = "Two three-storey buildings, 2 cm apart"', 'title = "Deux bâtiments, 2 cm"'),
     ("# published = ", "published = "),
     ("# compressive_strength", "compressive_strength"),

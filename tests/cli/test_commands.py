@@ -163,7 +163,7 @@ class TestSweep:
         monkeypatch.chdir(tmp_path)
         ended = program("-v", "sweep", new_case(tmp_path).name, *self.SET, *self.SHOW)
         assert ended.code == 0 and ended.err.count("stage pounding: done in") == 2
-        assert re.search(r"\n +0\.5 +1\.581 +\S+ *\n +2 +3\.161 +", ended.out)
+        assert re.search(r"\n +0\.5 +2\.355 +\S+ *\n +2 +4\.71 +", ended.out)
         places = [f"runs/small_sweep/sweep.{ending}" for ending in ("csv", "json", "svg")]
         assert ended.out.endswith(f"\nresults: {', '.join(places)}\n")
         lines = ended.err.splitlines()

@@ -15,7 +15,7 @@ PARTS = {
     "wall_impact": ("structure",),
     "transient": ("structure",),
     "devices": ("transient",),
-    "damping_cases": (),
+    "damping_cases": ("devices",),
     "loads": (),
     "ensemble": (),
     "design": ("transient", "ensemble"),

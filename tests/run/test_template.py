@@ -1,0 +1,56 @@
+"""What `impactfem new` writes runs without a failed check, with each part and with all."""
+
+import json
+
+import pytest
+
+from impactfem import study
+from impactfem.case.template import PARTS, write_new_case
+
+COARSE = (
+    ('size = "0.9 m"\n', 'size = "1.5 m"\n'),
+    ("per_decade = 50", "per_decade = 20"),
+    ("motions = 100", "motions = 3"),
+    ("structure_motions = 20", "structure_motions = 1"),
+)
+"""Coarser meshes and spectra, fewer motions: what takes most of the time."""
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """One folder for all runs: stages that have the same inputs are reused."""
+    return tmp_path_factory.mktemp("runs")
+
+
+def ran(folder, runs, parts):
+    path = write_new_case(folder / "new", parts, minimal=True)[0]
+    text = path.read_text(encoding="utf-8")
+    for old, new in COARSE:
+        text = text.replace(old, new)
+    path.write_text(text, encoding="utf-8")
+    run = study.run(path, out=runs / "run", bar=False)
+    checks = json.loads((run.folder / "checks.json").read_text(encoding="utf-8"))
+    failed = [f"{one['stage']}: {one['text']}" for one in checks if one["good"] is False]
+    return study.open_run(run.folder), failed
+
+
+def is_plausible(run):
+    """Impacts at ordinary speeds, floors below 2 g, and some amplification."""
+    assert run.value("pounding.impacts") >= 1
+    assert 0.5e6 < run.value("pounding.peak_force.floor_3") < 3e6  # a pair of 240 t and 192 t
+    assert run.value("pounding.required_separation") > 0.02  # the gap
+    assert run.value("frs.floor_3.pfa") < 20.0
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("no_figures")
+@pytest.mark.parametrize(
+    "parts",
+    [(), *((part,) for part in PARTS), tuple(PARTS)],
+    ids=lambda parts: "all" if len(parts) > 1 else "".join(parts) or "none",
+)
+def test_no_check_fails(tmp_path, runs, parts):
+    run, failed = ran(tmp_path, runs, parts)
+    assert failed == []
+    if "loads" not in parts:
+        is_plausible(run)
