@@ -5,7 +5,6 @@ Each is a warning with the file, the key, the value and what is usual; nothing i
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from impactfem.case.plausible_buildings import BESIDE, NO_BODY, SAME, of_buildin
 from impactfem.case.report import STAGE_OF
 from impactfem.case.soil import HalfSpaceSoil
 from impactfem.case.source import Source, read_source
+from impactfem.case.unused import unused
 from impactfem.case.usual import unusual
 from impactfem.records.accelerogram import STANDARD_GRAVITY
 from impactfem.system.errors import Fault
@@ -62,7 +62,7 @@ def implausible(case: Case, longest: float) -> list[Fault]:
     values = unusual(case, source)
     found = [
         *values,
-        *_unused(source, case),
+        *unused(source, case),
         *of_buildings(source, case, {fault.key for fault in values}),
         *_motions(source, case, longest),
         *_pairs(source, case),
@@ -78,23 +78,6 @@ def implausible(case: Case, longest: float) -> list[Fault]:
     text = f"no result; their names begin with {', '.join(STAGE_OF)} (docs/run-folder.md)"
     strange = (name for name in case.published if name.split(".")[0] not in STAGE_OF)
     return found + [Fault(file, "name", name, text) for name in strange]
-
-
-def _unused(source: Source, case: Case) -> Iterator[Fault]:
-    """Materials and contact laws that nothing in the file names; one that it extends has others."""
-
-    def texts(raw: Any) -> Iterator[str]:
-        if isinstance(raw, dict | list):
-            for below in raw.values() if isinstance(raw, dict) else raw:
-                yield from texts(below)
-        elif isinstance(raw, str):
-            yield raw
-
-    named = set(texts(source.raw))
-    for table in ("materials", "contact_laws"):
-        for name in source.raw.get(table, ()):
-            if name not in named and source.file_of((table, name)) == source.path:
-                yield source.fault((table, name), None, "not used: nothing in the case has it")
 
 
 def _motions(source: Source, case: Case, longest: float) -> Iterator[Fault]:
@@ -303,13 +286,7 @@ def _passage(source: Source, case: Case) -> Iterator[Fault]:
 
 
 def _pounding(source: Source, case: Case, longest: float) -> Iterator[Fault]:
-    """Times that are long for motions or the shortest impact, of two free floors; unused points."""
-    if case.pounding.contact_spacing is not None and not case.pounding_in_3d:
-        text = (
-            "not used: sticks touch at the points of [[contacts]], edges in 3D have such distances "
-            "(models of [pounding], 'structure')"
-        )
-        yield source.remark(("pounding", "contact_spacing"), text)
+    """Times that are long for motions or the shortest impact, of two free floors."""
     computed = case.pounding.duration
     if computed is not None and longest > 0.0 and computed > DURATION * longest:
         text = (

@@ -1,0 +1,42 @@
+"""Keys and sections that have no effect in a case are named."""
+
+import pytest
+
+from impactfem.case import load_case
+from impactfem.case.plausibility import implausible
+from impactfem.case.template import write_new_case
+
+DAMPING = '[[damping_cases]]\nname = "light"\nratio = "3 %"\nfrequencies = ["1 Hz", "20 Hz"]\n'
+STEP = 'time_step = "0.5 ms"\n'
+
+
+@pytest.mark.parametrize(
+    ("parts", "old", "new", "more", "keys"),
+    [
+        ((), "", "", f"{DAMPING}restitution = 0.8\n", {"damping_cases[0]"}),
+        (("transient",), "", "", f"{DAMPING}restitution = 0.8\n", {"damping_cases[0]"}),
+        (("wall_impact",), "", "", f"{DAMPING}restitution = 0.8\n", {"damping_cases[0]"}),
+        # The impact on the wall is repeated with this damping.
+        (("wall_impact",), "", "", f'{DAMPING}restitution = "calibrated"\n', set()),
+        (("damping_cases",), "", "", "", set()),
+        (("transient",), STEP, f'{STEP}export_start = "1 s"\n', "", {"transient.export_start"}),
+        (("transient",), STEP, f'{STEP}export = true\nexport_start = "1 s"\n', "", set()),
+        (("transient",), STEP, f'{STEP}patch_width = "1 m"\n', "", {"transient.patch_width"}),
+        (("transient",), STEP, f'{STEP}spread = "patch"\npatch_width = "1 m"\n', "", set()),
+        (("transient",), STEP, f'{STEP}solver = "full"\nband = "smaller"\n', "",
+         {"transient.band", "transient.maximum_frequency"}),
+        (("transient",), STEP, f'{STEP}solver = "both"\nband = "smaller"\n', "", set()),
+        (("calibration",), "[calibration]", '[calibration]\nmode = "given"\nseed = 1', "",
+         {"calibration.seed"}),
+        ((), "[pounding]", '[pounding]\ncontact_spacing = "2 m"', "",
+         {"pounding.contact_spacing"}),
+    ],
+)  # fmt: skip
+def test_keys_without_effect(tmp_path, parts, old, new, more, keys):
+    path = write_new_case(tmp_path / "new", parts, minimal=True)[0]
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text((text.replace(old, new) if old else text) + more, encoding="utf-8")
+    found = implausible(load_case(path), 10.0)
+    assert {fault.key for fault in found if "not used" in fault.expected} == keys
+    assert all("Add" in f.expected or "Change" in f.expected for f in found if f.key in keys)
