@@ -37,6 +37,9 @@ PGA = Usual("motions.*.pga", 0.2, 15.0, "0.5 to 10 m/s2")
 STEP = Usual("motions.*.time_step", 1e-4, 0.04, "1 to 20 ms")
 LASTING = Usual("motions.*.duration", 2.0, 300.0, "5 to 60 s")
 MASS = Usual("buildings.*.floors.row.mass", 1e3, 3e7, "20 to 5000 t")
+PERIOD_PER_STOREY = (0.02, 0.5)
+"""Usual first period of a building on a clamped base over its number of storeys [s]; that of frames
+is about 0.1 s, of buildings of walls 0.05 s."""
 USUAL = (
     MODULUS,
     Usual("materials.*.density", 300.0, 1e4, "concrete 2200 to 2600 kg/m3, steel 7850 kg/m3"),

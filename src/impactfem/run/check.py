@@ -24,6 +24,7 @@ from impactfem.case.source import read_source
 from impactfem.case.transient import transient_files
 from impactfem.coupling.force_history import FORCES, ForceHistory
 from impactfem.coupling.given_forces import doubts, given_forces
+from impactfem.coupling.periods import unusual_periods
 from impactfem.device.from_case import checked_devices
 from impactfem.motion.from_case import checked_durations, hardly_meant
 from impactfem.run.estimate import (
@@ -114,7 +115,7 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
 
 def warn_of_implausible(case: Case, longest: float) -> None:
     """Warn of values that are probably mistakes; the longest motion has this duration [s]."""
-    found = [*implausible(case, longest), *hardly_meant(case)]
+    found = [*implausible(case, longest), *hardly_meant(case), *unusual_periods(case)]
     transient = case.transient
     if transient is not None and transient.forces is not None:
         # Where they cannot be read, that is a fault.

@@ -10,6 +10,7 @@ from impactfem.case import Case
 from impactfem.case.buildings import GeneratedMesh, structure_files
 from impactfem.case.floors import Floor
 from impactfem.case.members import Bay
+from impactfem.case.usual import PERIOD_PER_STOREY
 from impactfem.stages.building.pictures import draw_pictures
 from impactfem.stages.building.tables import building_tables
 from impactfem.stages.building.targets import from_structure
@@ -86,6 +87,19 @@ def building_checks(folder: Path, floors: Sequence[Floor] = ()) -> list[Check]:
             "none missed by the Sturm count; largest residual"
         )
         checks.append(limited(modes, worst, RESIDUAL))
+        storeys, period = store.sizes["floor"], 1.0 / float(frequency[0])
+        low, high = PERIOD_PER_STOREY
+        text = (
+            f"building: first period {period:.3g} s, {period / storeys:.2g} s a storey (allowed "
+            f"{low:g} to {high:g} s)"
+        )
+        usual = low * storeys <= period <= high * storeys
+        if not usual:
+            text += (
+                ": supports are missing, or a stiffness or a mass has another unit; all results "
+                "are those of another building: check walls, columns, base and young_modulus"
+            )
+        checks.append((usual, text))
         direction = str(store.attrs["bending_direction"])
         bending = store.sel(mode=store["bending_mode"].values, direction=direction)
         share = bending["effective_mass"].values / float(total.sel(direction=direction))

@@ -1,0 +1,108 @@
+"""First periods of buildings before a run: those of sticks, and an estimate for generated meshes.
+
+A period far from the usual ones is a sign of missing supports, of a wrong unit, or of sections
+that are not those of the storeys.
+"""
+
+import math
+
+import numpy as np
+import scipy.linalg
+
+from impactfem.case.buildings import Building, GeneratedMesh
+from impactfem.case.model import Case, CaseFile
+from impactfem.case.source import read_source
+from impactfem.case.usual import MODULUS, PERIOD_PER_STOREY
+from impactfem.coupling.from_case import stick_of
+from impactfem.system.arrays import Array
+from impactfem.system.errors import Fault
+
+SHEAR = 5.0 / 6.0
+"""Shear area of a rectangular section over its area."""
+
+
+def unusual_periods(case: Case) -> list[Fault]:
+    """Warn of first periods of sticks and of 3D models that are not those of a building."""
+    source, found = read_source(case.path, CaseFile), list[Fault]()
+    low, high = PERIOD_PER_STOREY
+    for k, building in enumerate(case.buildings):
+        storeys, young = len(building.floors), building.material.young_modulus
+        if not MODULUS.low <= young <= MODULUS.high:
+            continue  # has a warning of its own
+        period = stick_period(building)
+        if not low * storeys <= period <= high * storeys:
+            text = (
+                f"the first period of the stick of {building.name} is {period:.3g} s, "
+                f"{period / storeys:.2g} s a storey (usual: {low:g} to {high:g} s): the stick "
+                "meets its neighbours at other times and speeds; check units and sections of the "
+                "floor table, young_modulus and stiffness_factor"
+            )
+            found.append(source.remark(("buildings", k, "floors"), text))
+        structure = building.structure
+        if structure is None or not isinstance(structure.mesh, GeneratedMesh):
+            continue
+        if structure.calibration is not None:
+            continue  # fitted to a frequency
+        for axis, stiffness in zip("xy", storey_stiffness(building), strict=True):
+            period = shear_period(building, stiffness)
+            if period > high * storeys:
+                text = (
+                    f"the first period of the 3D model of {building.name} along {axis} is at least "
+                    f"{period:.3g} s, {period / storeys:.2g} s a storey (usual: {low:g} to "
+                    f"{high:g} s), by the stiffness of its walls and columns between rigid slabs: "
+                    "supports are missing, or sections have another unit; add rows to walls or "
+                    "columns"
+                )
+                place = ("buildings", k, "structure", "mesh", "columns")
+                found.append(source.remark(place, text))
+    return found
+
+
+def stick_period(building: Building) -> float:
+    """Compute the first period of the stick of a building, on a clamped base [s]."""
+    stick = stick_of(building)
+    lowest = scipy.linalg.eigh(stick.K, stick.M, eigvals_only=True, subset_by_index=[0, 0])[0]
+    return 2.0 * math.pi / math.sqrt(lowest) if lowest > 0.0 else math.inf
+
+
+def storey_stiffness(building: Building) -> tuple[Array, Array]:
+    """Estimate the lateral stiffness of the storeys of a generated mesh along x and y [N/m].
+
+    Walls and columns are clamped between rigid slabs, 1 / (h³ / (12 E I) + h / (G A_s)), which is
+    an upper bound. Openings in walls are left out.
+    """
+    structure = building.structure
+    assert structure is not None and isinstance(structure.mesh, GeneratedMesh)
+    mesh, factor = structure.mesh, structure.storey_stiffness_factor
+    E = structure.material.young_modulus
+    G = E / (2.0 * (1.0 + structure.material.poisson_ratio))
+    found = np.zeros((2, len(building.floors)))
+    for k, floor in enumerate(building.floors):
+        h = floor.storey_height - (mesh.slab(floor.floor) if k else 0.0)
+
+        def of_rectangle(depth: float, width: float, h: float = h) -> float:
+            """Stiffness along the depth of a section [N/m]."""
+            area, moment = depth * width, width * depth**3 / 12.0
+            return 1.0 / (h**3 / (12.0 * E * moment) + h / (G * SHEAR * area))
+
+        for column in mesh.columns:
+            if floor.floor in column.levels:
+                found[0, k] += of_rectangle(column.width_x, column.width_y)
+                found[1, k] += of_rectangle(column.width_y, column.width_x)
+        for wall in mesh.walls:
+            if floor.floor in wall.levels:
+                c = abs(wall.x2 - wall.x1) / wall.length, abs(wall.y2 - wall.y1) / wall.length
+                along = of_rectangle(wall.length, wall.thickness)
+                across = of_rectangle(wall.thickness, wall.length)
+                found[0, k] += c[0] ** 2 * along + c[1] ** 2 * across
+                found[1, k] += c[1] ** 2 * along + c[0] ** 2 * across
+    return factor * found[0], factor * found[1]
+
+
+def shear_period(building: Building, stiffness: Array) -> float:
+    """Compute the first period of rigid floors on storeys that shear [s]."""
+    masses = np.array([floor.mass for floor in building.floors])
+    K = np.diag(stiffness) + np.diag(np.append(stiffness[1:], 0.0))
+    K -= np.diag(stiffness[1:], 1) + np.diag(stiffness[1:], -1)
+    lowest = scipy.linalg.eigh(K, np.diag(masses), eigvals_only=True, subset_by_index=[0, 0])[0]
+    return 2.0 * math.pi / math.sqrt(lowest) if lowest > 0.0 else math.inf
