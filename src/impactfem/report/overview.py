@@ -14,6 +14,7 @@ from impactfem.report.run_files import RunFiles
 from impactfem.spectra.statistics import over_members
 from impactfem.stages.device import selection as of_device
 from impactfem.stages.device.verdict import anchors, shortfall
+from impactfem.stages.patches import contact_patches
 from impactfem.stages.stores import names_of
 from impactfem.stages.transient.selection import floors_of, known, resolved, shown
 
@@ -118,6 +119,7 @@ def impacts(run: RunFiles) -> Facts:
     note = f"Without impact: {', '.join(apart)}." if apart else ""
     if not pairs:
         note = "Nothing can touch: the case has no contacts."
+    note = " ".join([note, *(f"{patch}." for patch in contact_patches(run.case))]).strip()
     return table("What hits what", columns, rows, note)
 
 

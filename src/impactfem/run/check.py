@@ -39,6 +39,7 @@ from impactfem.run.estimate import (
 from impactfem.run.stages import STAGES, asked_stages, needed_stages
 from impactfem.stages.check import log_checks
 from impactfem.stages.manifest import sources
+from impactfem.stages.patches import contact_patches
 from impactfem.stages.pounding.checks import distance_check
 from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.files import LARGEST_FORCES, unreadable
@@ -98,7 +99,7 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
             facing = facing_floors(case)
             for line in facing.lines():
                 LOGGER.warning("warning: %s: %s", case.path, line)
-            for line in facing.unknown_lines:
+            for line in (*facing.unknown_lines, *contact_patches(case.model_dump())):
                 LOGGER.info("%s: %s", case.path, line)
             log_checks(one for stage in asked_stages(case, stage) for one in stage.announces(case))
         if found.seconds > DAY:

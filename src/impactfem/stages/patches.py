@@ -1,0 +1,42 @@
+"""Patches of 3D models on which contact forces of the pounding act, in words."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+
+def contact_patches(case: Mapping[str, Any]) -> Iterator[str]:
+    """Describe for each 3D model the patches that contact forces act on.
+
+    Args:
+        case: The values of a case, as in ``case.json`` of a run.
+
+    There are none on floors with a line load on their whole side, nor on a model that touches
+    others along its edges.
+    """
+    transient, models = case.get("transient"), case["pounding"].get("models", {})
+    structures = [case.get("structure"), *case.get("further_structures", ())]
+    for building in (one["building"] for one in structures if one is not None):
+        if transient is None or models.get(building) == "structure":
+            continue
+        ends = [
+            end
+            for contact in case["contacts"]
+            for end in (contact["a"], contact["b"])
+            if end is not None and end["building"] == building
+        ]
+        width = f"{transient['patch_width']:g} m"
+        key = f'patch_width = "{width}" of [transient]'
+        floors = sorted({end["floor"] for end in ends if end["floor"] is not None})
+        if floors and transient["spread"] == "patch":
+            yield (
+                f"Each contact force on a floor of the 3D model of {building} acts on a patch of "
+                f"{width} of its side, floors {', '.join(map(str, floors))} ({key})"
+            )
+        storeys = sorted({end["storey"] for end in ends if end["storey"] is not None})
+        if storeys:
+            yield (
+                f"Each contact force in a storey of the 3D model of {building} acts on the walls "
+                f"and columns in a square patch of {width} x {width}, however long the edge is "
+                f"that hits them, storeys {', '.join(map(str, storeys))} ({key}): a wider patch "
+                "lowers the accelerations near it"
+            )
