@@ -4,8 +4,9 @@ QUICK = (
     ('duration = "3 s"', 'duration = "1 s"'),
     ('strong_phase = ["0.5 s", "2.5 s"]', 'strong_phase = ["0.2 s", "0.8 s"]'),
     ("modes = 20", "modes = 6"),
+    ("\nstiffness_factor = 0.0505", "\n# stiffness_factor = 1"),
 )
-"""What is replaced for a short motion and few modes."""
+"""What is replaced for a short motion, few modes, and a stiff stick that hits fast."""
 LIGHT = ('ratio = "5 %"', 'ratio = "1 %"')
 
 
