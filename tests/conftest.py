@@ -34,6 +34,7 @@ SMALL = (
         'type = "hunt-crossley"\nstiffness = "2.75e9 N/m^1.5"',
         'type = "kelvin-voigt"\nstiffness = "1.2e10 N/m"',
     ),
+    ('relation = "exact"', '# relation = "exact"'),
     ('title = "Two three-storey buildings, 2 cm apart"', 'title = "Deux bâtiments, 2 cm"'),
     ("# published = ", "published = "),
     ("# compressive_strength", "compressive_strength"),

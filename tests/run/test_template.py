@@ -11,7 +11,7 @@ COARSE = (
     ('size = "0.9 m"\n', 'size = "1.5 m"\n'),
     ("per_decade = 50", "per_decade = 20"),
     ("motions = 100", "motions = 3"),
-    ("structure_motions = 20", "structure_motions = 1"),
+    ("structure_motions = 20", "structure_motions = 2"),
 )
 """Coarser meshes and spectra, fewer motions: what takes most of the time."""
 

@@ -98,6 +98,13 @@ SHORT = (
     ('# compressive_strength = "25 MPa"', 'compressive_strength = "25 MPa"'),
     ('# bearing_area = "5 m2"', 'bearing_area = "5 m2"'),
     ('gap = "2 cm"', 'gap = "0.5 cm"'),
+    ('pga = "1.2 m/s2"', 'pga = "3 m/s2"'),
+    ('ground_acceleration = "1.2 m/s2"', 'ground_acceleration = "3 m/s2"'),
+    (
+        'type = "hunt-crossley"\nstiffness = "2.75e9 N/m^1.5"',
+        'type = "kelvin-voigt"\nstiffness = "1.2e10 N/m"',
+    ),
+    ('relation = "exact"', '# relation = "exact"'),
 )
 
 

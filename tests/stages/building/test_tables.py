@@ -107,6 +107,7 @@ LINES = [
     "building: 2 modes from 1.800 to 5.220 Hz, none missed by the Sturm count; largest residual "
     "1e-12 (limit 1e-6)",
     "building: bending modes along y, with their part of the mass: 1.800 Hz (75.0 %)",
+    "building: first period 0.556 s, 0.28 s a storey (allowed 0.02 to 0.5 s)",
 ]
 
 
@@ -114,7 +115,7 @@ LINES = [
 def checked(tmp_path):
     """The checks of a store that no model made."""
 
-    def check(*, total=4e5, residual=1e-12, bending=(1,), warnings=(), ey=0.0):
+    def check(*, total=4e5, residual=1e-12, bending=(1,), warnings=(), ey=0.0, first=1.8):
         stored(
             tmp_path,
             "y",
@@ -122,7 +123,7 @@ def checked(tmp_path):
             floor_mass=[2e5, 1e5],
             base_mass=1e5,
             residual=[1e-14, residual],
-            frequency=[1.8, 5.22],
+            frequency=[first, first + 3.42],
             effective_mass=[[0.0, 3e5], [3e5, 0.0]],
             mesh_warning=warnings,
             bending_mode=np.array(bending, dtype=np.int64),
@@ -144,6 +145,8 @@ def test_all_is_well(checked):
         ({"total": 4.04e5}, 0, "the mass matrix 0.0099 (limit 1e-9)"),
         ({"residual": 1e-3}, 1, "largest residual 0.001 (limit 1e-6)"),
         ({"bending": ()}, 2, "with their part of the mass: none"),
+        ({"first": 0.04}, 3, "check walls, columns, base and young_modulus"),
+        ({"first": 1e4}, 3, "check walls, columns, base and young_modulus"),
     ],
 )
 def test_what_fails(checked, change, line, text):

@@ -87,6 +87,15 @@ def building_checks(folder: Path, floors: Sequence[Floor] = ()) -> list[Check]:
             "none missed by the Sturm count; largest residual"
         )
         checks.append(limited(modes, worst, RESIDUAL))
+        direction = str(store.attrs["bending_direction"])
+        bending = store.sel(mode=store["bending_mode"].values, direction=direction)
+        share = bending["effective_mass"].values / float(total.sel(direction=direction))
+        modes = ", ".join(
+            f"{f:.3f} Hz ({100.0 * part:.1f} %)"
+            for f, part in zip(bending["frequency"].values, share, strict=True)
+        )
+        line = f"building: bending modes along {direction}, with their part of the mass: "
+        checks.append((bool(modes), line + (modes or "none")))
         storeys, period = store.sizes["floor"], 1.0 / float(frequency[0])
         low, high = PERIOD_PER_STOREY
         text = (
@@ -100,15 +109,6 @@ def building_checks(folder: Path, floors: Sequence[Floor] = ()) -> list[Check]:
                 "are those of another building: check walls, columns, base and young_modulus"
             )
         checks.append((usual, text))
-        direction = str(store.attrs["bending_direction"])
-        bending = store.sel(mode=store["bending_mode"].values, direction=direction)
-        share = bending["effective_mass"].values / float(total.sel(direction=direction))
-        modes = ", ".join(
-            f"{f:.3f} Hz ({100.0 * part:.1f} %)"
-            for f, part in zip(bending["frequency"].values, share, strict=True)
-        )
-        line = f"building: bending modes along {direction}, with their part of the mass: "
-        checks.append((bool(modes), line + (modes or "none")))
         beside = {
             f"J_{axis} of floor {floor.floor}": abs(float(found) / getattr(floor, f"J{axis}") - 1.0)
             for axis in ("xyz" if floors else "")
