@@ -10,6 +10,10 @@ from impactfem.case.template import PARTS, write_new_case
 COARSE = (
     ('size = "0.9 m"\n', 'size = "1.5 m"\n'),
     ("per_decade = 50", "per_decade = 20"),
+    (
+        'maximum_frequency = "200 Hz"\n',
+        'maximum_frequency = "200 Hz"\nfields = []\nsnapshots = false\n',
+    ),
     ("motions = 100", "motions = 3"),
     ("structure_motions = 20", "structure_motions = 2"),
 )
