@@ -109,7 +109,8 @@ def _motions(source: Source, case: Case, longest: float) -> Iterator[Fault]:
 
 def _pairs(source: Source, case: Case) -> Iterator[Fault]:
     """Vertical normals, points that are not aligned, once for each table; ground at rest."""
-    vertical, uneven, beside = set[int](), set[Place](), set[Place]()
+    vertical, beside = set[int](), set[Place]()
+    misaligned: dict[Place, list[str]] = {}
     level = [contact.normal for contact in case.contacts if abs(contact.normal[2]) <= SAME]
     # Forces on floors may drive them as well.
     moving = [motion.direction for motion in case.motions] if not case.loads else []
@@ -136,10 +137,12 @@ def _pairs(source: Source, case: Case) -> Iterator[Fault]:
             yield source.remark(("contacts", index, "normal"), text)
         for one in misalignments(contact, case):
             place = ("contacts", index, *((one.side, "offset") if one.side else ()))
-            if not one.wrong and place not in uneven:
-                uneven.add(place)
-                value = value_at(place, source.raw) if one.side else None
-                yield source.fault(place, value, one.text)
+            if not one.wrong:
+                misaligned.setdefault(place, []).append(one.text)
+    for at, (text, *others) in misaligned.items():
+        more = f". The same applies to {len(others)} more of this table" if others else ""
+        value = value_at(at, source.raw) if len(at) > 2 else None
+        yield source.fault(at, value, text + more)
 
 
 def _devices(source: Source, case: Case) -> Iterator[Fault]:
