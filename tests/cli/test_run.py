@@ -145,7 +145,8 @@ class TestRun:
         assert ended.err.splitlines()[-1] == f"{said}; run again with --resume to go on"
         assert [path.name for path in (tmp_path / "run").iterdir()] == ["run.log"]
         last = (tmp_path / "run" / "run.log").read_text(encoding="utf-8").splitlines()[-1]
-        assert last.endswith(f" WARNING {said} by {number.name}")
+        reason = said if number.name in said else f"{said} by {number.name}"
+        assert last.endswith(f" WARNING {reason}")
 
     @pytest.mark.usefixtures("interruptible")
     @pytest.mark.parametrize("number", SIGNALS)
