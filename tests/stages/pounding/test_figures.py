@@ -141,11 +141,25 @@ def draw(new_case, tmp_path, monkeypatch):
 def test_a_case(draw, tmp_path, name):
     change, expected = CASES[name]
     drawn = draw(change)
-    names = ["damping.svg", *(f"figure_{kind}.svg" for kind in expected)]
+    names = ["damping.svg", "elevation.svg", *(f"figure_{kind}.svg" for kind in expected)]
     assert sorted(path.name for path in drawn) == names
     assert sorted((tmp_path / "figures").iterdir()) == sorted(drawn)
     for path in drawn:
         assert_drawn(path, 0, 0)
+
+
+def test_the_elevation_names_floors_and_accelerations(draw, tmp_path):
+    """Of each building; one that is not hit has the same acceleration with and without impact."""
+    draw(changed())
+    store = xr.load_dataset(tmp_path / "pounding.nc", engine="netcdf4")
+    words = read_words(tmp_path / "figures" / "elevation.svg")
+    for name in store["building"].values:
+        own = store.isel(station=(store["station_building"] == name).values)
+        largest = float(own["pfa"].sel(direction=store.attrs["shown_direction"]).max())
+        assert f"{name} with {own.sizes['station']} floors" in words.seen
+        assert f"{largest:.3g} m/s²" in words.seen
+    text = (tmp_path / "figures" / "elevation.svg").read_text(encoding="utf-8")
+    assert f"{store.sizes['impact']}×" in text and "MN" in text and "gap 20 mm" in text
 
 
 @pytest.mark.parametrize("hertz", [False, True])

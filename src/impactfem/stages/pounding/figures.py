@@ -14,6 +14,7 @@ import xarray as xr
 from impactfem.plot.curves import NONE, Curve, CurveFigure, Panel, published_point
 from impactfem.plot.floor_field import line_load_maps
 from impactfem.plot.style import BUILDINGS, DASHES, GREEN, ORANGE, RED, floor_looks
+from impactfem.stages.pounding.elevation import elevation_figure
 from impactfem.stages.pounding.model_figures import case_figure, contact_figure, stick_figure
 from impactfem.stages.stores import by_line, damping_of, names_of, open_store
 from impactfem.system.arrays import Array
@@ -29,9 +30,9 @@ MARGIN = 0.15
 
 
 def stick_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[Path]:
-    """Draw figures 2, 3, 5, 8, 9, 10, of damping and of edges that touch in 3D; the files.
+    """Draw the figures of the stage, as far as the case has their contents; return the files.
 
-    What the case does not have is left out. Published values are in SI by the name of the result.
+    Published values are in SI by the name of the result.
     """
     target = folder / "figures"
     target.mkdir(exist_ok=True)
@@ -43,6 +44,8 @@ def stick_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[P
     ):
         forces = by_line(points)
         case_figure(drawn[0], motion, sticks, forces)
+        drawn.append(target / "elevation.svg")
+        elevation_figure(drawn[-1], sticks, forces)
         if (sticks["building_model"] != "structure").any():
             drawn.append(target / "figure_03_stick.svg")
             stick_figure(drawn[-1], sticks)

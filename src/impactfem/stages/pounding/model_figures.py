@@ -1,6 +1,5 @@
 """What is modelled, drawn: figures 2 (the case), 3 (stick and first mode) and 5 (the contact)."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,8 @@ from matplotlib.patches import Rectangle
 
 from impactfem.plot.curves import Curve, Panel
 from impactfem.plot.style import BLUE, BUILDINGS, GREEN, ORANGE, RED, figure, letter
-from impactfem.system.arrays import Array, Index
+from impactfem.stages.pounding.elevation import Elevation, elevations
+from impactfem.system.arrays import Array
 
 GREY = "0.35"
 Point = tuple[float, float]
@@ -19,39 +19,6 @@ MOST_ROOM = 4.0
 """Of a pair of points in figure 5 [m]."""
 HALF_WIDTH = 0.35
 """Of a 3D model there; buildings are 2 apart."""
-
-
-@dataclass(frozen=True)
-class Elevation:
-    """A building seen across the shown direction; its position is that of its axis along it [m]."""
-
-    name: str
-    centre: float
-    base: float
-    in_3d: bool  #: whether its 3D model pounds, not its stick
-    floors: Array
-    below: Array
-    above: Array
-    numbers: Index
-
-    @property
-    def top(self) -> float:
-        """Elevation of its upper edge [m]."""
-        return float(self.floors[-1] + self.above[-1])
-
-
-def _elevations(sticks: xr.Dataset) -> list[Elevation]:
-    """The buildings of a store, in order."""
-    along = sticks.sel(plan=str(sticks.attrs["elevation_direction"]))
-    result = []
-    for name in sticks["building"].values:
-        one = along.sel(building=name).isel(station=sticks["station_building"] == name)
-        parts = ("elevation", "rigid_below", "rigid_above", "station_floor")
-        place = float(one["building_axis"]), float(one["building_base"])
-        values = [one[part].values for part in parts]
-        in_3d = one["building_model"].item() == "structure"
-        result.append(Elevation(str(name), *place, in_3d, *values))
-    return result
 
 
 def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset, forces: xr.Dataset) -> None:
@@ -97,7 +64,7 @@ def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset, forces: xr.D
 
 def _draw_buildings(panel: Axes, sticks: xr.Dataset, forces: xr.Dataset) -> None:
     """Elevation to scale."""
-    drawn = _elevations(sticks)
+    drawn = elevations(sticks)
     along = str(sticks.attrs["elevation_direction"])
     gap = float(sticks["pair_rest_gap"].values.min()) if sticks.sizes["pair"] else 0.0
     # Points of contact are on the faces of a building. One without such points is as wide as the
@@ -159,7 +126,7 @@ def _draw_buildings(panel: Axes, sticks: xr.Dataset, forces: xr.Dataset) -> None
 
 def stick_figure(path: Path, sticks: xr.Dataset) -> None:
     """Figure 3 (b) and (c): the first stick that pounds and its first bending mode."""
-    building = next(one for one in _elevations(sticks) if not one.in_3d)
+    building = next(one for one in elevations(sticks) if not one.in_3d)
     direction = str(sticks.attrs["shown_direction"])
     if direction not in "xy":
         direction = str(sticks.attrs["elevation_direction"])
@@ -218,7 +185,7 @@ def _draw_stick(
 
 def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
     """Figure 5: which points or edges of the buildings may touch, and what acts between them."""
-    drawn = {building.name: building for building in _elevations(sticks)}
+    drawn = {building.name: building for building in elevations(sticks)}
     names = list(drawn)
     laws = list(dict.fromkeys(str(name) for name in sticks["pair_law"].values))
     rigid = laws == ["unilateral"]

@@ -1,0 +1,219 @@
+"""The elevation of the buildings with floor accelerations, gap and impacts: `elevation.svg`."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.patches import Rectangle
+
+from impactfem.plot.style import figure
+from impactfem.system.arrays import Array, Index
+
+GREY, ARROW = "0.35", "black"
+APART = 0.5
+"""Distance between two buildings in the figure, in parts of the mean width: the gap is not to
+scale, because it would be thinner than a line."""
+SLENDER = 0.35
+"""Least width of a building in the figure, in parts of the largest height."""
+SLAB = 0.25
+"""Least thickness of a slab in the figure, in parts of the lowest storey height."""
+
+
+@dataclass(frozen=True)
+class Elevation:
+    """A building in elevation; its position is that of its axis along the direction [m]."""
+
+    name: str
+    centre: float
+    base: float
+    in_3d: bool  #: whether its 3D model pounds, not its stick
+    floors: Array
+    below: Array
+    above: Array
+    numbers: Index
+
+    @property
+    def top(self) -> float:
+        """Elevation of its upper edge [m]."""
+        return float(self.floors[-1] + self.above[-1])
+
+
+def elevations(sticks: xr.Dataset) -> list[Elevation]:
+    """Return the buildings of `pounding.nc`, in order."""
+    along = sticks.sel(plan=str(sticks.attrs["elevation_direction"]))
+    result = []
+    for name in sticks["building"].values:
+        one = along.sel(building=name).isel(station=sticks["station_building"] == name)
+        parts = ("elevation", "rigid_below", "rigid_above", "station_floor")
+        place = float(one["building_axis"]), float(one["building_base"])
+        values = [one[part].values for part in parts]
+        in_3d = one["building_model"].item() == "structure"
+        result.append(Elevation(str(name), *place, in_3d, *values))
+    return result
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """A building with its sides in the figure [m]."""
+
+    elevation: Elevation
+    left: float
+    right: float
+
+
+def elevation_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
+    """Draw the buildings with peak floor accelerations, and the largest impact of each pair.
+
+    Args:
+        path: The SVG file.
+        sticks: `pounding.nc`.
+        forces: The pairs of `forces.nc`, one for each line.
+    """
+    direction = str(sticks.attrs["shown_direction"])
+    drawn = _placed(sticks, forces)
+    peaks = sticks[["pfa", "pfa_free"]].sel(direction=direction)
+    scale = Normalize(0.0, float(peaks["pfa"].max()) or 1.0)
+    hit = sticks.sizes["impact"] > 0
+    caption = (
+        f"Peak floor accelerations along {direction}"
+        + (", and the largest force and number of impacts of each contact pair" if hit else "")
+        + ". In brackets: without impact. The distance between the buildings is not to scale."
+    )
+    seen = "; ".join(
+        f"{one.elevation.name} with {len(one.elevation.floors)} floors up to "
+        f"{one.elevation.top:.4g} m, peak floor acceleration up to "
+        f"{float(_of(peaks, one)['pfa'].max()):.3g} m/s²"
+        for one in drawn
+    )
+    with figure(path, (1, 1), (7.5, 4.8), caption, f"{seen}.") as (whole, (panel,)):
+        for one in drawn:
+            _draw_building(panel, one, _of(peaks, one), scale)
+        _draw_pairs(panel, drawn, sticks, forces)
+        low = min(one.elevation.base for one in drawn)
+        high = max(one.elevation.top for one in drawn)
+        panel.axhline(low, color="black", lw=2.0)
+        room = 0.25 * (drawn[-1].right - drawn[0].left) / len(drawn)
+        panel.set(xlim=(drawn[0].left - room, drawn[-1].right + room), ylabel="z [m]")
+        panel.set(ylim=(low - 0.04 * (high - low), high + 0.12 * (high - low)), xticks=[])
+        panel.grid(False)
+        label = f"peak floor acceleration along {direction} [m/s²]"
+        whole.colorbar(ScalarMappable(scale, _colours()), ax=panel, label=label, shrink=0.8)
+
+
+def _colours() -> mpl.colors.Colormap:
+    """Return a perceptual colour scale of so few colours that its bar is drawn by lines."""
+    return mpl.colormaps["viridis"].resampled(12)
+
+
+def _of(peaks: xr.Dataset, one: _Drawn) -> xr.Dataset:
+    return peaks.isel(station=(peaks["station_building"] == one.elevation.name).values)
+
+
+def _placed(sticks: xr.Dataset, forces: xr.Dataset) -> list[_Drawn]:
+    """Place the buildings from left to right; their widths are those of their contact points."""
+    along = str(sticks.attrs["elevation_direction"])
+    ordered = sorted(elevations(sticks), key=lambda one: one.centre)
+    least = SLENDER * max(one.top - one.base for one in ordered)
+    widths = []
+    for one in ordered:
+        reach = [least / 2.0]
+        for side in "ab":
+            own = (forces[f"building_{side}"] == one.name).values
+            reach += np.abs(forces[f"offset_{side}"].sel(axis=along).values[own]).tolist()
+        widths.append(2.0 * max(reach))
+    apart, left, drawn = APART * float(np.mean(widths)), 0.0, []
+    for one, width in zip(ordered, widths, strict=True):
+        drawn.append(_Drawn(one, left, left + width))
+        left += width + apart
+    return drawn
+
+
+def _draw_building(panel: Axes, drawn: _Drawn, peaks: xr.Dataset, scale: Normalize) -> None:
+    """Draw walls, and slabs in the colour of their peak acceleration, with its value."""
+    one, width = drawn.elevation, drawn.right - drawn.left
+    for x in (drawn.left, drawn.right):
+        panel.plot([x, x], [one.base, one.floors[-1]], color=GREY, lw=1.2)
+    thickness = SLAB * float(np.diff(one.floors, prepend=one.base).min())
+    colours = _colours()
+    values = zip(one.floors, one.numbers, peaks["pfa"], peaks["pfa_free"], strict=True)
+    for z, number, pfa, free in values:
+        place, value = (drawn.left, z - thickness / 2.0), scale(float(pfa))
+        slab = Rectangle(place, width, thickness, facecolor=colours(value), edgecolor=GREY, lw=0.6)
+        panel.add_patch(slab)
+        text = f"{number}:  {float(pfa):.3g} ({float(free):.3g})"
+        # Letters on the slab: white on dark colours, black on light ones.
+        look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7.0}
+        ink = "white" if value < 0.6 else "black"
+        panel.text(drawn.left + width / 2.0, z, text, color=ink, **look)
+    panel.annotate(
+        one.name,
+        (drawn.left + width / 2.0, one.top),
+        xytext=(0, 10),
+        textcoords="offset points",
+        ha="center",
+        weight="bold",
+    )
+
+
+def _draw_pairs(panel: Axes, drawn: list[_Drawn], sticks: xr.Dataset, forces: xr.Dataset) -> None:
+    """Draw an arrow pair at each contact that is closed by an impact, and the gaps at rest."""
+    along = str(sticks.attrs["elevation_direction"])
+    by_name = {one.elevation.name: one for one in drawn}
+    largest = float(sticks["impact_peak_force"].max()) if sticks.sizes["impact"] else 0.0
+    for k, name in enumerate(forces["pair"].values):
+        hits = sticks["impact_peak_force"].values[(sticks["impact_pair"] == name).values]
+        if not hits.size:
+            continue
+        pair = forces.isel(pair=k)
+        a = by_name[pair["building_a"].item()]
+        b = by_name.get(pair["building_b"].item()) or _wall(
+            a, float(pair["normal"].sel(axis=along))
+        )
+        left, right = sorted((a, b), key=lambda one: one.left)
+        z = _height(a.elevation, pair)
+        middle, half = 0.5 * (left.right + right.left), 0.5 * (right.left - left.right)
+        width = 0.8 + 2.2 * hits.max() / largest
+        if b.elevation is a.elevation:
+            panel.axvline(b.left, color="black", lw=3.0)
+        for x in (left.right, right.left):
+            look = {"arrowstyle": "-|>", "color": ARROW, "lw": width, "shrinkA": 0, "shrinkB": 0}
+            start = middle + 0.15 * np.sign(x - middle) * half
+            panel.annotate("", (x, z), xytext=(start, z), arrowprops=look)
+        text = f"{1e-6 * hits.max():.3g} MN\n{hits.size}×"
+        panel.text(middle, z, text, ha="center", va="bottom", fontsize=7.0, linespacing=1.6)
+    for left, right in pairwise(drawn):
+        names = {left.elevation.name, right.elevation.name}
+        between = [
+            {str(forces[f"building_{side}"].values[k]) for side in "ab"} == names
+            for k in range(forces.sizes["pair"])
+        ]
+        gaps = 1e3 * sticks["pair_rest_gap"].values[between]
+        if gaps.size:
+            text = " to ".join(dict.fromkeys(f"{gap:.3g}" for gap in (gaps.min(), gaps.max())))
+            place = (0.5 * (left.right + right.left), left.elevation.base)
+            low: dict[str, Any] = {"xytext": (0, 4), "textcoords": "offset points", "ha": "center"}
+            panel.annotate(f"gap {text} mm", place, fontsize=7.5, **low)
+
+
+def _wall(building: _Drawn, normal: float) -> _Drawn:
+    """Place a rigid wall on the side of a building to which the normal points."""
+    apart = APART * (building.right - building.left)
+    x = building.right + apart if normal > 0.0 else building.left - apart
+    return _Drawn(building.elevation, x, x)
+
+
+def _height(building: Elevation, pair: xr.Dataset) -> float:
+    """Elevation at which a pair touches its first building [m]."""
+    floor = int(np.flatnonzero(building.numbers == int(pair["floor_a"]))[0])
+    z, share = float(building.floors[floor]), float(pair["relative_height_a"])
+    if np.isfinite(share):
+        low = float(building.floors[floor - 1]) if floor else building.base
+        z = low + share * (z - low)
+    return z + float(pair["offset_a"].sel(axis="z"))
