@@ -279,9 +279,10 @@ def _maps(asked, slab):
     wave = np.zeros((len(snapshots), n, 3))
     wave[:, :, c] = np.sin(position[top, c]) + np.arange(len(snapshots))[:, None]
     frames = START + STEP * np.arange(-10, 43) if asked.loads else np.zeros(0)
-    moving = np.zeros((len(frames), n, 3), dtype=np.float32)
-    distance = position[top, c].max() - position[top, c]
-    moving[:, :, c] = -50.0 * pulse(frames[:, None] - START - distance / SPEED)
+    moved = np.zeros((len(frames), len(nodes), 3), dtype=np.float32)
+    moved[:, :, c] = 0.01 * np.sin(4.0 * np.pi * frames)[:, None]
+    distance = position[nodes, c].max() - position[nodes, c]
+    pulses = -50.0 * pulse(frames[:, None] - START - distance / SPEED).astype(np.float32)
     values = {
         "component": XYZ,
         "xyz": XYZ,
@@ -303,6 +304,6 @@ def _maps(asked, slab):
         "membrane_force": 1e6 * np.ones((len(snapshots), 1)) * np.arange(len(slab.cells)),
     }
     if asked.frames:
-        values |= {"frame": frames, "frame_acceleration": moving}
+        values |= {"frame": frames, "frame_displacement": moved, "frame_acceleration": pulses}
     attributes = {"damping": asked.dampings[0], "points_per_cycle": 2.0}
     return dataset(MAP_OUTPUTS, values, attributes=attributes)

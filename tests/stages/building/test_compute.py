@@ -21,6 +21,7 @@ from impactfem.building.model import assemble_building
 from impactfem.case import load_case
 from impactfem.dynamics.columns import product
 from impactfem.dynamics.modes import Modes, modes
+from impactfem.run import loop
 from impactfem.stages.building import compute
 from impactfem.stages.building import store as store_module
 from impactfem.stages.building.compute import analysed, fit_storey_factor
@@ -36,7 +37,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 @pytest.fixture(scope="session")
 def frame_run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("frame")
-    return study.run(GEOMETRY / "frame.toml", out=folder / "run", stage="building")
+    return loop.run(GEOMETRY / "frame.toml", out=folder / "run", stage="building")
 
 
 @pytest.fixture(scope="session")
@@ -162,10 +163,10 @@ def test_tables_and_pictures(frame_run):
 
 def test_finished_stage_is_reused_and_a_changed_mesh_is_not(frame, frame_run, tmp_path):
     shutil.copytree(frame_run.folder, tmp_path / "run")
-    assert study.run(frame, out=tmp_path / "run", stage="building").reused == ["building"]
+    assert loop.run(frame, out=tmp_path / "run", stage="building").reused == ["building"]
     mesh = tmp_path / "frame.msh"
     mesh.write_text(mesh.read_text() + "$Comments\nchanged\n$EndComments\n")
-    assert study.run(frame, out=tmp_path / "run", stage="building").reused == []
+    assert loop.run(frame, out=tmp_path / "run", stage="building").reused == []
 
 
 def test_floors_of_mesh_and_table_must_agree(frame):
@@ -184,7 +185,7 @@ def test_storeys_of_mesh_and_table_must_agree(frame, edited):
         study.check(frame, mesh=True)
     assert len(caught.value.faults) == 1
     with pytest.raises(InputError, match=found):
-        study.run(frame, out=frame.parent / "run", stage="building")
+        loop.run(frame, out=frame.parent / "run", stage="building")
 
 
 def test_storeys_that_nearly_agree(frame, edited):

@@ -11,6 +11,7 @@ import xarray as xr
 
 from frame_case import LIGHT, QUICK, SOFT_NEIGHBOUR, pump
 from impactfem import study
+from impactfem.run import loop
 from impactfem.system.errors import InputError
 from no_pictures import ENSEMBLE, no_pictures
 
@@ -75,7 +76,7 @@ def case(edited, tmp_path_factory):
 def done(case):
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch, ENSEMBLE)
-        return study.run(case, out=case.parent / "run", stage="design")
+        return loop.run(case, out=case.parent / "run", stage="design")
 
 
 @pytest.fixture
@@ -176,7 +177,7 @@ def test_statistics_in_the_summary(done):
 
 
 def test_reused(case, done):
-    again = study.run(case, out=done.folder, stage="design")
+    again = loop.run(case, out=done.folder, stage="design")
     assert again.reused[-1] == "design" and values(again) == values(done)
 
 
@@ -188,7 +189,7 @@ def test_an_interrupted_ensemble_goes_on(copied_run, edited, done, monkeypatch):
     kept = {path.name: path.stat().st_mtime_ns for path in (folder / "design/members").iterdir()}
     assert sorted(kept) == ["seed_10.npz", "seed_8.npz", "seed_9.npz"]
     (folder / "design/members/seed_9.npz").unlink()
-    again = study.run(copied_run, out=folder, stage="design")
+    again = loop.run(copied_run, out=folder, stage="design")
     now = {path.name: path.stat().st_mtime_ns for path in (folder / "design/members").iterdir()}
     assert {name for name in now if now[name] != kept.get(name)} == {"seed_9.npz", "seed_11.npz"}
     assert "ensemble" in again.reused and "design" not in again.reused
@@ -204,7 +205,7 @@ def test_probes_alone(copied_run, edited, monkeypatch):
     fields = 'maximum_frequency = "100 Hz"\nfields = []\nsnapshots = false\n'
     edited(copied_run, ('maximum_frequency = "100 Hz"\n', fields))
     folder = copied_run.parent / "run"
-    again = study.run(copied_run, out=folder, stage="design")
+    again = loop.run(copied_run, out=folder, stage="design")
     assert any(good is False and "PROBES ALONE" in text for good, text in again.checks["design"])
     found = opened(folder, "design.nc")
     np.testing.assert_array_equal(found["psa"].values, found["probes_psa"].values)
@@ -216,7 +217,7 @@ def test_without_an_ensemble(copied_run, edited, monkeypatch):
     no_pictures(monkeypatch, ENSEMBLE)
     edited(copied_run, ("structure_motions = 3", "structure_motions = 0"))
     folder = copied_run.parent / "run"
-    again = study.run(copied_run, out=folder, stage="design")
+    again = loop.run(copied_run, out=folder, stage="design")
     assert again.reused == ["building", "reduce", "pounding", "transient"]
     assert "motion" not in opened(folder, "design.nc").dims
     assert not any(name.startswith("ensemble3d") for name in values(again))

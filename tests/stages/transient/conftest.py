@@ -15,7 +15,6 @@ from mpi4py import MPI
 from scipy.sparse import csr_matrix
 
 from frame_case import QUICK, floors_meet, neighbour
-from impactfem import study
 from impactfem.building.floor import linear
 from impactfem.building.from_case import read_parts
 from impactfem.building.links import Displacements
@@ -28,6 +27,7 @@ from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.loads import make_loads
 from impactfem.reduction.probes import recorded_nodes, standard_probes
 from impactfem.reduction.reduced_basis import Accuracy, build_basis
+from impactfem.run import loop
 from impactfem.stages.transient.compute import run_full
 from impactfem.system.arrays import Index
 from no_pictures import no_pictures
@@ -233,8 +233,8 @@ def begun(edited, tmp_path_factory):
     write_forces(folder / "forces_of_another.csv")
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch)
-        study.run(case, out=folder / "run", stage="building")
-        study.run(case, out=folder / "run", stage="pounding")
+        loop.run(case, out=folder / "run", stage="building")
+        loop.run(case, out=folder / "run", stage="pounding")
     return folder
 
 
@@ -245,7 +245,7 @@ def reduced(begun, tmp_path_factory):
     shutil.copytree(begun, folder, dirs_exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch)
-        done = study.run(folder / "frame.toml", out=folder / "run", stage="transient")
+        done = loop.run(folder / "frame.toml", out=folder / "run", stage="transient")
     return folder, done
 
 

@@ -5,11 +5,11 @@ import logging
 import numpy as np
 from mpi4py import MPI
 
-from impactfem import study
 from impactfem.building.links import Displacements
 from impactfem.building.model import assemble_building
 from impactfem.reduction.reduced_basis import Accuracy, build_basis
 from impactfem.reduction.response import modal_histories, node_response
+from impactfem.run import loop
 from impactfem.stages.transient import stage as transient
 from impactfem.stages.transient.compute import run_full
 from impactfem.system.log import LOGGER
@@ -119,7 +119,7 @@ def responses(comm, given, folder):
 def whole_stage(case):
     """The stage of a study, without its pictures; the stages before are there."""
     transient.transient_figures = lambda *_, **__: []
-    study.run(case, out=case.parent / "run", stage="transient")
+    loop.run(case, out=case.parent / "run", stage="transient")
 
 
 def results(given, folder):

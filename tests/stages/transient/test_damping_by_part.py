@@ -8,10 +8,10 @@ import pytest
 import xarray as xr
 from mpi4py import MPI
 
-from impactfem import study
 from impactfem.building.model import damping_matrix
 from impactfem.building.parts import PartDamping
 from impactfem.dynamics.damping import Rayleigh
+from impactfem.run import loop
 from impactfem.system.errors import InputError
 
 from .conftest import EARLY, SHORT, STOREY_FACTOR, command, killed, no_pictures, write_forces
@@ -105,7 +105,7 @@ def case(begun, edited, tmp_path, monkeypatch):
 
 
 def computed(case):
-    done = study.run(case, out=case.parent / "run", stage="transient")
+    done = loop.run(case, out=case.parent / "run", stage="transient")
     assert done.reused == ["building", "pounding"]
     residual = [s.value for s in done.scalars if s.name == "transient.energy_residual"]
     assert len(residual) == 1 and residual[0] is not None and residual[0] < 1e-9
@@ -135,7 +135,7 @@ def test_patterns_without_a_part(case):
         r"mesh: beam_1_east, .*floor_1, floor_2"
     )
     with pytest.raises(InputError, match=match):
-        study.run(path, out=path.parent / "run", stage="transient")
+        loop.run(path, out=path.parent / "run", stage="transient")
 
 
 @pytest.mark.slow

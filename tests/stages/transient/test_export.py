@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem import study
 from impactfem.case.transient import Transient
 from impactfem.reduction.probes import motion_grid
+from impactfem.run import loop
 from impactfem.stages.transient import export
 from impactfem.stages.transient.export import exported_steps, write_motion
 from impactfem.system.errors import InputError, SolutionError
@@ -32,7 +32,7 @@ def exported(reduced, edited, tmp_path_factory):
     case = edited(folder / "frame.toml", ON)
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch)
-        return study.run(case, out=folder / "run", stage="transient")
+        return loop.run(case, out=folder / "run", stage="transient")
 
 
 @pytest.fixture(scope="module")
@@ -192,7 +192,7 @@ def test_start_behind_the_forces_is_told_before_the_basis(begun, tmp_path, edite
     with pytest.raises(
         InputError, match=r"export_start = '1 s': expected less than what is computed, 1 s"
     ):
-        study.run(case, out=tmp_path / "run", stage="transient")
+        loop.run(case, out=tmp_path / "run", stage="transient")
     assert not (tmp_path / "run" / "reduce.npz").exists()
 
 
@@ -202,7 +202,7 @@ def test_motion_of_a_run_before_is_removed(exported, tmp_path, edited, monkeypat
     shutil.copytree(exported.folder.parent, tmp_path, dirs_exist_ok=True)
     case = edited(tmp_path / "frame.toml", (ON[1], ON[0]))
     assert all((tmp_path / "run" / name).is_file() for name in FILES)
-    done = study.run(case, out=tmp_path / "run", stage="transient")
+    done = loop.run(case, out=tmp_path / "run", stage="transient")
     assert not any((tmp_path / "run" / name).exists() for name in FILES)
     assert "export" not in steps_of(done)
 
@@ -213,6 +213,6 @@ def test_lost_motion_is_made_again(exported, tmp_path, monkeypatch):
     path = tmp_path / "run" / FILES[0]
     whole = path.read_bytes()
     path.write_bytes(whole[:-1000])
-    done = study.run(tmp_path / "frame.toml", out=tmp_path / "run", stage="transient")
+    done = loop.run(tmp_path / "frame.toml", out=tmp_path / "run", stage="transient")
     assert "export" in steps_of(done) and "basis" not in steps_of(done)
     assert path.read_bytes() == whole

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem import study
+from impactfem.run import loop
 from impactfem.stages.transient import export
 from impactfem.system import files
 from impactfem.system.errors import ImpactfemError
@@ -61,7 +61,7 @@ def uninterrupted(case_of):
             case = case_of(solver)
             with pytest.MonkeyPatch.context() as patch:
                 no_pictures(patch)
-                study.run(case, out=case.parent / "run", stage="transient")
+                loop.run(case, out=case.parent / "run", stage="transient")
             done[solver] = case.parent / "run"
         return done[solver]
 
@@ -167,7 +167,7 @@ def test_full_disks(case_of, uninterrupted, monkeypatch, caplog):
             full_disk(name),
             pytest.raises(ImpactfemError, match=message),
         ):
-            study.run(case, out=folder, stage="transient", resume=name != names[0])
+            loop.run(case, out=folder, stage="transient", resume=name != names[0])
         before = STORES.index(name) if name in STORES else 1
         assert left(folder) == list(STORES[:before])
         assert not list(folder.rglob(".*.part"))
@@ -176,7 +176,7 @@ def test_full_disks(case_of, uninterrupted, monkeypatch, caplog):
         # No checkpoint was whole before that; then that of the last step is.
         whole = names.index(name) > names.index("transient.nc")
         assert ("transient: going on from 0.500 s" in told) == whole
-    study.run(case, out=folder, stage="transient", resume=True)
+    loop.run(case, out=folder, stage="transient", resume=True)
     assert left(folder) == list(STORES)
     assert same(folder, uninterrupted("both"))
 
@@ -189,10 +189,10 @@ def test_results_before(uninterrupted, tmp_path, monkeypatch, name):
     write_forces(tmp_path / "forces_of_another.csv", 5e5)
     case, folder = tmp_path / "frame.toml", tmp_path / "run"
     with full_disk(name), pytest.raises(ImpactfemError, match=f"cannot write .*{name}"):
-        study.run(case, out=folder, stage="transient")
+        loop.run(case, out=folder, stage="transient")
     first = xr.load_dataset(folder / "transient.nc", engine="netcdf4")
     assert not (folder / "transient_motion.vtkhdf").exists()
-    done = study.run(case, out=folder, stage="transient")
+    done = loop.run(case, out=folder, stage="transient")
     assert done.reused == ["building", "reduce", "pounding"]
     second = xr.load_dataset(folder / "transient.nc", engine="netcdf4")
     assert first.equals(second) == (name != "transient.nc")

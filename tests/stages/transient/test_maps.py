@@ -18,7 +18,7 @@ IMPACT = (0.3, 0.32)
 def make(frame, loads, basis, spectra):
     def made(**changes):
         history = modal_histories(basis, loads, frame.damping)
-        asked = {"main_impact": IMPACT} | changes
+        asked = {"main_impact": IMPACT, "direction": 1} | changes
         return floor_maps(frame.parts, basis, history, loads, spectra, **asked)
 
     return made
@@ -116,18 +116,16 @@ def test_snapshots_of_a_short_impact_and_at_the_end(make, impact, times):
 
 
 def test_frames(at, maps):
-    """From 10 ms before the impact to 30 ms after it, every computed time of 0.5 ms."""
-    assert maps.frame.values == pytest.approx(np.arange(580, 701) * 0.0005)
-    response = at(maps.wave_node_number.values)
-    assert maps.frame_acceleration.dtype == np.float32
-    expected = response.acceleration[580:701]
-    assert maps.frame_acceleration.values == pytest.approx(
-        expected, abs=1e-5 * np.abs(expected).max()
-    )
-    # The snapshots are among them.
-    assert maps.frame_acceleration.values[[20, 40, 60]] == pytest.approx(
-        maps.wave_acceleration.values, rel=1e-5
-    )
+    """From 10 ms before the impact to 30 ms after it: every third of the steps of 0.5 ms."""
+    steps = np.arange(580, 701, 3)
+    assert maps.frame.values == pytest.approx(steps * 0.0005)
+    response = at(maps.node_number.values)
+    for name, expected in (
+        ("frame_acceleration", response.acceleration[steps, :, 1]),
+        ("frame_displacement", response.displacement[steps]),
+    ):
+        assert maps[name].dtype == np.float32
+        assert maps[name].values == pytest.approx(expected, abs=1e-5 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize(
@@ -135,7 +133,7 @@ def test_frames(at, maps):
 )
 def test_frames_are_few_and_inside_of_the_record(make, impact, first, last):
     times = make(main_impact=impact).frame.values
-    assert len(times) <= 150
+    assert len(times) <= 60
     assert np.diff(times) == pytest.approx(np.diff(times)[0])
     assert times[0] == pytest.approx(first) and last <= times[-1] <= 0.8
 
@@ -144,7 +142,7 @@ def test_without_impact(frame, maps, make):
     none = make(main_impact=None)
     assert none.snapshot.values.shape == (0,)
     assert none.wave_displacement.shape == none.wave_acceleration.shape == (0, 245, 3)
-    assert none.frame.values.shape == (0,) and none.frame_acceleration.shape == (0, 245, 3)
+    assert none.frame.values.shape == (0,) and none.frame_displacement.shape[0] == 0
     assert none.membrane_force.shape == (0, maps.sizes["wave_triangle"])
     assert np.array_equal(none.pfa.values, maps.pfa.values)
 

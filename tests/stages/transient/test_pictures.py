@@ -1,19 +1,12 @@
 """Pictures in 3D fill their frame and see the building from the right side; the film of a wave."""
 
-import re
-import subprocess
-
-import imageio.v2 as imageio
 import numpy as np
 import pytest
 import xarray as xr
-from imageio_ffmpeg import get_ffmpeg_exe
 from matplotlib.colors import LogNorm
 from PIL import Image
 
 from impactfem.plot.scene import impact_view, screen_axes
-from impactfem.stages.transient import animation
-from impactfem.stages.transient.animation import LASTS, Filmed, write_film
 from impactfem.stages.transient.pictures import (
     AMPLIFICATION,
     PEAKS,
@@ -21,7 +14,6 @@ from impactfem.stages.transient.pictures import (
     colour_scale,
     draw_pictures,
 )
-from impactfem.stages.transient.selection import shown
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.own_process import in_own_process
 
@@ -99,65 +91,3 @@ def test_axes_of_the_screen():
     right, up = screen_axes(view)
     assert [right @ up, right @ view, up @ view] == pytest.approx([0.0, 0.0, 0.0])
     assert right[0] > 0.0 and right[2] == pytest.approx(0.0) and up[2] > 0.0
-
-
-def filmed(folder, **some):
-    """The floor of the waves in the stores of a run."""
-    names = ("transient.nc", "transient_maps.nc")
-    store, maps = (xr.load_dataset(folder / name, engine="netcdf4") for name in names)
-    return [Filmed(shown(store), maps.isel(some))]
-
-
-def played(path):
-    """What ffmpeg says of a film, and its frames, shape (n, height, width, 3)."""
-    command = [get_ffmpeg_exe(), "-i", path, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
-    done = subprocess.run(command, capture_output=True, check=True)
-    about = done.stderr.decode()
-    width, height = (int(x) for x in re.search(r"Video:.* (\d+)x(\d+)[ ,]", about).groups())
-    pixels = np.frombuffer(done.stdout, dtype=np.uint8)
-    return about, pixels.reshape(-1, height, width, 3).astype(np.float32)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("direction", ["x", "y"])
-def test_a_film(transient_folder, tmp_path, direction):
-    path = tmp_path / "wave_floor_5.mp4"
-    write_film(path, filmed(transient_folder(direction=direction, floors=(2, 5), loads=(5,))))
-    assert 5_000 < path.stat().st_size < 2_000_000
-    assert path.read_bytes()[4:8] == b"ftyp"
-    about, pictures = played(path)
-    # What all browsers play: even sizes, H.264 with colours by twos.
-    assert re.search(r"Video: h264.*yuv420p", about)
-    lasts = re.search(r"Duration: 00:00:([0-9.]+)", about)
-    assert float(lasts[1]) == pytest.approx(LASTS, abs=0.2)
-    assert len(pictures) == 53
-    assert pictures.shape[1] % 2 == 0 and pictures.shape[2] % 2 == 0
-    # It rests, moves, and rests again.
-    moved = [np.abs(picture - pictures[0]).mean() for picture in pictures]
-    assert moved[16] > 5.0 * max(moved[5], 0.1) and moved[-1] < 0.5 * moved[16]
-
-
-def test_frames_say_when(transient_folder, monkeypatch):
-    said, title = [], animation._title
-
-    def kept(*given):
-        said.append(title(*given))
-        return said[-1]
-
-    monkeypatch.setattr(animation, "_title", kept)
-    frames = animation._frames(filmed(transient_folder(), frame=[0, 16]))
-    first, second = next(frames), next(frames)
-    assert first.dtype == np.uint8 and first.shape[2] == 3 and (first != second).any()
-    assert said[-2].endswith("floor 3: t = 0.4900 s, 10.0 ms before the impact began; force 0.0 MN")
-    assert said[-1].endswith("t = 0.5060 s, 6.0 ms after the impact began; force 20.0 MN")
-
-
-def test_no_encoder(transient_folder, monkeypatch):
-    def none(*arguments, **options):
-        raise RuntimeError("No ffmpeg exe could be found")
-
-    monkeypatch.setattr(imageio, "get_writer", none)
-    path = transient_folder() / "figures" / "film.mp4"
-    with pytest.raises(ImpactfemError, match=r"cannot write .*film\.mp4: No ffmpeg exe"):
-        write_film(path, filmed(path.parents[1]))
-    assert list(path.parent.iterdir()) == []

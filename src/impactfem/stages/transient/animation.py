@@ -1,45 +1,31 @@
-"""Films of the waves that the main impact sends through floors (figure 17 in motion).
+"""Floors of both buildings at three times of the main impact, where 3D models pound."""
 
-Of one building and, where 3D models pound, of both, whose floors are in a picture, too.
-"""
-
-from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
-from matplotlib.tri import LinearTriInterpolator, Triangulation
-from numpy.typing import NDArray
 
 from impactfem.plot.floor_field import (
     SIGNED,
     TopFloor,
     colour_bar,
-    plan_axes,
     plan_layout,
     round_factor,
     signed_limits,
 )
-from impactfem.plot.style import BUILDINGS, figure, letter, own_style
+from impactfem.plot.style import figure, letter
 from impactfem.stages.stores import of_run, open_store, open_stores
-from impactfem.stages.transient.floor_figures import mark_edge
 from impactfem.stages.transient.selection import (
     line_ends,
     main_impact,
-    main_side,
     of_kind,
     shown,
     wave_floor,
 )
 from impactfem.system.arrays import Array
-from impactfem.system.errors import ImpactfemError
-from impactfem.system.files import atomic
 
 LASTS = 4.5
 """Time that the film takes, whatever the time that it shows [s]."""
@@ -49,7 +35,7 @@ RASTER = 360
 """Points of the picture along the longer side of the floor."""
 LINE_POINTS = 121
 MAPS = "transient_maps.nc"
-PICTURE, FILM = "both_main_impact.png", "both_main_impact.mp4"
+PICTURE = "both_main_impact.png"
 WIDE = 0.06
 """Gap of the picture of both buildings over the smaller side of a floor, at most."""
 CUT = 0.03
@@ -58,150 +44,12 @@ CUT = 0.03
 
 @dataclass(frozen=True, eq=False)
 class Filmed:
-    """A floor of a film."""
+    """A floor of the picture."""
 
     response: xr.Dataset  #: what `shown` gives
     maps: xr.Dataset  #: the open `transient_maps.nc`
     shift: Array = field(default_factory=lambda: np.zeros(2))  #: where it is drawn, in plan [m]
     sense: float = 1.0  #: 1 or -1, towards which the distance from its impact edge is drawn
-
-
-def write_film(path: Path, floors: Sequence[Filmed]) -> None:
-    """Film the acceleration of floors at the times of their frames, which are the same.
-
-    H.264, 4:2:0: the floors in plan with one scale of colours, and the lines across them.
-    ImpactfemError where the file cannot be written, or there is no encoder.
-    """
-    import imageio.v2 as imageio
-
-    path.parent.mkdir(exist_ok=True)
-    look: dict[str, Any] = {"codec": "libx264", "pixelformat": "yuv420p", "macro_block_size": 2}
-    look["output_params"] = ["-crf", "20", "-movflags", "+faststart"]
-    look["fps"] = floors[0].maps.sizes["frame"] / LASTS
-    with atomic(path) as temporary, TemporaryDirectory() as work:
-        # imageio finds the format by the end of the name.
-        whole = Path(work) / path.name
-        try:
-            film: Any = imageio.get_writer(
-                whole, format="FFMPEG", mode="I", ffmpeg_log_level="error", **look
-            )
-            with film:
-                for frame in _frames(floors):
-                    film.append_data(frame)
-        except RuntimeError as error:  # what imageio raises without ffmpeg
-            raise ImpactfemError(f"cannot write {path}: {error}") from error
-        temporary.write_bytes(whole.read_bytes())
-
-
-def _frames(floors: Sequence[Filmed]) -> Iterator[NDArray[np.uint8]]:
-    """The pictures of the film in their order, shape (height, width, 3)."""
-    response, slabs = floors[0].response, [TopFloor(one.maps) for one in floors]
-    times = np.asarray(floors[0].maps["frame"].values, dtype=np.float64)
-    direction = response["component"].item()
-    values = [
-        one.maps["frame_acceleration"].sel(component=direction).values.astype(np.float64)
-        for one in floors
-    ]
-    limits = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
-    colours = signed_limits(*limits)
-    # The corners of each floor as it is drawn, shape (n, 2, 2).
-    boxes = np.array(
-        [
-            [f(slab.position[:, :2], axis=0) + one.shift for f in (np.min, np.max)]
-            for one, slab in zip(floors, slabs, strict=True)
-        ]
-    )
-    extent = boxes[:, 1].max(axis=0) - boxes[:, 0].min(axis=0)
-    with own_style():
-        drawn = Figure(figsize=SIZE, dpi=DPI, layout="constrained")
-        canvas: Any = FigureCanvasAgg(drawn)
-        shape = (2, 1) if extent[0] >= extent[1] else (1, 2)
-        plan, line = np.ravel(drawn.subplots(*shape))
-        label = f"acceleration $\\ddot u_{direction}$ [m/s²]"
-        # Of each floor its picture and its curve, and the points that they show.
-        moving: list[tuple[Any, Any, Triangulation, list[Array], Array]] = []
-        for one, slab, of_floor, (low, high), colour in zip(
-            floors, slabs, values, boxes, BUILDINGS, strict=False
-        ):
-            mesh, size = slab.split(one.shift), high - low
-            count = np.maximum(2, np.rint(RASTER * size / extent.max()).astype(int))
-            # In the middle of each pixel, so that the edges of the floor are inside.
-            x, y = (low[k] + (np.arange(count[k]) + 0.5) / count[k] * size[k] for k in (0, 1))
-            in_plan = list(np.meshgrid(x, y))
-            first, last = line_ends(one.response) + one.shift
-            # The ends a hair inside, where rounding leaves them in a triangle.
-            share = np.clip(np.linspace(0.0, 1.0, LINE_POINTS), 1e-6, 1.0 - 1e-6)
-            on_line = (first + share[:, None] * (last - first)).T
-            field: Any = LinearTriInterpolator(mesh, of_floor[0])
-            image = plan.imshow(
-                field(*in_plan),
-                extent=(low[0], high[0], low[1], high[1]),
-                origin="lower",
-                cmap=SIGNED,
-                vmin=colours[0],
-                vmax=colours[1],
-                animated=True,
-            )
-            distance = one.sense * share * float(np.linalg.norm(last - first))
-            name = one.response.attrs["building"] if len(floors) > 1 else None
-            (curve,) = line.plot(distance, field(*on_line), color=colour, label=name, animated=True)
-            moving.append((image, curve, mesh, in_plan, on_line))
-        plan_axes(plan, slabs[0])
-        if len(floors) > 1:
-            beyond = 0.05 * float(extent.max())
-            plan.set_xlim(boxes[:, 0, 0].min() - beyond, boxes[:, 1, 0].max() + beyond)
-            plan.set_ylim(boxes[:, 0, 1].min() - beyond, boxes[:, 1, 1].max() + beyond)
-            for one, box in zip(floors, boxes, strict=True):
-                plan.text(*box.mean(axis=0), one.response.attrs["building"], ha="center")
-            line.legend(loc="upper right")
-        else:
-            mark_edge(plan, response, slabs[0])
-        colour_bar(drawn, moving[0][0], plan, label)
-        line.axhline(0.0, color="0.4", lw=0.8)
-        ends = [x for _, curve, *_ in moving for x in curve.get_xdata()[[0, -1]]]
-        room = 0.05 * max(limits[1] - limits[0], 1e-12)
-        line.set(xlim=(min(ends), max(ends)), ylim=(limits[0] - room, limits[1] + room))
-        line.set(xlabel="distance d from the impact edge [m]", ylabel=label)
-        names = [str(one.response.attrs["building"]) for one in floors]
-        # The plan of two floors is narrower than the words.
-        headed = plan if len(floors) == 1 else line
-        title = headed.set_title(
-            _title(response, names, times[0]), loc="left", fontsize=10.0, animated=True
-        )
-        canvas.draw()
-        background = canvas.copy_from_bbox(drawn.bbox)
-        for k, time in enumerate(times):
-            title.set_text(_title(response, names, time))
-            canvas.restore_region(background)
-            for (image, curve, mesh, in_plan, on_line), v in zip(moving, values, strict=True):
-                field = LinearTriInterpolator(mesh, v[k])
-                image.set_data(field(*in_plan))
-                curve.set_ydata(field(*on_line))
-                plan.draw_artist(image)
-                line.draw_artist(curve)
-            headed.draw_artist(title)
-            pixels = np.asarray(canvas.buffer_rgba())
-            # 4:2:0 takes pixels by twos.
-            even = [size - size % 2 for size in pixels.shape[:2]]
-            yield np.ascontiguousarray(pixels[: even[0], : even[1], :3])
-
-
-def _title(response: xr.Dataset, buildings: Sequence[str], time: float) -> str:
-    """What is seen, the time, and the force at that time."""
-    floor, impact = wave_floor(response), main_impact(response)
-    text = f"{' and '.join(buildings)}, floor {floor}: t = {time:.4f} s"
-    if len(buildings) == 1:
-        text = f"Building {text}"
-    if impact is not None:
-        since = 1e3 * (time - impact[0])
-        text += f", {abs(since):.1f} ms {'after' if since >= 0.0 else 'before'} the impact began"
-    main = main_side(response)
-    here = (main["edge_floor"] == floor).values
-    if here.any():
-        force = main["impact_force"].isel(edge=here).sel(time=time, method="nearest")
-        where = "" if force["edge"].item() == f"floor {floor}" else f" on {force['edge'].item()}"
-        text += f"; force{where} {1e-6 * force.item():.1f} MN".replace("-", "−")
-    return text
 
 
 def both_figures(folder: Path) -> list[Path]:
@@ -225,8 +73,7 @@ def both_figures(folder: Path) -> list[Path]:
             for one, share, sense in zip(floors, (0.0, 1.0), (-1.0, 1.0), strict=True)
         ]
         _picture(target / PICTURE, placed, moved, factor)
-        write_film(target / FILM, placed)
-        return [target / PICTURE, target / FILM]
+        return [target / PICTURE]
 
 
 def _pair(folder: Path, stores: ExitStack) -> tuple[list[Filmed], list[Array], Array, float] | None:

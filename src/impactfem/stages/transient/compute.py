@@ -251,6 +251,7 @@ def run_transient(
                 loads,
                 case.spectra,
                 main_impact=main_impact(loads) if transient.snapshots else None,
+                direction="xyz".index(case.shown_direction),
                 floor=case.wave_floor,
                 progress=lambda part: steps.within("maps", part),
             )

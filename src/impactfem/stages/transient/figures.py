@@ -8,7 +8,7 @@ from typing import Any
 from impactfem.case.transient import Transient
 from impactfem.plot.curves import NONE
 from impactfem.stages.stores import open_stores
-from impactfem.stages.transient.animation import Filmed, both_figures, write_film
+from impactfem.stages.transient.animation import both_figures
 from impactfem.stages.transient.curve_figures import probe_figures
 from impactfem.stages.transient.floor_figures import (
     floor_map,
@@ -17,7 +17,7 @@ from impactfem.stages.transient.floor_figures import (
     wave_map,
 )
 from impactfem.stages.transient.pictures import draw_pictures
-from impactfem.stages.transient.selection import main_impact, of_kind, shown, wave_floor
+from impactfem.stages.transient.selection import main_impact, of_kind, shown
 from impactfem.system.own_process import in_own_process
 from impactfem.system.parallel import meanwhile
 
@@ -32,7 +32,7 @@ def transient_figures(
     fields: Sequence[str] = FIELDS,
     field_frequencies: Sequence[float] = FIELD_FREQUENCIES,
 ) -> list[Path]:
-    """Draw figures 11 to 22, maps of the floors and a film of the wave into `figures/`; the files.
+    """Draw figures 11 to 22, maps of the floors and the film of the main impact; the files.
 
     What the stores have no data for is left out; so are the maps of frequencies [Hz] without
     spectra. Maps are "pfa", "psa" or both; published values, in SI by the name of the result, are
@@ -60,9 +60,6 @@ def transient_figures(
                 if low <= f <= high:
                     name = f"building_map_psa_{f:g}hz".replace(".", "p")
                     makers[f"{name}.png"] = partial(floor_map, **both, frequency=f)
-            if maps.sizes.get("frame", 0) and on_line:
-                film = f"wave_floor_{wave_floor(response)}.mp4"
-                makers[film] = partial(write_film, floors=[Filmed(response, maps)])
         for name, draw in makers.items():
             draw(target / name)
             drawn.append(target / name)

@@ -26,7 +26,7 @@ SNAPSHOTS = (0.0, 0.5, 1.0)
 """Times of the wave pictures, from the start to the end of the main impact."""
 BEFORE, AFTER = 0.01, 0.03
 """What the frames of the wave show before and after the main impact [s]."""
-MOST_FRAMES = 150
+MOST_FRAMES = 60
 
 
 _WAVE = "wave_node component"
@@ -51,7 +51,8 @@ MAP_OUTPUTS = {
     "wave_acceleration": Output(f"snapshot {_WAVE}", "m/s2", "absolute"),
     "membrane_force": Output("snapshot wave_triangle", "N/m", "normal force along y"),
     "frame": Output("frame", "s", "times of the film"),
-    "frame_acceleration": Output(f"frame {_WAVE}", "m/s2", "absolute"),
+    "frame_displacement": Output("frame node xyz", "m", "relative to the ground"),
+    "frame_acceleration": Output("frame node", "m/s2", "absolute, along the shown direction"),
 }
 
 
@@ -63,19 +64,24 @@ def floor_maps(
     spectra: Spectra,
     *,
     main_impact: tuple[float, float] | None,
+    direction: int = 0,
     floor: int | None = None,
     progress: Callable[[float], None] = lambda part: None,
 ) -> xr.Dataset:
     """The content of `transient_maps.nc`: fields at vertices of floors, and waves on one floor.
 
     Of the case's spectra the highest frequency and the first damping count. The main impact has a
-    start and an end [s], None without one; the waves are on the top floor where none is named.
+    start and an end [s], None without one; the waves are on the top floor where none is named. The
+    film has accelerations along `direction`, 0 to 2.
     """
     mesh = parts.mesh
     nodes = floor_vertices(mesh)
     values = spectra.frequency_values
     frequency = logarithmic_frequencies(min(values), max(values), 66)
     damping = float(spectra.damping[0])
+    steps, frames = _times(main_impact, loads)
+    film_u = np.empty((len(frames), len(nodes), 3), dtype=np.float32)
+    film_a = np.empty((len(frames), len(nodes)), dtype=np.float32)
     psa = np.empty((len(nodes), 3, len(frequency)), dtype=np.float32)
     pfa = np.empty((len(nodes), 3))
     reached = 0.0
@@ -84,6 +90,9 @@ def floor_maps(
         records = _records(basis, history.acceleration, nodes[part])
         for c in range(3):
             records[c::3] += loads.ground[:, c]
+        film_a[:, part] = records[direction::3, frames].T
+        moved = _records(basis, history.displacement[:, frames], nodes[part])
+        film_u[:, part] = moved.reshape(-1, 3, len(frames)).transpose(2, 0, 1)
         found = response_spectra(
             records,
             loads.time_step,
@@ -98,16 +107,6 @@ def floor_maps(
         reached = found.points_per_cycle
         progress(min(1.0, (first + AT_ONCE) / len(nodes)))
     triangles, wave_nodes = wave_slab(mesh, floor)
-    steps = frames = np.zeros(0, dtype=np.int64)
-    if main_impact is not None:
-        start, end = main_impact
-        pictures = [start + share * (end - start) for share in SNAPSHOTS]
-        times = np.array([*pictures, start - BEFORE, end + AFTER])
-        nearest = np.rint(times / loads.time_step).astype(np.int64)
-        *chosen, begin, last = np.clip(nearest, 0, len(loads.ground) - 1)
-        steps = np.unique(chosen)
-        # Evenly spaced, and no more than MOST_FRAMES.
-        frames = np.arange(begin, last + 1, -(-(last - begin + 1) // MOST_FRAMES))
 
     def at(modal: Array, steps: Index) -> Array:
         """Values of the nodes of the wave at time steps, shape (s, m, 3)."""
@@ -115,9 +114,7 @@ def floor_maps(
         return _records(basis, modal[:, steps], wave_nodes).reshape(shape).transpose(2, 0, 1)
 
     displacement = at(history.displacement, steps)
-    snapshots, moving = (
-        at(history.acceleration, some) + loads.ground[some][:, None] for some in (steps, frames)
-    )
+    snapshots = at(history.acceleration, steps) + loads.ground[steps][:, None]
     slabs = {floor: mesh.triangles[mesh.slab(floor), :3] for floor in mesh.floors}
     corners = mesh.triangles[triangles][:, :6]
     fields = {
@@ -139,10 +136,23 @@ def floor_maps(
         "wave_acceleration": snapshots,
         "membrane_force": membrane_force(parts, triangles, wave_nodes, displacement),
         "frame": np.asarray(frames * loads.time_step, dtype=np.float64),
-        "frame_acceleration": moving.astype(np.float32),
+        "frame_displacement": film_u,
+        "frame_acceleration": film_a,
     }
     attributes = {"damping": damping, "points_per_cycle": reached}
     return dataset(MAP_OUTPUTS, fields, attributes=attributes)
+
+
+def _times(main_impact: tuple[float, float] | None, loads: Loads) -> tuple[Index, Index]:
+    """Return the time steps of the snapshots and of the film, at most `MOST_FRAMES`."""
+    if main_impact is None:
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    start, end = main_impact
+    pictures = [start + share * (end - start) for share in SNAPSHOTS]
+    times = np.array([*pictures, start - BEFORE, end + AFTER])
+    nearest = np.rint(times / loads.time_step).astype(np.int64)
+    *chosen, begin, last = np.clip(nearest, 0, len(loads.ground) - 1)
+    return np.unique(chosen), np.arange(begin, last + 1, -(-(last - begin + 1) // MOST_FRAMES))
 
 
 @all_blas_threads()

@@ -13,6 +13,7 @@ from matplotlib.ticker import LogLocator
 from impactfem.plot.floor_field import COLOURS
 from impactfem.plot.scene import (
     SHADING,
+    Picture,
     add_ghost,
     balls,
     corners,
@@ -28,6 +29,7 @@ from impactfem.plot.scene import (
 from impactfem.plot.style import RED, figure
 from impactfem.plot.words import spoken
 from impactfem.stages.stores import open_stores
+from impactfem.stages.transient.film import draw_film
 from impactfem.stages.transient.selection import of_kind, shown
 from impactfem.system.arrays import Array
 
@@ -71,7 +73,30 @@ def draw_pictures(folder: Path) -> list[Path]:
         files = [_probes(target / PROBES, building, response)]
         if (folder / "transient_maps.nc").is_file():
             files += _floors(target, building, response, opened("transient_maps.nc"))
-    return files
+    return files + draw_film(folder)
+
+
+def field_picture(folder: Path, values: Array) -> Picture:
+    """Return the building with its floors coloured by values; see-through walls and columns.
+
+    Run it in a process of its own, as `draw_pictures`.
+
+    Args:
+        folder: The folder with `building.nc` and `transient_maps.nc`.
+        values: Values from 0 to 1 at the vertices of the floors, shape (n,) [-]; nan for none.
+    """
+    import pyvista
+
+    with open_stores(folder) as opened:
+        building, maps = opened("building.nc"), opened("transient_maps.nc")
+        points = maps["node_position"].values
+        floors = pyvista.PolyData.from_regular_faces(points, maps["floor_triangle_node"].values)
+        floors.point_data["value"] = values
+        scene = plotter()
+        add_ghost(scene, building)
+        look = {"scalars": "value", "cmap": COLOURS, "clim": (0.0, 1.0), "lighting": False}
+        scene.add_mesh(floors, show_scalar_bar=False, **look)
+        return render(scene, building["node_position"].values, impact_view(building))
 
 
 def _probes(path: Path, building: xr.Dataset, response: xr.Dataset) -> Path:

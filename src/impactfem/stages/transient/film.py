@@ -1,0 +1,398 @@
+"""The film of the main impact: buildings in 3D, deformed, coloured by their acceleration.
+
+A building with a 3D model is drawn with its floors, walls and columns; a neighbour without one as
+the floors of its stick. Displacements and gap have one factor, so that buildings touch in the film
+when they touch in the computation. Between floors, displacements of walls and columns are linear in
+height: only floors are recorded.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from impactfem.plot.floor_field import SIGNED, round_factor, signed_limits
+from impactfem.plot.scene import GHOST, OUTLINE, shell_nodes
+from impactfem.stages.stores import of_run, open_store, open_stores
+from impactfem.stages.transient.selection import main_impact
+from impactfem.system.arrays import Array, Index
+from impactfem.system.errors import ImpactfemError
+from impactfem.system.files import atomic
+
+NAME = "main_impact"
+SIZE = (960, 720)
+"""Width and height of the film [pixel]; the GIF has half of them."""
+LASTS = 5.0
+"""Duration of the film, whatever the time that it shows [s]."""
+WIDE = 0.06
+"""Largest displacement of a building in the film, over its height."""
+CUT = 0.02
+"""Part of the accelerations that is drawn in the last colours."""
+DOT = 0.02
+"""Radius of the mark of the largest contact force, over the height of the building."""
+SLAB = 0.3
+"""Thickness of the floors of a stick [m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moving:
+    """Polygons or lines whose points move."""
+
+    points: Array  #: at rest, shape (n, 3) [m]
+    cells: Index  #: numbers of their points: polygons, shape (m, k > 2), or lines, shape (m, 2)
+    displacement: Array  #: shape (n_t, n, 3) [m]
+
+
+@dataclass(frozen=True, eq=False)
+class Actor:
+    """A building of the film, at its place."""
+
+    name: str
+    floors: Moving
+    walls: Moving
+    bars: Moving  #: beams and columns
+    acceleration: Array  #: of the points of the floors along the shown direction, (n_t, n) [m/s2]
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """A contact pair of the film."""
+
+    place: Array  #: its point on the building, at rest, shape (3,) [m]
+    force: Array  #: at the times of the frames, shape (n_t,) [N]
+    actor: int  #: number of the building with the point
+
+
+def draw_film(folder: Path) -> list[Path]:
+    """Draw the main impact of a building and its neighbours as mp4 and GIF into `figures/`.
+
+    Run it in a process of its own, as `draw_pictures`. Nothing is drawn without an impact on the
+    building, or if a neighbour with a 3D model comes later in the run.
+
+    Args:
+        folder: The folder of the building, with `transient_maps.nc`.
+
+    Raises:
+        ImpactfemError: A file cannot be written.
+    """
+    run = of_run(folder, "pounding.nc").parent
+    if not (run / "forces.nc").is_file():  # forces of another program
+        return []
+    with open_stores(folder) as opened:
+        response = opened("transient.nc")
+        if main_impact(response) is None or not (folder / "transient_maps.nc").is_file():
+            return []
+        maps, pounding, forces = (
+            opened(f"{name}.nc") for name in ("transient_maps", "pounding", "forces")
+        )
+        own, times = str(response.attrs["building"]), maps["frame"].values
+        pairs = _pairs_of(forces, own)
+        if not pairs.sizes["pair"] or not times.size:
+            return []
+        other_models = {
+            name: place
+            for name in _neighbours(pairs, own)
+            if pounding["building_model"].sel(building=name) == "structure"
+            if (place := _folder_of(run, name)) is not None
+        }
+        waiting = (pounding["building_model"] == "structure").sum() > 1 + len(other_models)
+        if waiting:
+            return []
+        height = float(np.ptp(maps["node_position"].values[:, 2]))
+        moved = float(np.linalg.norm(maps["frame_displacement"].values, axis=-1).max())
+        factor = max(1.0, round_factor(moved, WIDE * height))
+        actors = [_model(opened("building.nc"), maps, pounding, pairs, own, factor)]
+        for name in _neighbours(pairs, own):
+            if name in other_models:
+                with open_stores(other_models[name]) as theirs:
+                    stores = theirs("building.nc"), theirs("transient_maps.nc")
+                    actors.append(_model(*stores, pounding, pairs, name, factor))
+            else:
+                actors.append(_stick(pounding, pairs, name, times, actors[0], factor))
+        touches = _touches(pairs, pounding, own, times)
+        target = folder / "figures"
+        target.mkdir(exist_ok=True)
+        direction = str(response.attrs["shown_direction"])
+        pictures = list(_frames(actors, touches, times, factor, direction, height))
+    files = [target / f"{NAME}.mp4", target / f"{NAME}.gif"]
+    _write(files[0], pictures, format="FFMPEG", codec="libx264", macro_block_size=2)
+    _write(files[1], [one[::2, ::2] for one in pictures], format="GIF", loop=0)
+    return files
+
+
+def _pairs_of(forces: xr.Dataset, own: str) -> xr.Dataset:
+    """Return the pairs between a building and others; the attribute `own` is its name."""
+    here = (forces["building_a"] == own) | (forces["building_b"] == own)
+    return forces.isel(pair=here.values).assign_attrs(own=own)
+
+
+def _neighbours(pairs: xr.Dataset, own: str) -> list[str]:
+    names = [*pairs["building_a"].values.tolist(), *pairs["building_b"].values.tolist()]
+    return [name for name in dict.fromkeys(names) if name not in (own, "")]
+
+
+def _folder_of(run: Path, building: str) -> Path | None:
+    """The folder with the response of a 3D model; None if it has not been computed."""
+    for folder in (run, run / building):
+        if (folder / "transient_maps.nc").is_file():
+            with open_store(folder / "transient.nc") as store:
+                if store.attrs["building"] == building:
+                    return folder
+    return None
+
+
+def _sides(pairs: xr.Dataset, name: str) -> tuple[Array, Array]:
+    """Contact points of a building relative to its axis, (n, 3), and normals away from it."""
+    found, normals = [], []
+    for side, sense in (("a", 1.0), ("b", -1.0)):
+        here = (pairs[f"building_{side}"] == name).values
+        found.append(pairs[f"offset_{side}"].transpose("pair", "axis").values[here])
+        normals.append(sense * pairs["normal"].transpose("pair", "axis").values[here])
+    return np.concatenate(found), np.concatenate(normals)
+
+
+def _apart(pairs: xr.Dataset, name: str, factor: float) -> Array:
+    """Shift of a building by which its gap to the first one has the factor, shape (3,) [m]."""
+    if name == pairs.attrs["own"]:
+        return np.zeros(3)
+    _, normals = _sides(pairs, name)
+    own = (pairs["building_a"] == name).values | (pairs["building_b"] == name).values
+    gap = float(pairs["gap"].values[own].min()) if own.any() else 0.0
+    shift: Array = -(factor - 1.0) * gap * normals[0]
+    return shift
+
+
+def _model(
+    building: xr.Dataset,
+    maps: xr.Dataset,
+    pounding: xr.Dataset,
+    pairs: xr.Dataset,
+    name: str,
+    factor: float,
+) -> Actor:
+    """A building with a 3D model."""
+    nodes = maps["node_position"].values
+    # The contact points are on the façade of the mesh: this places the axis of the building in it.
+    offsets, normals = _sides(pairs, name)
+    normal = normals[0]
+    middle = 0.5 * (nodes.min(axis=0) + nodes.max(axis=0))
+    axis = middle - offsets.mean(axis=0)
+    axis += normal * ((nodes @ normal).max() - (axis + offsets[0]) @ normal)
+    shift = np.append(pounding["building_axis"].sel(building=name).values - axis[:2], 0.0)
+    shift += _apart(pairs, name, factor)
+    u = maps["frame_displacement"].values.astype(np.float64)
+
+    def between(cells: Index) -> Moving:
+        used, places = np.unique(cells, return_inverse=True)
+        points = building["node_position"].values[used]
+        moved = _between_floors(points, nodes, u)
+        return Moving(points + shift, places.reshape(cells.shape), moved)
+
+    walls = shell_nodes(building, "storey")[:, :3]
+    return Actor(
+        name,
+        Moving(nodes + shift, maps["floor_triangle_node"].values, u),
+        between(walls),
+        between(building["line_node"].values[:, :2]),
+        maps["frame_acceleration"].values,
+    )
+
+
+def _between_floors(points: Array, nodes: Array, u: Array) -> Array:
+    """Displacement of points, linear in height between the nearest nodes of the floors."""
+    levels = np.unique(np.round(nodes[:, 2], 6))
+    kept = levels[np.diff(levels, prepend=-np.inf) > 0.05]
+    base = float(points[:, 2].min(initial=kept[0]))
+    below = [np.zeros((len(u), len(points), 3))]
+    for level in kept:
+        on = np.flatnonzero(abs(nodes[:, 2] - level) < 0.05)
+        below.append(u[:, on[cKDTree(nodes[on, :2]).query(points[:, :2])[1]]])
+    heights = np.array([base, *kept])
+    upper = np.clip(np.searchsorted(heights, points[:, 2] - 1e-6), 1, len(kept))
+    span = heights[upper] - heights[upper - 1]
+    share = np.clip((points[:, 2] - heights[upper - 1]) / np.where(span > 0.0, span, 1.0), 0.0, 1.0)
+    every, at = np.stack(below), np.arange(len(points))
+    low, high = every[upper - 1, :, at], every[upper, :, at]
+    moved: Array = low + share[:, None, None] * (high - low)
+    return moved.transpose(1, 0, 2)
+
+
+def _stick(
+    pounding: xr.Dataset,
+    pairs: xr.Dataset,
+    name: str,
+    times: Array,
+    first: Actor,
+    factor: float,
+) -> Actor:
+    """A neighbour as the floors of its stick, as wide as its contact points and the building."""
+    own = pounding.isel(station=(pounding["station_building"] == name).values)
+    offsets, normals = _sides(pairs, name)
+    normal, depth = normals[0], float(abs(offsets @ normals[0]).max())
+    across = np.array([-normal[1], normal[0], 0.0])
+    points = first.floors.points @ across
+    half = 0.5 * float(np.ptp(points))
+    axis = np.append(pounding["building_axis"].sel(building=name).values, 0.0)
+    axis += _apart(pairs, name, factor)
+    # Its façade is opposite to that of the building.
+    lateral = 0.5 * (points.min() + points.max()) - axis @ across
+    plan = [
+        axis + sense * depth * normal + (lateral + side * half) * across
+        for sense, side in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    ]
+    history = own.sel(time=times, method="nearest").transpose("time", "station", ...)
+    along = {"x": 0, "y": 1, "z": 2}
+    u = np.zeros((len(times), own.sizes["station"], 3))
+    a = np.zeros(u.shape[:2])
+    direction = str(pounding.attrs["shown_direction"])
+    for component in history["component"].values:
+        if component in along:
+            u[..., along[component]] = history["displacement"].sel(component=component)
+        if component == direction:
+            a = history["acceleration"].sel(component=component).values
+    slabs, faces, columns, u_f, u_c, a_f = [], [], [], [], [], []
+    base = float(pounding["building_base"].sel(building=name))
+    levels = [base, *own["elevation"].values.tolist()]
+    box = np.array(
+        [[0, 1, 2, 3], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    )
+    ground = np.zeros((len(times), 4, 3))
+    for k, level in enumerate(levels[1:]):
+        slabs += [[*corner[:2], level + z] for z in (-SLAB, 0.0) for corner in plan]
+        faces.append(box + 8 * k)
+        columns += [[*corner[:2], z] for corner in plan for z in (levels[k], level)]
+        u_f.append(np.repeat(u[:, k, None], 8, axis=1))
+        a_f.append(np.repeat(a[:, k, None], 8, axis=1))
+        low = ground if k == 0 else np.repeat(u[:, k - 1, None], 4, axis=1)
+        high = np.repeat(u[:, k, None], 4, axis=1)
+        u_c.append(np.stack([low, high], axis=2).reshape(len(times), 8, 3))
+    bars = np.arange(len(columns)).reshape(-1, 2)
+    return Actor(
+        name,
+        Moving(np.array(slabs), np.concatenate(faces), np.concatenate(u_f, axis=1)),
+        Moving(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64), np.zeros((len(times), 0, 3))),
+        Moving(np.array(columns), bars, np.concatenate(u_c, axis=1)),
+        np.concatenate(a_f, axis=1),
+    )
+
+
+def _touches(pairs: xr.Dataset, pounding: xr.Dataset, own: str, times: Array) -> list[Touch]:
+    """The contact points of the building with their forces."""
+    force = pairs["force"].sel(time=times, method="nearest").transpose("pair", "time").values
+    found = []
+    for k, row in enumerate(force):
+        side = "a" if pairs["building_a"].values[k] == own else "b"
+        pair = pairs.isel(pair=k)
+        stations = pounding["station_building"] == own
+        at = stations & (pounding["station_floor"] == pair[f"floor_{side}"].item())
+        z = float(pounding["elevation"].values[at.values][0])
+        axis = np.append(pounding["building_axis"].sel(building=own).values, z)
+        found.append(Touch(axis + pair[f"offset_{side}"].values, row, 0))
+    return found
+
+
+def _frames(
+    actors: Sequence[Actor],
+    touches: Sequence[Touch],
+    times: Array,
+    factor: float,
+    direction: str,
+    height: float,
+) -> Iterator[NDArray[np.uint8]]:
+    """Draw the frames, shape (rows, columns, 3)."""
+    import pyvista
+
+    scene = pyvista.Plotter(off_screen=True, window_size=list(SIZE))
+    scene.set_background("white")
+    every = np.abs(np.concatenate([one.acceleration.ravel() for one in actors]))
+    limits = signed_limits(float(np.quantile(every, 1.0 - CUT)) or 1.0)
+    bar: dict[str, Any] = {"title": f"acceleration, direction {direction} [m/s²]"}
+    bar |= {"color": "black", "vertical": False, "position_x": 0.25, "position_y": 0.02}
+    bar |= {"width": 0.5, "height": 0.07, "n_labels": 3}
+    bar |= {"title_font_size": 20, "label_font_size": 18}
+    drawn: list[tuple[Any, Moving]] = []
+    for one in actors:
+        slabs, walls, bars = (_mesh(part) for part in (one.floors, one.walls, one.bars))
+        slabs.point_data["acceleration"] = one.acceleration[0]
+        look = {"scalars": "acceleration", "cmap": SIGNED, "clim": limits, "copy_mesh": False}
+        scene.add_mesh(slabs, scalar_bar_args=bar, lighting=False, **look)
+        if len(one.walls.cells):
+            scene.add_mesh(walls, color=GHOST, opacity=0.35, copy_mesh=False)
+        if len(one.bars.cells):
+            scene.add_mesh(bars, color=OUTLINE, line_width=2.5, copy_mesh=False)
+        drawn += [(slabs, one.floors), (walls, one.walls), (bars, one.bars)]
+        top = one.floors.points.mean(axis=0)
+        top[2] = one.floors.points[:, 2].max() + 0.06 * height
+        words = {"shape": None, "show_points": False, "text_color": "black", "font_size": 20}
+        scene.add_point_labels([top], [one.name], **words)
+    _look_at(scene, actors)
+    largest = max((float(one.force.max()) for one in touches), default=0.0)
+    total = np.sum([one.force for one in touches], axis=0)
+    start = times[int(np.argmax(total > 0.0))]
+    marks: list[Any] = []
+    for k, time in enumerate(times):
+        for mesh, part in drawn:
+            mesh.points = part.points + factor * part.displacement[k]
+        for one, (mesh, _) in zip(actors, drawn[::3], strict=True):
+            mesh.point_data["acceleration"] = one.acceleration[k]
+        for mark in marks:
+            scene.remove_actor(mark, render=False)
+        marks = []
+        for touch in touches:
+            if touch.force[k] > 0.01 * largest:
+                floors = actors[touch.actor].floors
+                near = int(np.argmin(((floors.points - touch.place) ** 2).sum(axis=1)))
+                place = touch.place + factor * floors.displacement[k, near]
+                size = DOT * height * (touch.force[k] / largest) ** 0.5
+                ball = pyvista.Sphere(radius=size, center=place)
+                marks.append(scene.add_mesh(ball, color="black", render=False))
+        text = (
+            f"t = {time:.4f} s, {1e3 * (time - start):+.1f} ms from first contact; "
+            f"contact force {1e-6 * total[k]:.1f} MN\n"
+            f"displacements and gap x {factor:g}; black: contact"
+        )
+        scene.add_text(text, position="upper_left", font_size=11, color="black", name="text")
+        yield np.asarray(scene.screenshot(return_img=True), dtype=np.uint8)
+    scene.close()
+
+
+def _mesh(part: Moving) -> Any:
+    import pyvista
+
+    if part.cells.shape[1] > 2:
+        return pyvista.PolyData.from_regular_faces(part.points, part.cells)
+    lines = np.insert(part.cells, 0, 2, axis=1)
+    return pyvista.PolyData(part.points, lines=lines.ravel())
+
+
+def _look_at(scene: Any, actors: Sequence[Actor]) -> None:
+    """Look along the façades, from above."""
+    first, second = (one.floors.points.mean(axis=0) for one in (actors[0], actors[-1]))
+    way = second - first if len(actors) > 1 else np.array([0.0, 1.0, 0.0])
+    way[2] = 0.0
+    way /= np.linalg.norm(way)
+    scene.enable_parallel_projection()
+    scene.view_vector((way[1] + 0.25 * way[0], -way[0] + 0.25 * way[1], 0.3), (0.0, 0.0, 1.0))
+    scene.camera.zoom(0.95)
+
+
+def _write(path: Path, pictures: Sequence[NDArray[np.uint8]], **look: Any) -> None:
+    import imageio.v2 as imageio
+
+    look["fps"] = max(1.0, len(pictures) / LASTS)
+    if look["format"] == "FFMPEG":
+        look |= {"pixelformat": "yuv420p", "ffmpeg_log_level": "error"}
+        look["output_params"] = ["-crf", "23", "-movflags", "+faststart"]
+    with atomic(path) as temporary, TemporaryDirectory() as work:
+        whole = Path(work) / path.name  # imageio finds the format by the end of the name
+        try:
+            imageio.mimwrite(whole, list(pictures), **look)
+        except RuntimeError as error:  # what imageio raises without ffmpeg
+            raise ImpactfemError(f"cannot write {path}: {error}") from error
+        temporary.write_bytes(whole.read_bytes())
