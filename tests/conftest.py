@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from impactfem import study
 from impactfem.case.template import write_new_case
+from impactfem.run import loop
 from no_pictures import no_pictures
 
 RANKS = Path(__file__).with_name("ranks.py")
@@ -79,7 +79,7 @@ class Finished:
     """A run that is not to be changed."""
 
     case: Path
-    run: study.Run
+    run: loop.Record
 
     @property
     def folder(self):
@@ -144,7 +144,7 @@ def finished(new_case, tmp_path_factory):
     """The small case, run with everything; not to be changed."""
     folder = tmp_path_factory.mktemp("finished")
     case = new_case(folder)
-    return Finished(case, study.run(case, out=folder / "run"))
+    return Finished(case, loop.run(case, out=folder / "run"))
 
 
 @pytest.fixture

@@ -74,7 +74,7 @@ PACKAGES = {
         *("reduction", "spectra", "stages.calibrate", "stages.pounding", "stages.reduce"),
         *("stages.transient", "sticks"),
     },
-    "study": {"fit", "run", "stages"},
+    "study": {"case", "fit", "run", "stages"},
     "cli": {"case", "fit", "run", "study", "verify"},
     "__main__": {"cli"},
 }
@@ -110,8 +110,11 @@ def within(names):
 
 
 def imports(module, at_once=False):
-    """All that a module names, or what is loaded at once: not in functions, nor for types."""
-    nodes = TREES[module].body if at_once else ast.walk(TREES[module])
+    """All that a module names, or what is loaded at once: not in functions, nor for types.
+
+    The package itself names its public functions for types alone.
+    """
+    nodes = TREES[module].body if at_once or not module else ast.walk(TREES[module])
     statements = (node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom))
     return {name for node in statements for name in names_in(node)}
 

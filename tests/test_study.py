@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 
 from impactfem import __version__, study
+from impactfem.run import loop
 from impactfem.stages.manifest import file_digest
 from impactfem.stages.pounding import stage as sticks
 from impactfem.stages.stage import Stage
@@ -142,7 +143,7 @@ class TestReuse:
     def test_a_finished_stage_is_reused(self, copied, tmp_path, finished):
         before = tree(tmp_path / "run")
         when = stamp(tmp_path / "run")
-        again = study.run(copied, out=tmp_path / "run")
+        again = loop.run(copied, out=tmp_path / "run")
         assert again.reused == ["pounding"] and again.times == finished.run.times
         assert again.scalars == finished.run.scalars
         assert stamp(tmp_path / "run") == when
@@ -158,7 +159,7 @@ class TestReuse:
     ):
         if changed:
             edited(copied, ("restitution = 0.65", "restitution = 0.6"))
-        study.run(copied, out=tmp_path / "run", stage="pounding")
+        loop.run(copied, out=tmp_path / "run", stage="pounding")
         assert (tmp_path / "run" / "report.html").is_file() is not changed
 
     def test_an_edited_figure_is_drawn_again_and_nothing_is_computed(
@@ -170,12 +171,12 @@ class TestReuse:
         before = figure.stat().st_mtime_ns, store.stat().st_mtime_ns
         key = Stage.drawing_key
         monkeypatch.setattr(Stage, "drawing_key", lambda stage, case: key(stage, case) + "edited")
-        again = study.run(copied, out=tmp_path / "run")
+        again = loop.run(copied, out=tmp_path / "run")
         assert again.reused == ["pounding"] and stamp(tmp_path / "run") == when
         assert figure.stat().st_mtime_ns > before[0] and store.stat().st_mtime_ns == before[1]
         # Drawn once, and its time is that of the drawing.
         drawn = figure.stat().st_mtime_ns
-        assert study.run(copied, out=tmp_path / "run").times == again.times
+        assert loop.run(copied, out=tmp_path / "run").times == again.times
         assert figure.stat().st_mtime_ns == drawn
 
     def test_a_folder_of_an_earlier_version(self, copied, tmp_path):
@@ -186,14 +187,14 @@ class TestReuse:
         (run / "sticks.stage.json").write_text(json.dumps(old), encoding="utf-8")
         with pytest.raises(ImpactfemError, match=r"forces\.csv"):
             study.make_report(run)
-        study.run(copied, out=run)
+        loop.run(copied, out=run)
         assert study.make_report(run).is_file() and not (run / "sticks.stage.json").exists()
 
     def test_the_case_may_move(self, copied, tmp_path):
         (tmp_path / "other").mkdir()
         for file in tmp_path.glob("small*"):
             shutil.move(file, tmp_path / "other")
-        again = study.run(tmp_path / "other" / copied.name, out=tmp_path / "run")
+        again = loop.run(tmp_path / "other" / copied.name, out=tmp_path / "run")
         assert again.reused == ["pounding"]
 
     @pytest.mark.parametrize(
@@ -214,7 +215,7 @@ class TestReuse:
         run = tmp_path / "run"
         when = stamp(run)
         edited(tmp_path / file, change)
-        again = study.run(copied, out=run)
+        again = loop.run(copied, out=run)
         assert again.reused == (["pounding"] if reused else [])
         assert (stamp(run) == when) == (again.scalars == finished.run.scalars) == reused
         assert load(run / "provenance.json")["case_hash"] == study.check(copied).content_hash()
@@ -225,16 +226,16 @@ class TestReuse:
         self, with_record, sine, tmp_path, no_figures, monkeypatch
     ):
         case, out = with_record(tmp_path, sine), tmp_path / "run"
-        assert study.run(case, out=out).reused == []
+        assert loop.run(case, out=out).reused == []
         with monkeypatch.context() as patch:
             patch.chdir(tmp_path)
-            assert study.run(Path(case.name), out=out).reused == ["pounding"]
+            assert loop.run(Path(case.name), out=out).reused == ["pounding"]
         (tmp_path / "record.csv").write_text(sine.replace("3.0", "3.1", 1) + "2.01,0\n")
-        assert study.run(case, out=out).reused == []
+        assert loop.run(case, out=out).reused == []
 
     def test_fresh(self, copied, tmp_path, no_figures, finished):
         when = stamp(tmp_path / "run")
-        again = study.run(copied, out=tmp_path / "run", fresh=True)
+        again = loop.run(copied, out=tmp_path / "run", fresh=True)
         assert again.reused == [] and stamp(tmp_path / "run") != when
         # The same case gives the same numbers, to the last digit.
         assert again.scalars == finished.run.scalars
@@ -252,25 +253,25 @@ class TestReuse:
             names = {one["stage"] for one in stages[0]}, [one["name"] for one in stages[1]]
             return list(load(run / "provenance.json")["inputs"]), *names
 
-        assert study.run(copied, out=run).reused == ["pounding"]
+        assert loop.run(copied, out=run).reused == ["pounding"]
         whole = record()
         assert whole[0] == both
-        assert study.run(copied, out=run, stage="pounding").reused == ["pounding"]
+        assert loop.run(copied, out=run, stage="pounding").reused == ["pounding"]
         assert record() == whole
         # What is computed again gives the same: the rest stands.
-        assert study.run(copied, out=run, stage="pounding", fresh=True).reused == []
+        assert loop.run(copied, out=run, stage="pounding", fresh=True).reused == []
         assert record() == whole
         # The files of a stage that is not asked for are not whole, or of another case.
         store = run / "ensemble.nc"
         content = store.read_bytes()
         store.write_bytes(b"")
-        assert study.run(copied, out=run, stage="pounding").reused == ["pounding"]
+        assert loop.run(copied, out=run, stage="pounding").reused == ["pounding"]
         part = record()
         assert part[0] == ["pounding"] and part[1] < whole[1] and set(part[2]) < set(whole[2])
         store.write_bytes(content)
-        assert study.run(copied, out=run, stage="pounding").reused == ["pounding"]
+        assert loop.run(copied, out=run, stage="pounding").reused == ["pounding"]
         edited(copied, ('gap = "2 cm"', 'gap = "21 mm"'))
-        assert study.run(copied, out=run, stage="pounding").reused == []
+        assert loop.run(copied, out=run, stage="pounding").reused == []
         assert record() == part
 
     @pytest.mark.parametrize(
@@ -297,7 +298,7 @@ class TestReuse:
         path.unlink() if damaged is None else path.write_bytes(damaged)
         failure = None
         try:
-            again = study.run(copied, out=tmp_path / "run")
+            again = loop.run(copied, out=tmp_path / "run")
         except Exception as error:
             failure = repr(error)
         gc.collect()  # the destructor, here and not in another test
@@ -310,7 +311,7 @@ class TestReuse:
     def test_missing_figures_are_drawn_again(self, copied, tmp_path, finished):
         shutil.rmtree(tmp_path / "run" / "tables")
         next((tmp_path / "run" / "figures").glob("*.svg")).unlink()
-        assert study.run(copied, out=tmp_path / "run").reused == ["pounding"]
+        assert loop.run(copied, out=tmp_path / "run").reused == ["pounding"]
         assert set(tree(tmp_path / "run")) == set(tree(finished.folder))
 
     def test_a_run_that_failed_at_its_figures_gets_them(
@@ -325,9 +326,9 @@ class TestReuse:
         with monkeypatch.context() as patch:
             patch.setattr(sticks, "stick_figures", fail)
             with pytest.raises(ImpactfemError, match="no space"):
-                study.run(case, out=tmp_path / "run")
+                loop.run(case, out=tmp_path / "run")
         assert not (tmp_path / "run" / "summary.json").exists()
-        study.run(case, out=tmp_path / "run", resume=True)
+        loop.run(case, out=tmp_path / "run", resume=True)
         assert set(tree(tmp_path / "run")) == set(tree(finished.folder))
 
 
@@ -336,14 +337,14 @@ class TestFolder:
         monkeypatch.chdir(tmp_path)
         (tmp_path / "runs").mkdir()
         (tmp_path / "run").rename(tmp_path / "runs" / "small")
-        again = study.run(Path(copied.name))
+        again = loop.run(Path(copied.name))
         assert again.folder == Path("runs/small") and again.reused == ["pounding"]
 
     def test_resuming_what_is_not_there(self, copied, tmp_path):
         before = tree(tmp_path)
         for name in ("nowhere", "empty"):
             with pytest.raises(InputError, match=r"--resume = .*expected a folder that"):
-                study.run(copied, out=tmp_path / name, resume=True)
+                loop.run(copied, out=tmp_path / name, resume=True)
             assert tree(tmp_path) == before
             (tmp_path / "empty").mkdir(exist_ok=True)
             before = tree(tmp_path)
@@ -360,14 +361,14 @@ class TestFolder:
     def test_a_folder_that_cannot_be_used(self, copied, tmp_path, place, message):
         before = tree(tmp_path)
         with pytest.raises(InputError, match=message) as error:
-            study.run(copied, out=tmp_path / place, fresh=True)
+            loop.run(copied, out=tmp_path / place, fresh=True)
         assert "--out" in str(error.value)
         assert tree(tmp_path) == before
 
     def test_a_folder_without_permission(self, copied, tmp_path, monkeypatch):
         monkeypatch.setattr(os, "access", lambda *_: False)
         with pytest.raises(InputError, match="can be written: Permission denied"):
-            study.run(copied, out=tmp_path / "run")
+            loop.run(copied, out=tmp_path / "run")
 
     def test_an_interrupt_leaves_no_half_file(
         self, copied, tmp_path, monkeypatch, edited, no_figures
@@ -381,10 +382,10 @@ class TestFolder:
         with monkeypatch.context() as patch:
             patch.setattr(sticks, "write_sticks", interrupt)
             with pytest.raises(KeyboardInterrupt):
-                study.run(copied, out=tmp_path / "run")
+                loop.run(copied, out=tmp_path / "run")
         assert (tmp_path / "run" / "pounding.nc").read_bytes() == before
         assert set(tree(tmp_path / "run")) == names
-        again = study.run(copied, out=tmp_path / "run", resume=True)
+        again = loop.run(copied, out=tmp_path / "run", resume=True)
         assert again.reused == []
 
 
@@ -422,6 +423,6 @@ class TestInput:
     def test_a_broken_record(self, with_record, tmp_path, record, message):
         case = with_record(tmp_path, record)
         with pytest.raises(InputError, match=message) as error:
-            study.run(case, out=tmp_path / "deep" / "run")
+            loop.run(case, out=tmp_path / "deep" / "run")
         assert "record.csv" in str(error.value) and len(error.value.faults) == 1
         assert not (tmp_path / "deep").exists()

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib import pyplot as plt
 
-from impactfem.study import open_run
+from impactfem.run.folder import open_run
 
 POINTS = (("centre_8", "mass centre of floor 8"), ("edge_8", "struck edge of floor 8"))
 POINTS += (("edge_7", "struck edge of floor 7"),)

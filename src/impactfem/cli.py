@@ -107,10 +107,10 @@ def run(
     no_figures: NoFigures = False,
 ) -> None:
     """Run a case: finished stages with the same inputs are reused."""
-    from impactfem import study
+    from impactfem.run import loop
 
     draw = not no_figures
-    result = study.run(case, out=out, stage=stage, resume=resume, fresh=fresh, draw=draw)
+    result = loop.run(case, out=out, stage=stage, resume=resume, fresh=fresh, draw=draw)
     if rank() != 0:
         return
     heads = ("result", "value", "published", "unit", "ours is")

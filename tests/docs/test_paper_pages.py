@@ -5,7 +5,7 @@ import json
 import pytest
 
 from docs._ext import paper_pages as module
-from impactfem import study
+from impactfem.run import loop
 
 from .pages import ROOT
 
@@ -30,7 +30,7 @@ def test_a_result_that_is_not_there_is_an_error(content):
 
 def test_numbers_of_the_sticks_are_those_of_a_run(content, tmp_path):
     """The 3D building takes minutes; the sticks of the paper's case take ten seconds."""
-    run = study.run(ROOT / "geometry" / "npp_pair.toml", out=tmp_path, stage="pounding", bar=False)
+    run = loop.run(ROOT / "geometry" / "npp_pair.toml", out=tmp_path, stage="pounding", bar=False)
     found = {scalar.name: scalar.value for scalar in run.scalars}
     shown = content["results"] | {
         one["name"]: one["ours"] for item in content["items"] for one in item["values"]

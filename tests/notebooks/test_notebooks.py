@@ -13,7 +13,7 @@ from matplotlib.image import imread
 from nbclient.exceptions import CellExecutionError, CellTimeoutError
 
 from frame_case import pump
-from impactfem.study import open_run
+from impactfem.run.folder import open_run
 
 pytestmark = pytest.mark.slow
 ALL = ("first_steps", "read_a_run", "own_building", "damping_study", "contact_law")

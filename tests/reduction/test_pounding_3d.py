@@ -8,7 +8,6 @@ import pytest
 from scipy.integrate import trapezoid
 
 import impactfem.building.read_mesh as read_mesh_module
-from impactfem import study
 from impactfem.building.facade import facades
 from impactfem.building.from_case import read_parts
 from impactfem.building.mesh import outward_normal
@@ -33,6 +32,7 @@ from impactfem.reduction.edge_force import EdgeForce, even, inward
 from impactfem.reduction.forces import checked_forces
 from impactfem.reduction.pounding_3d import Models3D, Pounding3D
 from impactfem.reduction.reduced_building import FURTHER_SHIFTS, SMOOTH_RESPONSES, reduce_building
+from impactfem.run import loop
 from impactfem.stages.building.compute import mesh_of_run
 from impactfem.stages.reduce.compute import prepare
 from impactfem.stages.reduce.stage import models_of_run, storey_factor
@@ -52,7 +52,7 @@ def pair(tmp_path_factory):
     path = in_3d(folder)
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch)
-        study.run(path, out=folder / "out", stage="reduce")
+        loop.run(path, out=folder / "out", stage="reduce")
     case = load_case(path)
     return case, system_of(case, None), models_of_run(case, folder / "out"), folder / "out"
 

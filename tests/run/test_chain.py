@@ -11,6 +11,7 @@ import xarray as xr
 
 from frame_case import LIGHT, QUICK, SOFT_NEIGHBOUR, floors_meet, pump
 from impactfem import study
+from impactfem.run import loop
 from impactfem.stages.device import store
 from impactfem.system.errors import InputError
 from no_pictures import no_pictures
@@ -61,7 +62,7 @@ def case(edited, tmp_path_factory):
 def done(case):
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch)
-        return study.run(case, out=case.parent / "run")
+        return loop.run(case, out=case.parent / "run")
 
 
 def values(run):
@@ -131,7 +132,7 @@ def test_compared_before_it_is_drawn(case, done, edited, tmp_path):
     """A run without tables and figures gets those of the comparison, and a report."""
     shutil.copytree(case.parent, tmp_path / "other", ignore=shutil.ignore_patterns("run"))
     another = edited(tmp_path / "other" / case.name, ("seed = 1\n", "seed = 2\n"))
-    folder = study.run(another, out=tmp_path / "run", draw=False).folder
+    folder = loop.run(another, out=tmp_path / "run", draw=False).folder
     assert not (folder / "tables").exists()
     tables, page = study.compare_runs(folder, done.folder, 100.0)
     assert (folder / "tables" / f"{tables[0].name}.csv").is_file() and page.is_file()
@@ -141,11 +142,11 @@ def test_a_part_of_the_stages(case, done, tmp_path):
     """`device` needs no `transient`: a run up to it keeps its results, where they are whole."""
     folder = tmp_path / "run"
     shutil.copytree(done.folder, folder)
-    again = study.run(case, out=folder, stage="device")
+    again = loop.run(case, out=folder, stage="device")
     assert list(again.checks) == list(done.checks) and values(again) == values(done)
     study.compare_runs(folder, done.folder, 100.0)
     (folder / "transient.nc").unlink()
-    again = study.run(case, out=folder, stage="device")
+    again = loop.run(case, out=folder, stage="device")
     # Nor does what needs it stand without it.
     assert list(again.checks) == [k for k in done.checks if k not in ("transient", "design")]
     with pytest.raises(InputError, match="expected a run with the stage transient"):
@@ -157,7 +158,7 @@ def test_a_wider_wall_gap_calibrates_again(case, done, edited, tmp_path, monkeyp
     no_pictures(monkeypatch)
     shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True)
     other = edited(tmp_path / "frame.toml", ('gap = "2 mm"', 'gap = "3 mm"'))
-    again = study.run(other, out=tmp_path / "run", stage="pounding")
+    again = loop.run(other, out=tmp_path / "run", stage="pounding")
     assert again.reused == ["building", "reduce"]
     assert values(again)["calibration.epsilon"] != values(done)["calibration.epsilon"]
 
@@ -176,7 +177,7 @@ def test_refused(case, done, edited, tmp_path, monkeypatch, old, new, message):
     before = {path.name: path.read_bytes() for path in (tmp_path / "run").glob("*.nc")}
     other = edited(tmp_path / "frame.toml", (old, new))
     with pytest.raises(Exception, match=message):
-        study.run(other, out=tmp_path / "run")
+        loop.run(other, out=tmp_path / "run")
     for name, content in before.items():
         if name in ("calibrate.nc", "device.nc"):
             assert (tmp_path / "run" / name).read_bytes() == content
@@ -208,7 +209,7 @@ def test_detailed_analysis_in_full_order(copied):
     runs = {}
     for solver in ("reduced", "full"):
         path = by(copied(solver), f'solver = "{solver}"\n')
-        runs[solver] = study.run(path, out=path.parent / "run", stage="device")
+        runs[solver] = loop.run(path, out=path.parent / "run", stage="device")
         assert runs[solver].reused == ["building", "reduce", "calibrate", "pounding"]
         assert ("device: time steps" in runs[solver].times) == (solver == "full")
         assert not list((path.parent / "run").glob("device_checkpoints*"))
@@ -242,10 +243,10 @@ def test_full_order_goes_on(copied, monkeypatch, caplog):
     with monkeypatch.context() as patch:
         patch.setattr(store, "write_devices", killed)
         with pytest.raises(KeyboardInterrupt):
-            study.run(path, out=path.parent / "run", stage="device")
+            loop.run(path, out=path.parent / "run", stage="device")
     assert len(list((path.parent / "run").glob("device_checkpoints*"))) == 2
     with caplog.at_level("INFO", "impactfem"):
-        again = study.run(path, out=path.parent / "run", stage="device", resume=True)
+        again = loop.run(path, out=path.parent / "run", stage="device", resume=True)
     told = [record.getMessage() for record in caplog.records]
     assert told.count("device: going on from 1.000 s") == 2
     assert values(again)["device.reduced_against_full"] < 5e-3
@@ -262,7 +263,7 @@ def test_full_order_goes_on(copied, monkeypatch, caplog):
 def test_reduced_model_of_the_devices(copied, done, edited, old, new, kept):
     """It serves other gaps; other floors that may be hit have another floor with waves, too."""
     path = edited(copied("gap"), (old, new))
-    again = study.run(path, out=path.parent / "run", stage="device")
+    again = loop.run(path, out=path.parent / "run", stage="device")
     assert again.reused == (["building", "reduce", "calibrate"] if kept else ["building"])
     assert values(again)["device.fy.detailed.impact"] != values(done)["device.fy.detailed.impact"]
 

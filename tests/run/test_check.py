@@ -348,7 +348,7 @@ def test_check_says_what_it_cannot_tell(new_case, tmp_path, caplog):
 @pytest.mark.usefixtures("no_figures")
 def test_a_run_reports_an_overlap(new_case, tmp_path):
     path = new_case(tmp_path, *LISTED)
-    result = study.run(path, out=tmp_path / "run", stage="pounding", bar=False)
+    result = loop.run(path, out=tmp_path / "run", stage="pounding", bar=False)
     (text,) = (text for good, text in result.checks["pounding"] if "facing" in text and not good)
     with (tmp_path / "run/tables/facing_floors.csv").open(encoding="utf-8") as file:
         (row,) = csv.DictReader(file)
@@ -464,7 +464,7 @@ def test_seeds_by_their_keys(new_case, tmp_path):
         (GEOMETRY / "npp_pair.toml", {"motions[0].seed": 127} | further),
         (new_case(tmp_path), {"motions[0].seed": 1}),
     ):
-        loop._write_results(load_case(path), loop.Run(tmp_path, [], {}), [], "now")
+        loop._write_results(load_case(path), loop.Record(tmp_path, [], {}), [], "now")
         assert json.loads((tmp_path / "provenance.json").read_text())["seeds"] == seeds
 
 
@@ -472,7 +472,7 @@ def test_seeds_by_their_keys(new_case, tmp_path):
 def test_a_run_warns_once(new_case, tmp_path):
     axis = 'axis = ["10 m", "18.02 m"]'
     path = new_case(tmp_path, (f'{axis}\nlength = "20 m"', f'{axis}\nlength = "4 km"'))
-    study.run(path, out=tmp_path / "run", stage="pounding", bar=False)
+    loop.run(path, out=tmp_path / "run", stage="pounding", bar=False)
     text = (tmp_path / "run/run.log").read_text(encoding="utf-8")
     assert text.count("buildings[1].length = '4 km': usual is 5 to 200 m") == 1
 

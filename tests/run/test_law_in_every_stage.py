@@ -7,8 +7,8 @@ import pytest
 import tomli_w
 import xarray as xr
 
-from impactfem import study
 from impactfem.case import load_case
+from impactfem.run import loop
 from no_pictures import ENSEMBLE, no_pictures
 from two_models import BUILDINGS, DEVICE, WALL, write_case
 
@@ -64,7 +64,7 @@ def runs(tmp_path_factory):
         stick = BUILDINGS[0][: BUILDINGS[0].index("[buildings.structure]")]
         text = path.read_text(encoding="utf-8").replace(BUILDINGS[0], stick).replace(*CALIBRATED)
         path.write_text(text, encoding="utf-8")
-        study.run(path, out=folder / "rayleigh", stage="design")
+        loop.run(path, out=folder / "rayleigh", stage="design")
         case, at = load_case(path), frequencies(folder / "rayleigh")
         laws = case.buildings[0].damping.law, case.damping_cases[0].law
         for name, factor, last in (("table", 1.0, "design"), ("more", 1.01, "pounding")):
@@ -84,7 +84,7 @@ def runs(tmp_path_factory):
             file.write_text(tomli_w.dumps(variant), encoding="utf-8")
             # The vectors of the reduced building are the same: they do not depend on the damping.
             shutil.copytree(folder / "rayleigh", folder / name)
-            study.run(file, out=folder / name, stage=last)
+            loop.run(file, out=folder / name, stage=last)
     return folder
 
 

@@ -11,8 +11,7 @@ import pytest
 
 from impactfem.device.models import TableMode, from_modes
 from impactfem.device.spectrum_analysis import spectrum_analysis
-from impactfem.run.folder import STORES
-from impactfem.study import open_run
+from impactfem.run.folder import STORES, open_run
 from impactfem.system.errors import ImpactfemError, InputError
 
 
@@ -105,7 +104,7 @@ def test_no_run(tmp_path, content, expected):
 def test_neither_fenicsx_nor_vtk_is_loaded():
     """They crash beside each other: who reads a run may load either."""
     program = (
-        "import sys; from impactfem.study import open_run; "
+        "import sys; from impactfem.run.folder import open_run; "
         "print([n for n in ('dolfinx', 'petsc4py', 'vtkmodules', 'pyvista') if n in sys.modules])"
     )
     ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)

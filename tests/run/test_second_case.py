@@ -13,6 +13,7 @@ import scipy.linalg
 import xarray as xr
 
 from impactfem import study
+from impactfem.run import loop
 from impactfem.system.errors import InputError
 from no_pictures import no_pictures
 
@@ -96,7 +97,7 @@ def done(tmp_path_factory):
     case.write_text(SMALL.format(case=GEOMETRY / "two_frames.toml", mesh=mesh), encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch)
-        return study.run(case, out=folder / "run", bar=False)
+        return loop.run(case, out=folder / "run", bar=False)
 
 
 @pytest.fixture(scope="module")

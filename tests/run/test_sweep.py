@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 from impactfem import study
+from impactfem.run import loop
 from impactfem.stages.pounding import stage as sticks
 from impactfem.system.errors import InputError, SolutionError
 from no_pictures import no_pictures
@@ -68,11 +69,11 @@ def test_a_table_of_all_variants(swept):
 def test_a_variant_is_a_case_of_its_own(swept, again, tmp_path):
     results = swept.table.results.iloc[1].dropna()
     path = tmp_path / "s" / "cases" / f"{results.name}.toml"
-    alone = study.run(path, out=tmp_path / "alone", stage="pounding")
+    alone = loop.run(path, out=tmp_path / "alone", stage="pounding")
     values = {scalar.name: scalar.value for scalar in alone.scalars if scalar.value is not None}
     assert values == results.to_dict()
     folder = tmp_path / "s" / "runs" / results.name
-    held = study.run(path, out=folder, stage="pounding", resume=True)
+    held = loop.run(path, out=folder, stage="pounding", resume=True)
     assert held.reused == ["pounding"]
 
 
@@ -161,7 +162,7 @@ def test_a_folder_of_something_else(case, tmp_path):
     (tmp_path / "s").mkdir()
     (tmp_path / "s" / "sweep.log").touch()
     with pytest.raises(InputError, match="this one holds other files"):
-        study.run(case, out=tmp_path / "s")
+        loop.run(case, out=tmp_path / "s")
 
 
 @pytest.mark.usefixtures("no_figures")

@@ -6,6 +6,7 @@ import pytest
 
 from impactfem import study
 from impactfem.case.template import PARTS, write_new_case
+from impactfem.run import loop
 
 COARSE = (
     ('size = "0.9 m"\n', 'size = "1.5 m"\n'),
@@ -28,7 +29,7 @@ def ran(folder, runs, parts):
     for old, new in COARSE:
         text = text.replace(old, new)
     path.write_text(text, encoding="utf-8")
-    run = study.run(path, out=runs / "run", bar=False)
+    run = loop.run(path, out=runs / "run", bar=False)
     checks = json.loads((run.folder / "checks.json").read_text(encoding="utf-8"))
     failed = [f"{one['stage']}: {one['text']}" for one in checks if one["good"] is False]
     return study.open_run(run.folder), failed

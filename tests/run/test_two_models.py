@@ -8,6 +8,7 @@ import pytest
 
 from impactfem import study
 from impactfem.case import load_case
+from impactfem.run import loop
 from impactfem.run.estimate import estimate
 from impactfem.run.stages import STAGES
 from impactfem.stages.calibrate.stage import CALIBRATE
@@ -187,7 +188,7 @@ def test_run(tmp_path, edited):
         ('"5e8 N/m"\nrestitution = 0.5', '"calibrated"\nrestitution = "calibrated"'),
     )
     folder = tmp_path / "run"
-    result = study.run(path, out=folder)
+    result = loop.run(path, out=folder)
     labels = ["building", "B/building", "reduce", "B/reduce", "B/calibrate", "pounding"]
     labels += ["transient", "B/transient", "B/device", "design", "B/design"]
     made = json.loads((folder / "provenance.json").read_text())
@@ -219,7 +220,7 @@ def test_run(tmp_path, edited):
     assert log.count("transient: step") == 1  # before the first stage, for both
     page = (folder / "report.html").read_text()
     assert all(title in page for title in ("The 3D model: A", "The 3D model: B", "Devices: B"))
-    assert study.run(path, out=folder).reused == labels
+    assert loop.run(path, out=folder).reused == labels
 
 
 @pytest.mark.slow
@@ -229,12 +230,12 @@ def test_buildings_side_by_side(tmp_path, monkeypatch, capfd):
     path, one, two = in_3d(tmp_path), tmp_path / "one", tmp_path / "two"
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch)
-        study.run(path, out=one, stage="building")
+        loop.run(path, out=one, stage="building")
         shutil.copytree(one, two)
-        one_by_one = study.run(path, out=one, stage="reduce")
+        one_by_one = loop.run(path, out=one, stage="reduce")
         patch.setattr("impactfem.run.estimate.APART", 0.0)
         capfd.readouterr()
-        at_once = study.run(path, out=two, stage="reduce")
+        at_once = loop.run(path, out=two, stage="reduce")
         assert "DEBUG:" not in capfd.readouterr().err  # what a library's handler would say
         for one_value, other in zip(one_by_one.scalars, at_once.scalars, strict=True):
             assert one_value.name == other.name
@@ -251,7 +252,7 @@ def test_buildings_side_by_side(tmp_path, monkeypatch, capfd):
         (two / "B" / "reduce.npz").unlink()
         path.write_text(path.read_text().replace("= 0.05", "= 0.01\nlargest_basis = 45"))
         with pytest.raises(SolutionError, match="45 vectors"):
-            study.run(path, out=two, stage="reduce")
+            loop.run(path, out=two, stage="reduce")
     views = load_case(path).views
     finished = [is_finished(two, REDUCE.label(view), REDUCE.key(view)) for view in views]
     assert finished == [True, False]
@@ -272,7 +273,7 @@ def test_a_mirrored_pair(tmp_path):
         "time [s],A.floor_2 [MN],B.floor_2 [MN]\n0,0,0\n0.05,2,-2\n0.1,0,0\n0.5,0,0\n"
     )
     folder = tmp_path / "run"
-    study.run(path, out=folder, stage="transient")
+    loop.run(path, out=folder, stage="transient")
     with study.open_run(folder) as opened:
         a, b = (
             one.transient["acceleration"].sel(probe="centre_2", component="y").values

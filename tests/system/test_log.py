@@ -264,7 +264,7 @@ def test_a_script_keeps_its_root_logger(copied):
         "import logging, pathlib, warnings\n"
         "shown = warnings.showwarning\n"
         "from impactfem import _fenicsx, study\n"
-        f"study.run(pathlib.Path({str(copied)!r}), out=pathlib.Path('run'), draw=False)\n"
+        f"loop.run(pathlib.Path({str(copied)!r}), out=pathlib.Path('run'), draw=False)\n"
         "print(logging.getLogger().handlers, warnings.showwarning is shown)\n"
         "logging.getLogger('impactfem').warning('heard')\n"
         "logging.getLogger('impactfem').info('not heard')\n"

@@ -23,9 +23,11 @@ from copy import copy
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
+from functools import cached_property
 from pathlib import Path
-from typing import Self
+from typing import TYPE_CHECKING, Any, Self
 
+import pandas as pd
 import xarray as xr
 from filelock import FileLock, Timeout
 
@@ -40,6 +42,9 @@ from impactfem.system.errors import CONTROL, Fault, InputError
 from impactfem.system.files import NO_LOCKS, remove_parts
 from impactfem.system.log import LOGGER
 from impactfem.system.scalar import alone
+
+if TYPE_CHECKING:
+    from impactfem.run.plots import RunPlots
 
 LOG = "run.log"  # distinguishes the folder of a run from any other
 LOCK = ".lock"
@@ -171,12 +176,12 @@ class Entry:
     kind: str | None = None
 
 
-def open_run(folder: str | os.PathLike[str]) -> RunFolder:
+def open_run(folder: str | os.PathLike[str]) -> Run:
     """Open the folder of a run; InputError where it holds none."""
-    return RunFolder(Path(folder))
+    return Run(Path(folder))
 
 
-class RunFolder:
+class Run:
     """A run's folder. Stores are opened when they are used first, and read as far as necessary.
 
     Close it, or use it in a `with` statement, before the case is run again.
@@ -198,7 +203,7 @@ class RunFolder:
             raise InputError([Fault(path, "", None, f"cannot be read ({error})")]) from error
         self._building = ""
 
-    def of(self, building: str) -> RunFolder:
+    def of(self, building: str) -> Run:
         """What the run has of a building with a 3D model, by the names that it has alone.
 
             run.of("B2").building.frequency
@@ -209,15 +214,12 @@ class RunFolder:
         Args:
             building: Its name.
         """
-        path = self.folder / "case.json"
-        case = json.loads(path.read_text(encoding="utf-8"))
-        first = (case.get("structure") or {}).get("building", "")
-        further = further_buildings(case, path)
-        if building not in (first, *further):
-            known = ", ".join(filter(None, (first, *further))) or "none"
+        if building not in self.buildings_3d:
+            known = ", ".join(self.buildings_3d) or "none"
             expected = f"the buildings with a 3D model are: {known}"
+            path = self.folder / "case.json"
             raise InputError([Fault(path, "structure.building", building, expected)])
-        if building == first:
+        if building == self.buildings_3d[0]:
             return self
         found = copy(self)
         found.folder, found._building, found._open = self.folder / building, building, ExitStack()
@@ -229,6 +231,40 @@ class RunFolder:
         for name in STORES:
             found.__dict__.pop(name, None)
         return found
+
+    @cached_property
+    def case(self) -> dict[str, Any]:
+        """The case in SI, as `case.json` has it."""
+        text = (self.folder / "case.json").read_text(encoding="utf-8")
+        return dict(json.loads(text))
+
+    @property
+    def buildings_3d(self) -> tuple[str, ...]:
+        """Names of the buildings with a 3D model, the first one of the case first."""
+        first = (self.case.get("structure") or {}).get("building", "")
+        further = further_buildings(self.case, self.folder / "case.json")
+        return tuple(name for name in (first, *further) if name)
+
+    @property
+    def plot(self) -> RunPlots:
+        """Plots: `run.plot.floor_spectrum(building, floor)`, `.gap(pair)`, `.building(field)`."""
+        from impactfem.run.plots import RunPlots  # matplotlib and its colour bars load slowly
+
+        return RunPlots(self)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return all scalar results: name as index; value, unit, published value and note."""
+        rows = [(one.value, one.unit, one.paper, one.note) for one in self.summary.values()]
+        columns = ["value", "unit", "published", "note"]
+        return pd.DataFrame(rows, index=pd.Index(self.summary, name="result"), columns=columns)
+
+    def __repr__(self) -> str:
+        impacts = self.summary.get("pounding.impacts")
+        count = "" if impacts is None or impacts.value is None else f"{impacts.value:.0f} impacts, "
+        return (
+            f"<Run {str(self.folder)!r}: {self.case['title']!r}, {count}{len(self.summary)} "
+            f"scalar results, stores: {', '.join(self.stores) or 'none'}>"
+        )
 
     @property
     def stores(self) -> tuple[str, ...]:

@@ -61,7 +61,7 @@ and of the 3D models from which on it computes sticks meanwhile [s]: it takes se
 
 
 @dataclass
-class Run:
+class Record:
     """The results of a run."""
 
     folder: Path
@@ -109,7 +109,7 @@ def run(
     fresh: bool = False,
     draw: bool = True,
     bar: bool = True,
-) -> Run:
+) -> Record:
     """Run a case up to a stage and write its folder.
 
     A finished stage with the same inputs is reused; a changed input recomputes from there on.
@@ -153,7 +153,7 @@ def run(
         case, estimate = on_root(prepare)
         opened.enter_context(mirrored(folder / LOG, rank()))
         opened.enter_context(file_errors())  # within the log, which keeps what was refused
-        result = Run(folder, [], dict(case.published))
+        result = Record(folder, [], dict(case.published))
         started = datetime.now(UTC).isoformat(timespec="seconds")
         LOGGER.info("%s -> %s", case.title, folder)
         LOGGER.debug("case %s, hash %s", case.path.name, case.content_hash())  # as in CASE_LINE
@@ -288,7 +288,7 @@ def _computed_ahead(
 
 def _run_stage(
     stage: Stage,
-    result: Run,
+    result: Record,
     asked: bool,
     fresh: bool,
     drawer: _Drawer | None,
@@ -391,7 +391,7 @@ def _compute_named(name: str, case: Case, key: str, folder: Path, quiet: bool = 
 
 
 def _finish_stage(
-    stage: Stage, case: Case, result: Run, asked: bool, reused: bool, drawer: _Drawer | None
+    stage: Stage, case: Case, result: Record, asked: bool, reused: bool, drawer: _Drawer | None
 ) -> None:
     """Draw what a stage computed where it has to be, check it and read its results. Collective."""
     folder, label = result.folder, stage.label(case)
@@ -438,7 +438,7 @@ def _finish_stage(
         on_root(refuse_mesh)
 
 
-def _log_result(stage: Stage, case: Case, result: Run, seconds: float) -> None:
+def _log_result(stage: Stage, case: Case, result: Record, seconds: float) -> None:
     """Log one line of a finished stage: its time, its results, checks passed and failed."""
     label = stage.label(case)
     words = ["reused" if label in result.reused else f"done in {seconds:.1f} s"]
@@ -456,7 +456,9 @@ def _log_result(stage: Stage, case: Case, result: Run, seconds: float) -> None:
     LOGGER.info("stage %s: %s", label, ", ".join(words))
 
 
-def _write_results(case: Case, result: Run, done: list[tuple[Stage, Case]], started: str) -> bool:
+def _write_results(
+    case: Case, result: Record, done: list[tuple[Stage, Case]], started: str
+) -> bool:
     """Write the case as it was read, the checks of all stages, the scalars, and what made them.
 
     Gives whether the scalars are others than before.
