@@ -103,4 +103,5 @@ def test_results(names):
 def test_study(names, monkeypatch):
     no_pictures(monkeypatch)
     left = names("study")
-    assert left["force"] > 1e6 and left["spectrum"].max() > 3.0
+    assert left["run"].value("pounding.impacts") > 0 and left["psa"].max() > 3.0
+    assert left["frame"].value["motion.pga"] == left["run"].value("motion.pga")

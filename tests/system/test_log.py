@@ -263,7 +263,7 @@ def test_a_script_keeps_its_root_logger(copied):
     script.write_text(
         "import logging, pathlib, warnings\n"
         "shown = warnings.showwarning\n"
-        "from impactfem import _fenicsx, study\n"
+        "from impactfem import _fenicsx\nfrom impactfem.run import loop\n"
         f"loop.run(pathlib.Path({str(copied)!r}), out=pathlib.Path('run'), draw=False)\n"
         "print(logging.getLogger().handlers, warnings.showwarning is shown)\n"
         "logging.getLogger('impactfem').warning('heard')\n"

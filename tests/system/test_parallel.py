@@ -389,7 +389,8 @@ ALONE = """
 import sys
 from mpi4py import MPI
 from petsc4py import PETSc
-from impactfem import (cli, study)
+from impactfem import (cli)
+from impactfem.run import loop
 from impactfem.system import parallel
 from impactfem.system.errors import (SolutionError)
 
@@ -398,7 +399,7 @@ def run(*_, **__):
         raise {error}
     MPI.COMM_WORLD.barrier()
 
-study.run, parallel.PATIENCE = run, 1.0
+loop.run, parallel.PATIENCE = run, 1.0
 sys.argv = ["impactfem", "run", "any.toml"]
 cli.main()
 """

@@ -92,7 +92,7 @@ def floor_maps(
             records[c::3] += loads.ground[:, c]
         film_a[:, part] = records[direction::3, frames].T
         moved = _records(basis, history.displacement[:, frames], nodes[part])
-        film_u[:, part] = moved.reshape(-1, 3, len(frames)).transpose(2, 0, 1)
+        film_u[:, part] = moved.reshape(len(nodes[part]), 3, len(frames)).transpose(2, 0, 1)
         found = response_spectra(
             records,
             loads.time_step,
