@@ -27,13 +27,6 @@ from impactfem.stages.transient.selection import (
 )
 from impactfem.system.arrays import Array
 
-LASTS = 4.5
-"""Time that the film takes, whatever the time that it shows [s]."""
-SIZE, DPI = (8.0, 5.6), 120.0
-"""Of the film [inch] and its pixels in an inch: 960 by 672."""
-RASTER = 360
-"""Points of the picture along the longer side of the floor."""
-LINE_POINTS = 121
 MAPS = "transient_maps.nc"
 PICTURE = "both_main_impact.png"
 WIDE = 0.06
@@ -49,7 +42,6 @@ class Filmed:
     response: xr.Dataset  #: what `shown` gives
     maps: xr.Dataset  #: the open `transient_maps.nc`
     shift: Array = field(default_factory=lambda: np.zeros(2))  #: where it is drawn, in plan [m]
-    sense: float = 1.0  #: 1 or -1, towards which the distance from its impact edge is drawn
 
 
 def both_figures(folder: Path) -> list[Path]:
@@ -69,8 +61,8 @@ def both_figures(folder: Path) -> list[Path]:
         factor = round_factor(gap, WIDE * float(TopFloor(floors[0].maps).size.min()))
         apart = (factor - 1.0) * gap * normal
         placed = [
-            Filmed(one.response, one.maps, one.shift + share * apart, sense)
-            for one, share, sense in zip(floors, (0.0, 1.0), (-1.0, 1.0), strict=True)
+            Filmed(one.response, one.maps, one.shift + share * apart)
+            for one, share in zip(floors, (0.0, 1.0), strict=True)
         ]
         _picture(target / PICTURE, placed, moved, factor)
         return [target / PICTURE]
