@@ -90,7 +90,7 @@ def run(
 ) -> Run:
     """Run a case and open its results. Collective under `mpirun`.
 
-    A finished stage with the same inputs is reused. A case with changed keys is written beside the
+    A finished stage with the same inputs is reused. A case with changed keys is written next to the
     run folder as `<folder>.toml`.
 
     Args:

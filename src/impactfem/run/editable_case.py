@@ -22,7 +22,7 @@ from impactfem.system.files import atomic
 
 
 class EditableCase:
-    """A case file with changed keys; the file itself stays as it is."""
+    """A case file with changed keys; the original file is not changed."""
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)  #: the case file

@@ -30,7 +30,7 @@ MARGIN = 0.15
 
 
 def stick_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[Path]:
-    """Draw the figures of the stage, as far as the case has their contents; return the files.
+    """Draw the figures for which the case has data, and return the files.
 
     Published values are in SI by the name of the result.
     """
