@@ -19,8 +19,10 @@ from impactfem.coupling.force_history import ForceHistory
 from impactfem.run import loop
 from impactfem.run.check import checked
 from impactfem.stages.pounding import stage as pounding
+from impactfem.stages.pounding.model_checks import STICK_FREQUENCY
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.transient import stage as transient
+from impactfem.stages.transient.checks import SAMPLES
 from impactfem.system.errors import InputError
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar
@@ -315,7 +317,7 @@ def warned(caplog, path, *, mesh=True, level=logging.WARNING):
         ),
         (
             [('gap = "2 cm"', 'gap = "20 cm"')],
-            ("0.02 m apart along the normal", "its gap is 0.2 m; the gap counts", "for 2 more"),
+            ("contacts: ", "gap 0.2 m, distance 0.02 m", "2 more pairs"),
         ),
         (
             [('"30 GPa"', '"30 Pa"')],
@@ -349,7 +351,7 @@ def test_check_says_what_it_cannot_tell(new_case, tmp_path, caplog):
 def test_a_run_reports_an_overlap(new_case, tmp_path):
     path = new_case(tmp_path, *LISTED)
     result = loop.run(path, out=tmp_path / "run", stage="pounding", bar=False)
-    (text,) = (text for good, text in result.checks["pounding"] if "facing" in text and not good)
+    (check,) = (c for c in result.checks["pounding"] if c.id == "pounding.facing_overlap")
     with (tmp_path / "run/tables/facing_floors.csv").open(encoding="utf-8") as file:
         (row,) = csv.DictReader(file)
     assert (row["floor"], row["faces"]) == ("west.floor_3", "east.floor_3")
@@ -357,11 +359,12 @@ def test_a_run_reports_an_overlap(new_case, tmp_path):
     nearest = float(row["smallest distance [mm]"])
     assert nearest < 0.0
     assert row["overlap"] == "yes"
-    assert f"west.floor_3 and east.floor_3 overlap by {-nearest:.4g} mm at" in text
+    assert check.passed is False
+    assert f"{nearest:.4g} mm between west.floor_3 and east.floor_3" in check.detail
     values = {scalar.name: scalar.value for scalar in result.scalars}
     assert values["pounding.facing_distance_min"] == pytest.approx(1e-3 * nearest)
     checks = json.loads((tmp_path / "run/checks.json").read_text(encoding="utf-8"))
-    assert {"stage": "pounding", "good": False, "text": text} in checks
+    assert check.row("pounding") in checks
 
 
 @pytest.mark.parametrize(("layered", "told"), [(True, 2), (False, 0)])
@@ -380,8 +383,8 @@ def test_a_soil_that_no_model_has(new_case, tmp_path, caplog, layered, told):
     path = new_case(tmp_path, ("\n[[motions]]\n", f"\n{soil}[[motions]]\n"))
     with caplog.at_level(logging.WARNING):
         study.check(path, mesh=True)
-    off = "of the model of the soil of east, largest error"
-    assert sum(off in line for line in caplog.messages) == told
+    off = [line for line in caplog.messages if "of the soil model" in line and "east" in line]
+    assert len(off) == told
 
 
 def test_a_case_that_nothing_moves_has_one_fault(new_case, tmp_path):
@@ -395,22 +398,19 @@ def test_a_case_that_nothing_moves_has_one_fault(new_case, tmp_path):
 
 def test_checks_of_a_whole_case(finished):
     checks = json.loads((finished.folder / "checks.json").read_text(encoding="utf-8"))
-    assert not [one for one in checks if "facing" in one["text"]]
+    assert not [check for check in checks if check["id"].startswith("pounding.facing")]
     assert not (finished.folder / "tables/facing_floors.csv").exists()
     assert "published value" not in (finished.folder / "run.log").read_text(encoding="utf-8")
-    (found,) = (one for one in checks if "equals the geometry" in one["text"])
-    assert found == {
-        "stage": "pounding",
-        "good": True,
-        "text": "contact: 3 pairs, the gap equals the geometry",
-    }
+    (row,) = (check for check in checks if check["id"] == "pounding.gap_geometry")
+    assert (row["stage"], row["passed"], row["unit"]) == ("pounding", True, "mm")
+    assert row["value"] <= row["upper"] and row["lower"] is None
     case = load_case(finished.case)
-    assert (True, found["text"]) in POUNDING.checks(case, finished.folder)
+    assert row in [c.row("pounding") for c in POUNDING.checks(case, finished.folder)]
 
 
 @pytest.mark.parametrize("forces", [None, Path("forces.csv")])
 def test_the_stick_is_checked_where_its_forces_are_taken(monkeypatch, forces):
-    own, stick = (True, "of the stage"), (False, "of the stick")
+    own, stick = SAMPLES.check(20.0), STICK_FREQUENCY.check(0.5)
     monkeypatch.setattr(transient, "transient_checks", lambda folder: [own])
     monkeypatch.setattr(transient, "stick_against_model", lambda folder: [stick])
     for name in ("given_forces", "read_forces", "impulse_check"):
@@ -439,14 +439,14 @@ def test_the_stick_is_checked_where_its_forces_are_taken(monkeypatch, forces):
 def test_a_stick_is_compared_with_a_3d_model_that_takes_no_forces(
     monkeypatch, tmp_path, inputs, applied, in_3d, compared
 ):
-    line = (False, "pounding: A along y")
+    check = STICK_FREQUENCY.check(0.5, "A along y")
     monkeypatch.setattr(pounding, "BUILDING", SimpleNamespace(key=lambda view: "key"))
-    monkeypatch.setattr(pounding, "stick_against_model", lambda folder, stage: [line])
+    monkeypatch.setattr(pounding, "stick_against_model", lambda folder: [check])
     view = SimpleNamespace(part="", transient=applied, modelled=SimpleNamespace(building="A"))
     case = SimpleNamespace(views=(view,), pounding_in_3d=in_3d)
     assert pounding._sticks_against_models(tmp_path, case) == []  # no 3D model was computed
     write_netcdf(tmp_path / "building.nc", xr.Dataset(attrs={"inputs": inputs}))
-    assert pounding._sticks_against_models(tmp_path, case) == [line] * compared
+    assert pounding._sticks_against_models(tmp_path, case) == [check] * compared
 
 
 def test_a_peak_that_is_not_the_header_s_is_told_once(with_record, tmp_path, caplog):

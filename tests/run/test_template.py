@@ -31,7 +31,7 @@ def ran(folder, runs, parts):
     path.write_text(text, encoding="utf-8")
     run = loop.run(path, out=runs / "run", bar=False)
     checks = json.loads((run.folder / "checks.json").read_text(encoding="utf-8"))
-    failed = [f"{one['stage']}: {one['text']}" for one in checks if one["good"] is False]
+    failed = [f"{one['stage']}: {one['text']}" for one in checks if one["passed"] is False]
     return study.open_run(run.folder), failed
 
 

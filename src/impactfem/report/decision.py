@@ -290,8 +290,8 @@ def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
     elif "pounding.required_separation" in run.values and untouched(run):
         text = "the buildings do not touch"
         found.append(Answer("Largest impact", "no impact", text, link="stage_pounding"))
-    good = [check["good"] for check in run.checks]
-    limits, missed = sum(one is not None for one in good), good.count(False)
+    passed = [check["passed"] for check in run.checks]
+    limits, missed = len(passed) - passed.count(None), passed.count(False)
     value = f"{missed} of {limits} failed" if missed else f"all {limits} passed"
     text = "read the failed checks below before using the results" if missed else ""
     found.append(Answer("Checks", value, text, "warn" if missed else "good", "checks"))

@@ -95,13 +95,14 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
             pairs = case.contacts
             distances = [pair_distance(pair, case) for pair in pairs]
             gaps = distance_check([pair.name for pair in pairs], [p.gap for p in pairs], distances)
-            log_checks(one for one in gaps if one[0] is False)
+            log_checks("contacts", (check for check in gaps if check.passed is False))
             facing = facing_floors(case)
             for line in facing.lines():
                 LOGGER.warning("warning: %s: %s", case.path, line)
             for line in (*facing.unknown_lines, *contact_patches(case.model_dump())):
                 LOGGER.info("%s: %s", case.path, line)
-            log_checks(one for stage in asked_stages(case, stage) for one in stage.announces(case))
+            for one in asked_stages(case, stage):
+                log_checks(one.name, one.announces(case))
         if found.seconds > DAY:
             LOGGER.warning(
                 "warning: a run of this case takes about %s: see the numbers of time steps, vectors"

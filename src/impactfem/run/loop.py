@@ -67,10 +67,10 @@ class Record:
     folder: Path
     scalars: list[Scalar]  #: all scalar results, in the order of the stages
     published: dict[str, Published]  #: published values by the name of the result
-    #: The checks of each stage, by its label: whether it is met, and what it says.
+    #: The checks of each stage, by its label.
     checks: dict[str, list[Check]] = field(default_factory=dict)
-    #: Checks that are known, and logged, before anything is computed.
-    announced: list[Check] = field(default_factory=list)
+    #: Checks by the name of their stage that are known, and logged, before anything is computed.
+    announced: dict[str, list[Check]] = field(default_factory=dict)
     #: Labels of the stages whose stores were reused.
     reused: list[str] = field(default_factory=list)
     #: Wall time of each step when it ran, by stage and step [s].
@@ -164,8 +164,9 @@ def run(
         if drawer is not None:
             opened.callback(drawer.executor.shutdown, cancel_futures=True)
         stages = asked_stages(case, stage)
-        result.announced = [check for one in stages for check in one.announces(case)]
-        log_checks(result.announced)  # before the first stage takes its time
+        result.announced = {one.name: one.announces(case) for one in stages}
+        for name, checks in result.announced.items():
+            log_checks(name, checks)  # before the first stage takes its time
         ahead = opened.enter_context(_computed_ahead(stages, case, folder, fresh, estimate))
         done = [
             work
@@ -406,12 +407,10 @@ def _finish_stage(
                 LOGGER.info("stage %s: tables and figures are drawn again", label)
             drawer.draw(stage, case, folder, drawing, now=reused)
             manifest = read_manifest(folder, label)
-        # Checks begin with the name of the stage, and results with a word of theirs.
-        checks, start = stage.checks(case, own), f"{case.part}/" if case.part else ""
-        new = [check for check in checks if check not in result.announced]
+        checks = result.checks[label] = stage.checks(case, own)
         if asked:
-            log_checks((good, start + text) for good, text in new)
-        result.checks[label] = [(good, start + text) for good, text in checks]
+            announced = result.announced.get(stage.name, ())
+            log_checks(label, (check for check in checks if check not in announced))
         result.memory[label] = manifest.peak_memory
         with open_store(own / stage.store) as store:
             scalars = scalars_of(store) + stage.derived(own)
@@ -448,11 +447,11 @@ def _log_result(stage: Stage, case: Case, result: Record, seconds: float) -> Non
         if (name := alone(one.name, case.part) if case.part else one.name)
     ]
     words += headlines(stage, own)
-    good = [one for one, _ in result.checks[label]]
-    if met := good.count(True):
-        words.append(f"{met} check{'s' if met > 1 else ''} passed")
-    if missed := good.count(False):
-        words.append(f"{missed} failed, see above")
+    passed = [check.passed for check in result.checks[label]]
+    if count := passed.count(True):
+        words.append(f"{count} check{'s' if count > 1 else ''} passed")
+    if count := passed.count(False):
+        words.append(f"{count} failed, see above")
     LOGGER.info("stage %s: %s", label, ", ".join(words))
 
 
@@ -463,14 +462,11 @@ def _write_results(
 
     Gives whether the scalars are others than before.
     """
-    # `good` of a check is true or false where it is met or not, and null of a number without a
-    # limit.
     folder = result.folder
     before = (folder / SUMMARY).read_bytes() if (folder / SUMMARY).is_file() else b""
     write_json(folder / CASE, case.model_dump(mode="json", exclude={"path"}))
-    checks = [(stage, *one) for stage, found in result.checks.items() for one in found]
-    heads = ("stage", "good", "text")
-    write_json(folder / CHECKS, [dict(zip(heads, one, strict=True)) for one in checks])
+    rows = [check.row(stage) for stage, checks in result.checks.items() for check in checks]
+    write_json(folder / CHECKS, rows)
     published = dict(case.published)
     published |= {f"ensemble.median.{name}": value for name, value in case.published.items()}
     write_summary(folder / SUMMARY, result.scalars, published)

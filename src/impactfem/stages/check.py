@@ -1,6 +1,15 @@
-"""Checks of a stage: whether each is met, and a line with its quantity, value and limit."""
+"""Checks: a quantity, its value, the interval that is allowed, and what a failure means.
 
+A `Criterion` declares a check once: id, quantity, unit, limits, severity, consequence and remedy.
+`Criterion.check` applies it to a value. Only `Check.text` writes a sentence.
+"""
+
+from __future__ import annotations
+
+import math
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 import numpy as np
 
@@ -18,27 +27,136 @@ POINTS = 10.0
 """Least number of time steps in a cycle of a resolved frequency: a peak between two samples is then
 at most 4.9 % higher."""
 
-Check = tuple[bool | None, str]
-"""Whether it is met, None for a number without a limit, and the line with number and limit."""
+Severity = Literal["invalid", "limited", "information"]
+"""What a failed check means: do not use the results it names; use them within the limit that it
+states; or nothing, as it has no limits."""
+
+CRITERIA: dict[str, Criterion] = {}
+"""Every declared criterion by its id; `impactfem.run.stages` imports all stages."""
 
 
-def limited(
-    quantity: str, value: float, limit: float, unit: str = "", *, least: bool = False
-) -> Check:
-    """The check of a value that has a limit: `quantity value unit (limit 5 unit)`.
+@dataclass(frozen=True)
+class Criterion:
+    """The declaration of a check.
 
-    The quantity begins with the name of its stage; a value that is nan is not met. The unit "%",
-    alone or with the whole that it is of, is for parts of one; the limit may be the `least` value.
+    The unit "%" is for parts of one, "% of the gap" for parts of a whole; values and limits are
+    then parts, and the sentence shows per cent.
     """
-    percent = unit.startswith("%")
-    scale, short = (100.0, " %") if percent else (1.0, f" {unit}" if unit else "")
-    behind = f" {unit}" if unit else ""
-    met = bool(value >= limit if least else value <= limit)
-    number, bound = digits(scale * value), digits(scale * limit)
-    if not met and number == bound:
-        number = f"{scale * value:.6g}"  # just beyond it, and not "5 % (limit 5 %)"
-    word = "at least" if least else "limit"
-    return met, f"{quantity} {number}{behind} ({word} {bound}{short})"
+
+    id: str  #: stage and name of the check, ``pounding.energy_residual``
+    quantity: str  #: the checked quantity, a noun phrase
+    unit: str = ""
+    lower: float = -math.inf  #: the least value that passes
+    upper: float = math.inf  #: the largest value that passes
+    severity: Severity = "limited"
+    consequence: str = ""  #: what a failure affects, a sentence
+    remedy: str = ""  #: what to do after a failure, with the key of the case; a sentence
+
+    def __post_init__(self) -> None:
+        if CRITERIA.setdefault(self.id, self) != self:
+            raise ValueError(f"two checks have the id {self.id}")
+
+    def check(
+        self,
+        value: float | None = None,
+        place: str = "",
+        detail: str = "",
+        *,
+        lower: float | None = None,
+        upper: float | None = None,
+    ) -> Check:
+        """Apply the criterion to a value.
+
+        Args:
+            value: The value in the unit; None where only `detail` is known.
+            place: Where the value stands: building, floor, direction, frequency.
+            detail: Further numbers or a reason, without a full stop.
+            lower: Least value that passes, where the case gives it.
+            upper: Largest value that passes, where the case gives it.
+        """
+        low = self.lower if lower is None else lower
+        high = self.upper if upper is None else upper
+        return Check(self, None if value is None else float(value), place, detail, low, high)
+
+
+@dataclass(frozen=True)
+class Check:
+    """A criterion with the value that a run has."""
+
+    criterion: Criterion
+    value: float | None  #: in the unit of the criterion; nan where it could not be computed
+    place: str = ""  #: building, floor, direction or frequency of the value
+    detail: str = ""  #: further numbers, or a reason
+    lower: float = field(default=-math.inf)  #: least value that passes
+    upper: float = field(default=math.inf)  #: largest value that passes
+
+    @property
+    def id(self) -> str:
+        """Id of the criterion."""
+        return self.criterion.id
+
+    @property
+    def passed(self) -> bool | None:
+        """Whether the value lies within its limits; nan does not. None without value or limits."""
+        if self.value is None or not (math.isfinite(self.lower) or math.isfinite(self.upper)):
+            return None
+        return self.lower <= self.value <= self.upper
+
+    @property
+    def text(self) -> str:
+        """The check as a sentence: quantity = value unit, place (limits); detail."""
+        words = self.criterion.quantity
+        if self.value is not None:
+            words += f" = {self._number()}"
+        words += f", {self.place}" if self.place else ""
+        words += f" ({limits})" if self.passed is not None and (limits := self._limits()) else ""
+        words += f"{'; ' if self.value is not None else ': '}{self.detail}" if self.detail else ""
+        if self.passed is False:
+            texts = (self.criterion.consequence, self.criterion.remedy)
+            words = ". ".join((words, *(text.removesuffix(".") for text in texts if text)))
+        return words
+
+    def row(self, stage: str) -> dict[str, Any]:
+        """Return the check of a stage as an entry of ``checks.json``."""
+        of = self.criterion
+        known = self.value is not None and math.isfinite(self.value)
+        return {
+            "stage": stage,
+            "id": of.id,
+            "quantity": of.quantity,
+            "value": self.value if known else None,
+            "lower": self.lower if math.isfinite(self.lower) else None,
+            "upper": self.upper if math.isfinite(self.upper) else None,
+            "unit": of.unit,
+            "place": self.place,
+            "detail": self.detail,
+            "passed": self.passed,
+            "severity": of.severity if self.passed is not None else "information",
+            "consequence": of.consequence,
+            "remedy": of.remedy,
+            "text": self.text,
+        }
+
+    def _scale(self) -> float:
+        return 100.0 if self.criterion.unit.startswith("%") else 1.0
+
+    def _number(self) -> str:
+        """Return the value in three digits, in six where three show the limit that it exceeds."""
+        value, unit = self._scale() * (self.value or 0.0), self.criterion.unit
+        number = digits(value)
+        bounds = [digits(self._scale() * limit) for limit in (self.lower, self.upper)]
+        if self.passed is False and number in bounds:
+            number = f"{value:.6g}"
+        return f"{number} {unit}".strip()
+
+    def _limits(self) -> str:
+        low, high = (digits(self._scale() * limit) for limit in (self.lower, self.upper))
+        unit = " %" if self._scale() > 1.0 else f" {self.criterion.unit}".rstrip()
+        if not math.isfinite(self.lower):
+            return f"at most {high}{unit}"
+        if not math.isfinite(self.upper):
+            return f"at least {low}{unit}"
+        return f"allowed {low} to {high}{unit}"
 
 
 def resolved_frequency(time_step: float, highest: float) -> float:
@@ -52,15 +170,29 @@ def resolved_frequency(time_step: float, highest: float) -> float:
 
 
 def digits(value: float) -> str:
-    """A number in three digits, a small one in two with its power of ten: 15.7, 8.9e-16."""
+    """Write a number in three digits, a small one in two with its power of ten: 15.7, 8.9e-16."""
+    if not math.isfinite(value):
+        return str(value)
     if 0.0 < abs(value) < 1e-3:
         mantissa, _, power = f"{value:.1e}".partition("e")
         return f"{mantissa.removesuffix('.0')}e{int(power)}"
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
 
 
+def end_of_spectra(stage: str) -> Criterion:
+    """Declare that the spectra of a stage end at the peak acceleration of their point."""
+    return Criterion(
+        f"{stage}.spectrum_end",
+        "ratio of the last spectral ordinate to the peak acceleration",
+        lower=1.0 / ENDED,
+        upper=ENDED,
+        consequence="The spectra have not reached their ZPA at the highest frequency",
+        remedy="Raise frequencies of [spectra], or use the spectra up to the resolved frequency",
+    )
+
+
 def end_check(
-    stage: str,
+    criterion: Criterion,
     points: Sequence[str],
     axes: Sequence[str],
     ratio: Array,
@@ -68,38 +200,37 @@ def end_check(
     *,
     jumps: bool = True,
 ) -> Check:
-    """Whether spectra have come down, or up, to the peak acceleration at their last frequency [Hz].
+    """Check that spectra reach the peak acceleration at their last frequency.
 
-    By the ratio of the last ordinate to the peak acceleration, shape (n_points, n_axes) [-]; nan
-    where a point is at rest. `jumps` says whether a force may begin with a jump.
+    Args:
+        criterion: Of `end_of_spectra`.
+        points: Names of the points.
+        axes: Names of the directions.
+        ratio: Last ordinate over the peak acceleration, shape (n_points, n_axes) [-]; nan where a
+            point is at rest.
+        last: Last frequency of the spectra [Hz].
+        jumps: Whether a contact force may begin with a jump.
     """
     if not np.isfinite(ratio).any():
-        return None, f"{stage}: no point moves"
+        return criterion.check(detail="no point moves")
     off = np.nan_to_num(np.abs(np.log(ratio)))
-    k, c = (int(one) for one in np.unravel_index(int(off.argmax()), off.shape))
-    text = (
-        f"{stage}: spectra at {last:.4g} Hz over the peak acceleration {ratio[k, c]:.3g} "
-        f"(limit {ENDED:g} or 1/{ENDED:g}) at {points[k]}, {axes[c]}"
-    )
+    k, c = (int(index) for index in np.unravel_index(int(off.argmax()), off.shape))
     late = np.flatnonzero((off > np.log(ENDED)).any(axis=1))
-    if not late.size:
-        return True, text
-    text += (
-        f"; so it is at {late.size} of {len(points)} points: raise the highest frequency of "
-        "[spectra]"
-    )
-    if jumps:
-        text += (
-            "; under a law whose force begins with a jump (kelvin-voigt) they may end nowhere, and "
-            "what is there depends on the time step"
-        )
-    return False, text
+    detail = ""
+    if late.size:
+        detail = f"{late.size} of {len(points)} points are outside"
+        if jumps:
+            detail += (
+                "; a contact force that begins with a jump (kelvin-voigt) has no highest frequency:"
+                " the last ordinates depend on the time step"
+            )
+    return criterion.check(ratio[k, c], f"{points[k]}, {axes[c]}, {last:.4g} Hz", detail)
 
 
-def log_checks(checks: Iterable[Check]) -> None:
-    """Log checks: those that are not met as warnings, all others in detail."""
-    for good, line in checks:
-        if good is False:
-            LOGGER.warning("warning: %s", line)
+def log_checks(label: str, checks: Iterable[Check]) -> None:
+    """Log the checks of a stage: failed checks as warnings, all others in detail."""
+    for check in checks:
+        if check.passed is False:
+            LOGGER.warning("warning: %s: %s", label, check.text)
         else:
-            LOGGER.debug("%s", line)
+            LOGGER.debug("%s: %s", label, check.text)

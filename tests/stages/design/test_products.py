@@ -179,27 +179,31 @@ def loaded(folder):
     return xr.load_dataset(folder / "design.nc", engine="netcdf4")
 
 
-def texts(folder, good):
-    return [text for met, text in design_checks(folder) if met is good]
+def checks(folder, passed):
+    return [check for check in design_checks(folder) if check.passed is passed]
 
 
-def test_all_met(tmp_path):
+def test_all_passed(tmp_path):
     design_store(tmp_path / "design.nc")
     ensemble_store(tmp_path / "ensemble.nc", loaded(tmp_path)["member_impact_force"].values)
-    assert not texts(tmp_path, False)
-    met = texts(tmp_path, True)
-    assert [text[:15] for text in met[:3]] == [f"design: along {c}" for c in "xyz"]
-    assert "design: 5 motions on the 3D model, 0 failed" in met
-    assert any("from those of stage ensemble 0 (" in text for text in met)
+    assert not checks(tmp_path, False)
+    passed = checks(tmp_path, True)
+    assert [check.id for check in passed] == [
+        *["design.coverage"] * 3,
+        "design.failed_motions",
+        "design.force_difference",
+    ]
+    assert [check.place[:7] for check in passed[:3]] == [f"along {c}" for c in "xyz"]
+    assert [check.value for check in passed[3:]] == [0.0, 0.0] and passed[3].place == "of 5"
 
 
 def test_points_that_miss_the_floor(tmp_path):
     """The vertices that govern, too few of them, have two thirds of the envelope."""
     design_store(tmp_path / "design.nc", WantedDesign(motions=0, whole=1.5))
-    missed = texts(tmp_path, False)
+    missed = checks(tmp_path, False)
     assert len(missed) == 3
-    assert "all vertices the points have 66.7 % (at least 95 %) on floor" in missed[1]
-    assert "; too little on floor 1, floor 2" in missed[1]
+    assert (missed[1].value, missed[1].lower) == (pytest.approx(2.0 / 3.0), 0.95)
+    assert "floor 1, floor 2" in missed[1].detail
 
 
 def test_a_peak_acceleration_that_the_points_miss(tmp_path):
@@ -207,31 +211,33 @@ def test_a_peak_acceleration_that_the_points_miss(tmp_path):
     changed = loaded(tmp_path)
     changed["whole_zpa"][1, 2] *= 1.5
     write_netcdf(tmp_path / "design.nc", changed)
-    (missed,) = texts(tmp_path, False)
-    assert "along z" in missed and "on floor 2, of the peak acceleration" in missed
+    (missed,) = checks(tmp_path, False)
+    assert missed.place == "along z, floor 2, of the peak acceleration"
 
 
 def test_without_fields(tmp_path):
-    """The probes stand alone for the floors: there is nothing to compare with, and that is told."""
+    """The probes alone represent the floors: there is nothing to compare with."""
     design_store(tmp_path / "design.nc", WantedDesign(motions=0, whole=None))
     (missed,) = design_checks(tmp_path)
-    assert missed[0] is False and "envelope of the PROBES ALONE" in missed[1]
+    assert (missed.id, missed.passed) == ("design.vertices", False)
 
 
 def test_members_that_failed(tmp_path):
     design_store(tmp_path / "design.nc", WantedDesign(failed=2))
-    assert "design: 5 motions on the 3D model, 2 failed" in texts(tmp_path, False)
+    (missed,) = checks(tmp_path, False)
+    assert (missed.id, missed.value, missed.place) == ("design.failed_motions", 2.0, "of 5")
 
 
 @pytest.mark.parametrize("building", ["B1", "B2"])
 def test_other_impact_forces_than_in_the_ensemble(tmp_path, building):
-    """They are told, unless the ensemble is of another building."""
+    """The check fails, unless the ensemble is of another building."""
     design_store(tmp_path / "design.nc")
     force = loaded(tmp_path)["member_impact_force"].values
     force[3, 1] *= 1.01
     ensemble_store(tmp_path / "ensemble.nc", force, building)
-    told = [text for text in texts(tmp_path, False) if "impact forces" in text]
-    assert len(told) == (building == "B1") and all("0.0099 (" in text for text in told)
+    found = [c for c in checks(tmp_path, False) if c.id == "design.force_difference"]
+    assert len(found) == (building == "B1")
+    assert all(check.value == pytest.approx(0.0099, rel=1e-2) for check in found)
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""The checks of the stage `device` in words."""
+"""The checks of the stage `device`: id, value, limits."""
 
 import numpy as np
 import pytest
@@ -9,41 +9,28 @@ from impactfem.system.files import write_netcdf
 
 from .device_store import WantedDevice, device_folder, device_store
 
-LINES = [
-    "device: Fy of pump on the floor: 10 kN without impact, 66 kN with impacts",
-    "device: pump: without impact: RSA underestimates Fy by 35.0 %; of that rotations of the "
-    "floor 91 %; pseudo-acceleration of the modes over the floor's ZPA: 2.00 at 30.5 Hz, 4.00 at "
-    "82.9 Hz: not all of them follow the floor; so most of it comes from rotations of the floor",
-    "device: pump: with impacts: RSA underestimates Fy by 5.0 %; of that rotations of the "
-    "floor 20 %; pseudo-acceleration of the modes over the floor's ZPA: 3.03 at 30.5 Hz, 6.06 at "
-    "82.9 Hz: not all of them follow the floor; none of these explains it: 4.0 % of the force is "
-    "left",
-    "device: pump: RSA error of Fy: -35.0 % without impact, -5.0 % with impacts (force x 6.6): "
-    "smaller with impacts",
-    "device: pump on floor 3: nodes that it is anchored to 5 (at least 3)",
-    "device: pump: its weight holds it down; net tension at the anchor: no: without impact none, "
-    "24 kN of the weight left; with impacts none, 21 kN of the weight left (weight 15 kN, n "
-    "anchors evenly on a circle of radius 0.5 m)",
-    "device: pump: difference of action and reaction at the anchor 1e-12 (limit 1e-8)",
-    "device: error of the reduced basis of 250 vectors 0.2 % (limit 0.5 %)",
-    "device: damping own: the restitution of the contact laws; largest impact force 120 MN at the "
-    "steps of the 3D model",
-    "device: damping under-damped: ε = 0.89, calibrated; largest impact force 120 MN at the steps "
-    "of the 3D model",
-    "device: damping damped: ε = 0.67, calibrated; largest impact force 120 MN at the steps "
-    "of the 3D model",
-    "device: damping over-damped: ε = 0.41, calibrated; largest impact force 120 MN at the steps "
-    "of the 3D model",
+IDS = [
+    "device.force",
+    *["device.rsa_error"] * 3,
+    "device.anchor_nodes",
+    "device.net_tension",
+    "device.imbalance",
+    "device.basis_error",
+    *["device.impact_force"] * 4,
 ]
-
-
-HELD = "its weight holds it down"
+VALUES = [5.0, -21.0, 1e-12, 0.002, 120.0, 120.0, 120.0, 120.0]
 
 
 def test_all_is_well(tmp_path):
-    """What has no limit is neither met nor missed."""
-    wanted = [(True if 4 <= k < 8 else None, line) for k, line in enumerate(LINES)]
-    assert device_checks(device_folder(tmp_path)) == wanted
+    """Force and errors of response spectrum analysis have no limit."""
+    checks = device_checks(device_folder(tmp_path))
+    assert [check.id for check in checks] == IDS
+    assert [check.passed for check in checks] == [None] * 4 + [True] * 8
+    known = [check.value for check in checks[4:]]
+    assert known[0] == 5.0 and known[1] <= 0.0
+    assert known[2:] == pytest.approx(VALUES[2:])
+    assert "10 kN without impact, 66 kN with impacts" in checks[0].detail
+    assert "ε = 0.89, calibrated" in checks[9].detail
 
 
 def changed(**variables):
@@ -54,81 +41,60 @@ def changed(**variables):
     return store
 
 
-NO_IMPACT = "no impact happens, both loads are the same"
-IMBALANCE = "pump: difference of action and reaction at the anchor"
-
-
 @pytest.mark.parametrize(
-    ("wanted", "lines"),
+    ("wanted", "name", "value", "places"),
     [
-        ({"imbalance": 1e-7}, [f"{IMBALANCE} 1e-7 (limit 1e-8), damping own, without impact"]),
-        (changed(imbalance=1e-5), [f"{IMBALANCE} 1e-5 (limit 1e-8), damping damped, with impacts"]),
-        (
-            {"scalars": {"basis_error": 0.02}},
-            ["error of the reduced basis of 250 vectors 2 % (limit 0.5 %)"],
-        ),
-        (
-            {"nodes": 1},
-            [
-                "pump on floor 3: nodes that it is anchored to 1 (at least 3); fewer do not "
-                "spread it over the slab: refine the mesh around its anchor"
-            ],
-        ),
+        ({"imbalance": 1e-7}, "imbalance", 1e-7, ["pump, damping own, without impact"]),
+        (changed(imbalance=1e-5), "imbalance", 1e-5, ["pump, damping damped, with impacts"]),
+        ({"scalars": {"basis_error": 0.02}}, "basis_error", 0.02, ["250 vectors"]),
+        ({"nodes": 1}, "anchor_nodes", 1.0, ["pump on floor 3"]),
         (
             {"impact_force": 0.0, "dampings": 2},
-            [
-                f"damping own: the restitution of the contact laws; {NO_IMPACT}",
-                f"damping under-damped: ε = 0.89, calibrated; {NO_IMPACT}",
-            ],
+            "impact_force",
+            0.0,
+            ["damping own", "damping under-damped"],
         ),
-        (
-            {"pulls": (5e3, 90e3)},
-            [
-                "pump: it needs anchors in tension; net tension at the anchor: yes: without impact "
-                "5 kN/n in the most loaded one, 15 kN of the weight left; with impacts 90 kN/n in "
-                "the most loaded one, all of the base lifted by 70 kN (weight 15 kN, n anchors "
-                "evenly on a circle of radius 0.5 m)"
-            ],
-        ),
-        # The rocking of one of the dampings is enough, whatever the words say of the first.
-        (
-            changed(net_tension=1.0),
-            [LINES[5].removeprefix("device: ").replace(HELD, "it needs anchors in tension")],
-        ),
+        ({"pulls": (5e3, 90e3)}, "net_tension", 90.0, ["pump"]),
+        # The rocking of one of the dampings is enough.
+        (changed(net_tension=1.0), "net_tension", 1e-3, ["pump"]),
     ],
 )
-def test_a_number_that_fails(tmp_path, wanted, lines):
+def test_a_number_that_fails(tmp_path, wanted, name, value, places):
     store = wanted if isinstance(wanted, xr.Dataset) else device_store(WantedDevice(**wanted))
     write_netcdf(tmp_path / "device.nc", store)
-    found = device_checks(tmp_path)
-    assert [text for good, text in found if good is False] == [f"device: {line}" for line in lines]
-    assert len(found) == len(LINES) - 4 + store.sizes["case"]
+    checks = device_checks(tmp_path)
+    failed = [check for check in checks if check.passed is False]
+    assert [check.place for check in failed] == places
+    assert {check.id for check in failed} == {f"device.{name}"}
+    assert [check.value for check in failed] == pytest.approx([value] * len(failed))
+    assert len(checks) == len(IDS) - 4 + store.sizes["case"]
 
 
 @pytest.mark.parametrize(
-    ("wanted", "line"),
+    ("wanted", "name", "text"),
     [
-        ({"imbalance": np.nan}, "pump has no free spring, its base forces cannot be compared"),
-        ({"pulls": (np.nan, np.nan)}, "the weight of pump is not known, nor its tension"),
-        ({"notes": ("pump: one", "pump: two")}, "pump: two"),
-        ({"devices": ("pump", "fan")}, "Fy of fan on the floor: 20 kN without impact, 132 kN with"),
+        ({"imbalance": np.nan}, "imbalance", "no free spring"),
+        ({"pulls": (np.nan, np.nan)}, "net_tension", "weight of the device is not known"),
+        ({"notes": ("pump: one", "pump: two")}, "assumption", "pump: two"),
+        ({"devices": ("pump", "fan")}, "force", "20 kN without impact, 132 kN with"),
     ],
 )
-def test_what_is_said_of_no_limit(tmp_path, wanted, line):
-    found = device_checks(device_folder(tmp_path, **wanted))
-    assert any(good is None and text.startswith(f"device: {line}") for good, text in found)
+def test_for_information(tmp_path, wanted, name, text):
+    checks = device_checks(device_folder(tmp_path, **wanted))
+    found = [c.detail for c in checks if c.passed is None and c.id == f"device.{name}"]
+    assert any(text in detail for detail in found)
 
 
 def test_a_given_restitution(tmp_path):
     store = device_store(WantedDevice())
     store["epsilon_calibrated"] = xr.zeros_like(store["epsilon_calibrated"])
     write_netcdf(tmp_path / "device.nc", store)
-    assert (None, LINES[9].replace("calibrated", "given")) in device_checks(tmp_path)
+    assert any("ε = 0.89, given" in check.detail for check in device_checks(tmp_path))
 
 
 def test_without_rotations(tmp_path):
-    found = device_checks(device_folder(tmp_path, choices={"srss": (0.65, 0.95)}))
-    assert not any("rotations" in text for _, text in found)
+    checks = device_checks(device_folder(tmp_path, choices={"srss": (0.65, 0.95)}))
+    assert not any("rotations" in check.detail for check in checks)
 
 
 def following(tmp_path, ratios, shares, summed=None):
@@ -142,7 +108,7 @@ def following(tmp_path, ratios, shares, summed=None):
     # The peak of the floor's spectrum, at 40 Hz, goes below the first mode.
     store["psa"][0, 0, 0, 1] = np.geomspace(2.0, 1.0, store.sizes["frequency"])
     write_netcdf(tmp_path / "device.nc", store)
-    return next(text for _, text in device_checks(tmp_path) if "without impact: RSA" in text)
+    return next(c.detail for c in device_checks(tmp_path) if "without impact: RSA" in c.detail)
 
 
 RIGID = {"srss": (0.82, 0.9), "srss.gupta": (0.99, 0.9), "srss.lindley-yow": (1.0, 0.91)}
@@ -151,7 +117,7 @@ RIGID = {"srss": (0.82, 0.9), "srss.gupta": (0.99, 0.9), "srss.lindley-yow": (1.
 def test_modes_that_follow_the_floor_explain_what_is_lacking(tmp_path):
     text = following(tmp_path, (1.05, 1.0), {**RIGID, "srss.rotations": (0.821, 0.9)})
     assert text.startswith(
-        "device: pump: without impact: RSA underestimates Fy by 18.0 %; of that rigid part of the "
+        "without impact: RSA underestimates Fy by 18.0 %; of that rigid part of the "
         "modes (Gupta) 94 %, rigid part of the modes (Lindley-Yow) 100 %, rotations of the floor "
         "0.56 %; "
     )

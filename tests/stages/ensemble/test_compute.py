@@ -285,36 +285,33 @@ def test_inside_or_not(folder):
 
 def test_checks(folder):
     members = xr.load_dataset(folder / "ensemble.nc", engine="netcdf4")
-    for failed, good in ((0.0, True), (2.0, False)):
+    for failed in (0.0, 2.0):
         counts = {"ensemble.members": 40.0, "ensemble.failed": failed}
         scalars = [Scalar(name, x, "-") for name, x in counts.items()]
         write_netcdf(folder / "ensemble.nc", with_scalars(members, scalars))
-        assert ensemble_checks(folder, {"a.b": 20.0, "c.d": 5.0}) == [
-            (good, f"ensemble: 40 motions, {failed:.0f} failed"),
-            (None, "ensemble: 1 of 2 published values within 5 to 95 %; outside: c.d"),
-        ]
+        motions, published = ensemble_checks(folder, {"a.b": 20.0, "c.d": 5.0})
+        assert (motions.id, motions.place) == ("ensemble.failed_motions", "of 40")
+        assert (motions.value, motions.passed) == (failed, failed == 0.0)
+        assert (published.id, published.passed) == ("ensemble.published_inside", None)
+        assert (published.value, published.place) == (1.0, "of 2") and "c.d" in published.detail
     assert len(ensemble_checks(folder, {})) == 1
 
 
-OVERLAP = "floors overlap that are in no contact pair"
-MOVES = "a building still moves at the end by more than 50 % of its largest displacement"
-
-
 @pytest.mark.parametrize(
-    ("name", "values", "text", "count"),
+    ("name", "values", "check", "count"),
     [
-        ("swing_at_end", np.full(40, 0.5), MOVES, 0),
-        ("swing_at_end", np.full(40, 0.51), MOVES, 40),
+        ("swing_at_end", np.full(40, 0.5), "swing_at_end", 0),
+        ("swing_at_end", np.full(40, 0.51), "swing_at_end", 40),
         # Of their closest approach: below zero they overlap.
-        ("facing_distance_min", np.arange(40.0), OVERLAP, 0),
-        ("facing_distance_min", np.arange(40.0) - 2.5, OVERLAP, 3),
+        ("facing_distance_min", np.arange(40.0), "facing_overlap", 0),
+        ("facing_distance_min", np.arange(40.0) - 2.5, "facing_overlap", 3),
     ],
 )
-def test_what_no_member_may_do(folder, name, values, text, count):
+def test_what_no_member_may_do(folder, name, values, check, count):
     members = xr.load_dataset(folder / "ensemble.nc", engine="netcdf4")
     members["scalar"] = np.array([f"pounding.{name}", "c.d", "e"], dtype=object)
     members["value"][:, 0] = values
     scalars = [Scalar("ensemble.members", 40.0, "-"), Scalar("ensemble.failed", 0.0, "-")]
     write_netcdf(folder / "ensemble.nc", with_scalars(members, scalars))
-    line = f"ensemble: in {count} of 40 motions {text}"
-    assert (count == 0, line) in ensemble_checks(folder, {})
+    (found,) = (c for c in ensemble_checks(folder, {}) if c.id == f"ensemble.{check}")
+    assert (found.value, found.passed, found.place) == (count, count == 0, "of 40")

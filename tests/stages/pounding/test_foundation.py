@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from impactfem.records.accelerogram import STANDARD_GRAVITY
-from impactfem.stages.pounding.checks import SOIL_DAMPING, soil_checks, stick_checks
+from impactfem.stages.pounding.checks import stick_checks
 from impactfem.stages.pounding.foundation import foundations
+from impactfem.stages.pounding.model_checks import SOIL_DAMPING, soil_checks
 from impactfem.stages.pounding.scalars import stick_scalars
 from impactfem.stages.pounding.store import write_sticks
 from impactfem.stages.pounding.tables import stick_tables
@@ -79,20 +80,23 @@ def test_store_tables_and_checks(soft, tmp_path):
     values = {scalar.name: scalar.value for scalar in stick_scalars(soft)}
     name = soft.foundations[0].building
     ratio = values[f"soil.{name}.least_pressure_ratio"]
-    texts = [(met, text) for met, text in stick_checks(path.parent, 16, {}) if "soil:" in text]
-    assert len(texts) == 4 and texts[3][0] == (ratio >= 0.0)
-    assert texts[0][1].startswith(f"soil: first periods of the stick of {name} longer than")
-    for (met, text), of in zip(texts[1:3], ("stiffness", "damping"), strict=True):
-        assert met and of in text and name in text
-        assert (
-            values[f"soil.{name}.{of}_error"] == getattr(soft.foundations[0], f"{of}_error").max()
-        )
+    checks = {check.id: check for check in stick_checks(path.parent, 16, {})}
+    raft = checks["pounding.raft_pressure"]
+    assert raft.passed is (ratio >= 0.0) and raft.value == pytest.approx(ratio)
+    assert checks["pounding.soil_period"].place == name
+    for of in ("stiffness", "damping"):
+        check = checks[f"pounding.soil_{of}"]
+        error = getattr(soft.foundations[0], f"{of}_error").max()
+        assert check.passed and check.place.startswith(name)
+        assert check.value == values[f"soil.{name}.{of}_error"] == error
     assert "error of the damping" in tables["soil.csv"].splitlines()[0]
     assert values[f"soil.{name}.period_ratio.y"] > 1.0
 
 
 def test_an_error_of_the_damping_alone_fails():
     """The stiffness of a model may be right within a per cent, and its damping not."""
-    checks = soil_checks("a", (0.01, 1.5 * SOIL_DAMPING), "from 1 to 2 Hz")
-    assert [met for met, _ in checks] == [True, False]
-    assert "15" in checks[1][1] and "damping" in checks[1][1]
+    checks = soil_checks("a", (0.01, 1.5 * SOIL_DAMPING.upper), "from 1 to 2 Hz")
+    assert [(check.id, check.passed) for check in checks] == [
+        ("pounding.soil_stiffness", True),
+        ("pounding.soil_damping", False),
+    ]

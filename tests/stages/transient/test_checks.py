@@ -1,4 +1,4 @@
-"""The checks of the stage `transient` in words."""
+"""The checks of the stage `transient`: id, value, limits."""
 
 import logging
 
@@ -10,9 +10,9 @@ from impactfem.spectra import response_spectra
 from impactfem.stages.building import store as building_store
 from impactfem.stages.check import end_check, log_checks
 from impactfem.stages.pounding import store as pounding_store
-from impactfem.stages.pounding.checks import stick_against_model
+from impactfem.stages.pounding.model_checks import stick_against_model
 from impactfem.stages.stores import dataset
-from impactfem.stages.transient.checks import samples_check, transient_checks
+from impactfem.stages.transient.checks import SPECTRUM_END, samples_check, transient_checks
 from impactfem.stages.transient.tables import transient_tables
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, with_scalars
@@ -26,22 +26,21 @@ GOOD = {
     "reduced_against_full": 0.002,
     "points_per_cycle": 20.0,
 }
-LINES = [
-    "transient: step 1 ms, points in a cycle of 100 Hz 10 (at least 10)",
-    "transient: spectra at 88.91 Hz over the peak acceleration 1.02 (limit 1.1 or 1/1.1) at "
-    "centre_3, y",
-    "transient: error of the impulses 1e-14 (limit 1e-9)",
-    "transient: error band of the spectra 0.4 % (limit 5 %)",
-    "transient: energy identity 1e-13 (limit 1e-9)",
-    "transient: difference of the spectra, reduced from full 0.2 % (limit 0.5 %)",
+IDS = [
+    "transient.points_per_cycle",
+    "transient.spectrum_end",
+    "transient.impulse_error",
+    "transient.error_estimate",
+    "transient.energy_residual",
+    "transient.reduced_against_full",
 ]
 
 
 @pytest.fixture
-def logged(transient_folder, caplog):
-    """What is logged for a store with other scalars, highest frequency [Hz] or ratios of peaks."""
+def checked(transient_folder):
+    """The checks of a store with other scalars, highest frequency [Hz] or ratios of peaks."""
 
-    def log(highest=100.0, end=1.02, between=1.0, **changes):
+    def check(highest=100.0, end=1.02, between=1.0, **changes):
         path = transient_folder() / "transient.nc"
         store = xr.load_dataset(path, engine="netcdf4")
         scalars = [Scalar(f"transient.{name}", x, "-") for name, x in {**GOOD, **changes}.items()]
@@ -54,84 +53,64 @@ def logged(transient_folder, caplog):
         store["pfa"][2, 1] /= between
         path.unlink()
         write_netcdf(path, store)
-        with caplog.at_level(logging.DEBUG, "impactfem"):
-            log_checks(transient_checks(path.parent))
-        return [(record.levelname, record.getMessage()) for record in caplog.records]
+        return transient_checks(path.parent)
 
-    return log
+    return check
 
 
-def test_all_is_well(logged):
-    assert logged() == [("DEBUG", line) for line in LINES]
+def test_all_is_well(checked):
+    checks = checked()
+    assert [check.id for check in checks] == IDS
+    assert all(check.passed for check in checks)
+    assert [check.value for check in checks] == pytest.approx([10, 1.02, 1e-14, 4e-3, 1e-13, 2e-3])
 
 
-def test_one_solver_alone(logged):
+def test_one_solver_alone(checked):
     nothing = dict.fromkeys(("energy_residual", "reduced_against_full"))
-    assert [line for _, line in logged(**nothing)] == LINES[:4]
+    assert [check.id for check in checked(**nothing)] == IDS[:4]
 
 
 @pytest.mark.parametrize(
-    ("change", "line"),
+    ("change", "name"),
     [
-        ({"impulse_error": 1e-3}, "error of the impulses 0.001 (limit 1e-9)"),
-        ({"band_max": 0.2}, "error band of the spectra 20 % (limit 5 %)"),
-        ({"energy_residual": 1e-6}, "energy identity 1e-6 (limit 1e-9)"),
-        (
-            {"reduced_against_full": 0.01},
-            "difference of the spectra, reduced from full 1 % (limit 0.5 %)",
-        ),
-        *(
-            (
-                {"end": end},
-                f"spectra at 88.91 Hz over the peak acceleration {end:g} (limit 1.1 or 1/1.1) at "
-                "centre_3, y; so it is at 1 of 12 points: raise the highest frequency of "
-                "[spectra]; under a law whose force begins with a jump (kelvin-voigt) they may end "
-                "nowhere, and what is there depends on the time step",
-            )
-            for end in (1.12, 0.89, 2.3)
-        ),
+        ({"impulse_error": 1e-3}, "impulse_error"),
+        ({"band_max": 0.2}, "error_estimate"),
+        ({"energy_residual": 1e-6}, "energy_residual"),
+        ({"reduced_against_full": 0.01}, "reduced_against_full"),
+        *(({"end": end}, "spectrum_end") for end in (1.12, 0.89, 2.3)),
     ],
 )
-def test_what_fails_is_a_warning(logged, change, line):
-    found = logged(**change)
-    assert [text for level, text in found if level == "WARNING"] == [f"warning: transient: {line}"]
-    assert len(found) == len(LINES)
-
-
-SAMPLES = (
-    "transient: step 1 ms, points in a cycle of 450 Hz 2.22 (at least 10): resolved up to 100 Hz"
-)
+def test_what_fails_is_a_warning(checked, caplog, change, name):
+    checks = checked(**change)
+    (failed,) = (check for check in checks if check.passed is False)
+    assert failed.id == f"transient.{name}" and len(checks) == len(IDS)
+    assert failed.value == pytest.approx(next(iter(change.values())))
+    if name == "spectrum_end":
+        assert failed.place == "centre_3, y, 88.91 Hz" and "1 of 12 points" in failed.detail
+    with caplog.at_level(logging.DEBUG, "impactfem"):
+        log_checks("B1/transient", checks)
+    levels = [record.levelname for record in caplog.records]
+    assert levels == ["DEBUG" if check.passed else "WARNING" for check in checks]
+    assert any(message.startswith("warning: B1/transient: ") for message in caplog.messages)
 
 
 @pytest.mark.parametrize(
-    ("change", "level", "line"),
+    ("change", "value", "passed"),
     [
-        (
-            {"between": 1.25},
-            "WARNING",
-            "warning: transient: peak accelerations, samples low by 20 % (limit 4.89 %) at "
-            "centre_3, y: printed peak accelerations and ZPA are sampled values; spectra at the "
-            "probes are those of histories made 10 times finer by band-limited interpolation",
-        ),
-        (
-            {"between": 1.04},
-            "DEBUG",
-            "transient: peak accelerations, samples low by 3.85 % (limit 4.89 %) at "
-            "centre_3, y: printed peak accelerations and ZPA are sampled values; spectra at the "
-            "probes are those of histories made 10 times finer by band-limited interpolation",
-        ),
-        (
-            # As the method "in-step" leaves it: the samples of the histories themselves.
-            {"points_per_cycle": 2.0},
-            "DEBUG",
-            "transient: peak accelerations may be more than 4.9 % low between the samples",
-        ),
+        ({"between": 1.25}, 0.2, False),
+        ({"between": 1.04}, 0.0385, True),
+        # The method "in-step" keeps the samples of the histories themselves.
+        ({"points_per_cycle": 2.0}, None, None),
     ],
 )
-def test_too_few_samples(logged, change, level, line):
-    found = logged(highest=450.0, **change)
-    assert found[:2] == [("WARNING", f"warning: {SAMPLES}"), (level, line)]
-    assert len(found) == len(LINES) + 1
+def test_too_few_samples(checked, change, value, passed):
+    samples, peaks, *rest = checked(highest=450.0, **change)
+    assert (samples.id, samples.passed) == (IDS[0], False)
+    assert samples.value == pytest.approx(2.22, rel=1e-2) and "100 Hz" in samples.detail
+    assert (peaks.id, peaks.passed) == ("transient.sampled_peaks", passed)
+    assert peaks.value == (None if value is None else pytest.approx(value, rel=1e-2))
+    assert value is None or "10 times finer" in peaks.detail
+    assert len(rest) == len(IDS) - 1
 
 
 def test_how_much_finer_is_what_the_spectra_did():
@@ -160,25 +139,23 @@ def test_where_a_spectrum_ends(content, ended):
     found = response_spectra(record, 1e-4, [100.0], [0.0])
     ratio = found.psa[0, :, -1:] / found.zpa_interpolated[:, None]
     assert ratio[0, 0] == pytest.approx(1.0 / (1.0 - (content / 100.0) ** 2), rel=0.01)
-    assert end_check("any", ["p"], ["y"], ratio, 100.0)[0] is ended
+    assert end_check(SPECTRUM_END, ["p"], ["y"], ratio, 100.0).passed is ended
 
 
 def test_the_end_of_nothing():
-    assert end_check("any", ["p"], ["y"], np.array([[np.nan]]), 100.0)[0] is None
+    assert end_check(SPECTRUM_END, ["p"], ["y"], np.array([[np.nan]]), 100.0).passed is None
 
 
-@pytest.mark.parametrize(
-    ("step", "points", "more"),
-    [(1e-3, "20", ""), (2e-3, "10", ""), (4e-3, "5", ": resolved up to 25 Hz")],
-)
-def test_samples(step, points, more):
-    text = f"transient: step {1e3 * step:g} ms, points in a cycle of 50 Hz {points} (at least 10)"
-    assert samples_check(step, 50.0) == (not more, f"{text}{more}")
+@pytest.mark.parametrize(("step", "points"), [(1e-3, 20.0), (2e-3, 10.0), (4e-3, 5.0)])
+def test_samples(step, points):
+    found = samples_check(step, 50.0)
+    assert found.value == pytest.approx(points) and found.passed is (points >= 10.0)
+    assert ("25 Hz" in found.detail) is (points < 10.0)
 
 
 @pytest.fixture
-def checked(tmp_path):
-    """The check of a stick with this frequency along y beside a 3D model of 2 Hz."""
+def against_model(tmp_path):
+    """The check of a stick with this frequency along y against a 3D model of 2 Hz."""
 
     def check(frequency, direction="y", **further):
         # Mode 1 of the 3D model twists and moves a twentieth of the mass along y.
@@ -209,30 +186,20 @@ def checked(tmp_path):
     return check
 
 
-@pytest.mark.parametrize(("frequency", "off"), [(2.1, "5 %"), (1.62, "19 %"), (2.38, "19 %")])
-def test_near_enough(checked, frequency, off):
-    ((good, text),) = checked(frequency)
-    assert good is True
-    assert text == (
-        f"transient: wing along y, stick {frequency:.3g} Hz, 3D model 2 Hz: difference {off} "
-        "(limit 20 %)"
-    )
+@pytest.mark.parametrize(
+    ("frequency", "off"),
+    [(2.1, 0.05), (1.62, 0.19), (2.38, 0.19), (5.66, 1.83), (2.42, 0.21), (1.41, 0.295)],
+)
+def test_the_frequency_of_the_stick(against_model, frequency, off):
+    (found,) = against_model(frequency)
+    assert found.value == pytest.approx(off) and found.passed is (off < 0.2)
+    assert found.place == "wing along y" and f"stick {frequency:.3g} Hz" in found.detail
 
 
-@pytest.mark.parametrize("frequency", [5.66, 2.42, 1.41])
-def test_another_building(checked, frequency):
-    ((good, text),) = checked(frequency)
-    assert good is False
-    assert f"stick {frequency:.3g} Hz, 3D model 2 Hz" in text and "from_structure" in text
-    assert "the stick is that of another building" in text  # nothing pounds
-    ((_, text),) = checked(frequency, impact_peak_force=[1e6])
-    assert "the impact forces are those of another building" in text
-
-
-def test_along_the_direction_that_is_shown(checked):
-    ((good, text),) = checked(5.66, "x")
-    assert good is True and "along x, stick 3 Hz, 3D model 3 Hz: difference 0 %" in text
-    assert checked(5.66, "z") == []
+def test_along_the_direction_that_is_shown(against_model):
+    (found,) = against_model(5.66, "x")
+    assert found.passed is True and found.value == 0.0 and found.place == "wing along x"
+    assert against_model(5.66, "z") == []
 
 
 def test_tables(transient_folder):

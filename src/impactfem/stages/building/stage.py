@@ -14,7 +14,7 @@ from impactfem.case.usual import PERIOD_PER_STOREY
 from impactfem.stages.building.pictures import draw_pictures
 from impactfem.stages.building.tables import building_tables
 from impactfem.stages.building.targets import from_structure
-from impactfem.stages.check import Check, limited
+from impactfem.stages.check import Check, Criterion
 from impactfem.stages.inputs import published_values
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import number_of, open_store
@@ -72,62 +72,107 @@ def _draw(case: Case, folder: Path) -> list[Path]:
     ]
 
 
+MESH_WARNINGS = Criterion(
+    "building.mesh_warnings",
+    "warnings of the mesh",
+    upper=0,
+    consequence="Results near these places may be inaccurate",
+    remedy="Correct the mesh, or buildings.structure.mesh, and run `impactfem check`",
+)
+MASS_BALANCE = Criterion(
+    "building.mass_balance",
+    "relative difference of the masses of floors and base from the mass matrix",
+    upper=MASS,
+    severity="invalid",
+    consequence="The masses of the floors are not those of the 3D model",
+    remedy="Report this as a fault of the program",
+)
+MODE_RESIDUAL = Criterion(
+    "building.mode_residual",
+    "largest residual of the modes",
+    upper=RESIDUAL,
+    severity="invalid",
+    consequence="The modes are not converged",
+    remedy="Report this as a fault of the program",
+)
+BENDING_MODES = Criterion(
+    "building.bending_modes",
+    "number of bending modes",
+    lower=1,
+    consequence="No computed mode bends the building along this direction",
+    remedy="Raise buildings.structure.modes",
+)
+FIRST_PERIOD = Criterion(
+    "building.period_per_storey",
+    "first period divided by the number of storeys",
+    "s",
+    lower=PERIOD_PER_STOREY[0],
+    upper=PERIOD_PER_STOREY[1],
+    severity="invalid",
+    consequence="Supports are missing, or a stiffness or a mass has another unit. All results are "
+    "those of another building",
+    remedy="Check walls, columns, base and young_modulus",
+)
+FLOOR_INERTIA = Criterion(
+    "building.floor_inertia",
+    "difference of a moment of inertia between 3D model and floor table",
+    "%",
+    upper=INERTIA,
+    consequence="The stick and the 3D model twist or rock at different frequencies",
+    remedy="Give the floor table the moments of inertia in tables/floors.csv",
+)
+MASS_CENTRE = Criterion(
+    "building.mass_centre_distance",
+    "distance of the node of a floor from its centre of mass, as a part of the plan",
+    "%",
+    upper=FAR,
+    consequence="Results named after the mass centre are those of the node",
+    remedy="Compare with the results at the edges of the floor",
+)
+
+
 def building_checks(folder: Path, floors: Sequence[Floor] = ()) -> list[Check]:
-    """The checks of the stage in words: mesh, masses, modes, and inertias against a floor table."""
+    """Check mesh, masses, modes, and moments of inertia against a floor table."""
     with open_store(folder / "building.nc") as store:
-        checks: list[Check] = [(False, f"mesh: {text}") for text in store["mesh_warning"].values]
+        warnings = [str(text) for text in store["mesh_warning"].values]
+        checks = [MESH_WARNINGS.check(len(warnings), detail="; ".join(warnings))]
         total = store["total_mass"]
         standing, base = float(store["floor_mass"].sum()), float(store["base_mass"])
         off = abs((standing + base) / float(total.sel(direction="y")) - 1.0)
-        mass = f"building: floors {standing / 1e3:,.0f} t, base {base / 1e3:,.0f} t; difference of"
-        checks.append(limited(f"{mass} the mass matrix", off, MASS))
-        worst, frequency = float(store["residual"].max()), store["frequency"].values
+        masses = f"floors {standing / 1e3:,.0f} t, base {base / 1e3:,.0f} t"
+        checks.append(MASS_BALANCE.check(off, detail=masses))
+        frequency = store["frequency"].values
         modes = (
-            f"building: {frequency.size} modes from {frequency[0]:.3f} to {frequency[-1]:.3f} Hz, "
-            "none missed by the Sturm count; largest residual"
+            f"{frequency.size} modes from {frequency[0]:.3f} to {frequency[-1]:.3f} Hz; the Sturm "
+            "count finds no missing mode"
         )
-        checks.append(limited(modes, worst, RESIDUAL))
+        checks.append(MODE_RESIDUAL.check(float(store["residual"].max()), detail=modes))
         direction = str(store.attrs["bending_direction"])
         bending = store.sel(mode=store["bending_mode"].values, direction=direction)
         share = bending["effective_mass"].values / float(total.sel(direction=direction))
         modes = ", ".join(
-            f"{f:.3f} Hz ({100.0 * part:.1f} %)"
+            f"{f:.3f} Hz ({100.0 * part:.1f} % of the mass)"
             for f, part in zip(bending["frequency"].values, share, strict=True)
         )
-        line = f"building: bending modes along {direction}, with their part of the mass: "
-        checks.append((bool(modes), line + (modes or "none")))
-        storeys, period = store.sizes["floor"], 1.0 / float(frequency[0])
-        low, high = PERIOD_PER_STOREY
-        text = (
-            f"building: first period {period:.3g} s, {period / storeys:.2g} s a storey (allowed "
-            f"{low:g} to {high:g} s)"
-        )
-        usual = low * storeys <= period <= high * storeys
-        if not usual:
-            text += (
-                ": supports are missing, or a stiffness or a mass has another unit; all results "
-                "are those of another building: check walls, columns, base and young_modulus"
-            )
-        checks.append((usual, text))
-        beside = {
-            f"J_{axis} of floor {floor.floor}": abs(float(found) / getattr(floor, f"J{axis}") - 1.0)
+        checks.append(BENDING_MODES.check(share.size, f"along {direction}", modes))
+        period = 1.0 / float(frequency[0])
+        per_storey = period / store.sizes["floor"]
+        checks.append(FIRST_PERIOD.check(per_storey, detail=f"first period {period:.3g} s"))
+        differences = {
+            f"J_{axis} of floor {floor.floor}": abs(float(own) / getattr(floor, f"J{axis}") - 1.0)
             for axis in ("xyz" if floors else "")
-            for floor, found in zip(floors, store[f"floor_J{axis}"].values, strict=True)
+            for floor, own in zip(floors, store[f"floor_J{axis}"].values, strict=True)
         }
-        if beside:
-            where = max(beside, key=lambda name: beside[name])
-            inertia = f"building: {where} of the 3D model, off that of the floor table by"
-            checks.append(limited(inertia, beside[where], INERTIA, "%"))
+        if differences:
+            where = max(differences, key=lambda name: differences[name])
+            checks.append(FLOOR_INERTIA.check(differences[where], where))
         plan = np.ptp(store["node_position"].values[:, :2], axis=0)
         e = np.array([store["floor_ex"].values, store["floor_ey"].values]).T
         away = np.abs(e / plan).max(axis=1)
         if away.max() > ECCENTRIC:
             k = int(away.argmax())
-            where = (
-                f"building: results at the mass centre of floor {store['floor'].values[k]} are "
-                f"those of its node, {np.hypot(*e[k]):.3g} m from its centre of mass"
-            )
-            checks.append((None if away[k] <= FAR else False, where))
+            where, distance = f"floor {store['floor'].values[k]}", f"{np.hypot(*e[k]):.3g} m"
+            checks.append(MASS_CENTRE.check(away[k], where, distance))
         return checks
 
 

@@ -11,10 +11,9 @@ from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.selection import impulses_of_run, with_contact_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
-from impactfem.stages.check import Check, limited
+from impactfem.stages.check import Check, Criterion
 from impactfem.stages.design.figures import design_figures
 from impactfem.stages.design.products import (
-    ALONE,
     design_products_of,
     share_reached,
     write_design_products,
@@ -99,8 +98,41 @@ def _draw(case: Case, folder: Path) -> list[Path]:
         return write_design_products(folder, products) + design_figures(folder, products)
 
 
+VERTICES = Criterion(
+    "design.vertices",
+    "vertices of the floors in the envelope",
+    lower=1,
+    consequence="The design spectra are envelopes of the points alone and may be too low between "
+    "them",
+    remedy="Set transient.fields or transient.field_frequencies",
+)
+COVERAGE = Criterion(
+    "design.coverage",
+    "ordinates of the points relative to the envelope of all vertices of the floor",
+    "%",
+    lower=COVERED,
+    consequence="The points of this floor do not represent it",
+    remedy="Use the design spectra, which include the envelope of all vertices",
+)
+FAILED_MOTIONS = Criterion(
+    "design.failed_motions",
+    "failed motions of the ensemble in 3D",
+    upper=0,
+    consequence="Percentiles are those of fewer motions",
+    remedy="See run.log for the reason of each failure",
+)
+FORCE_DIFFERENCE = Criterion(
+    "design.force_difference",
+    "relative difference of the impact forces from those of the stage ensemble",
+    upper=SAME,
+    severity="invalid",
+    consequence="Spectra of the ensemble in 3D belong to other impacts",
+    remedy="Report this as a fault of the program",
+)
+
+
 def design_checks(folder: Path) -> list[Check]:
-    """The checks of the stage, from `design.nc` of a run's folder."""
+    """Return the checks of the stage, from `design.nc` of a run's folder."""
     with open_store(folder / "design.nc") as store:
         checks: list[Check] = []
         for direction in names_of(store, "direction"):
@@ -113,24 +145,20 @@ def design_checks(folder: Path) -> list[Check]:
             at = float(worst["whole_frequency"])
             where = f"at {at:.3g} Hz" if np.isfinite(at) else "of the peak acceleration"
             low = share["station_floor"].values[(share < COVERED).any("whole_frequency")]
-            text = f"design: along {direction}, of the envelope of all vertices the points have"
-            met, text = limited(text, float(worst), COVERED, "%", least=True)
-            text += f" on floor {worst['station_floor'].item()}, {where}"
-            if low.size:
-                text += f"; too little on {', '.join(f'floor {floor}' for floor in low)}"
-            checks.append((met, text))
-        checks = checks or [(False, f"design: {ALONE}")]
+            place = f"along {direction}, floor {worst['station_floor'].item()}, {where}"
+            below = f"below the limit on {', '.join(f'floor {k}' for k in low)}" if low.size else ""
+            checks.append(COVERAGE.check(float(worst), place, below))
+        checks = checks or [VERTICES.check(0)]
         if "motion" in store.dims:
             values = values_of(store)
-            failed = values["ensemble3d.failed"]
-            count = f"{values['ensemble3d.members']:.0f} motions on the 3D model"
-            checks.append((failed == 0.0, f"design: {count}, {failed:.0f} failed"))
+            of = f"of {values['ensemble3d.members']:.0f}"
+            checks.append(FAILED_MOTIONS.check(values["ensemble3d.failed"], of))
             checks += _checks_of_forces(of_run(folder, "ensemble.nc"), store)
     return checks
 
 
 def _checks_of_forces(path: Path, store: xr.Dataset) -> list[Check]:
-    """Whether members have the impact forces that they have in the stage `ensemble`."""
+    """Compare the impact forces of each motion with those of the stage `ensemble`."""
     if not path.is_file():
         return []
     # Stage `pounding` has the forces of floors, not those inside storeys.
@@ -143,9 +171,7 @@ def _checks_of_forces(path: Path, store: xr.Dataset) -> list[Check]:
             return []
         known = ensemble["value"].sel(motion=both, scalar=scalars).transpose("motion", ...).values
     differences = np.abs(force.sel(motion=both).values - known) / np.maximum(known, 1.0)
-    worst = float(differences.max(initial=0.0))
-    text = "design: difference of the impact forces of the members from those of stage ensemble"
-    return [limited(text, worst, SAME)]
+    return [FORCE_DIFFERENCE.check(float(differences.max(initial=0.0)))]
 
 
 DESIGN = Stage(

@@ -16,7 +16,7 @@ from impactfem.stages.calibrate.selection import (
     with_contact_of_run,
 )
 from impactfem.stages.calibrate.stage import CALIBRATE
-from impactfem.stages.check import Check, limited
+from impactfem.stages.check import Check, Criterion
 from impactfem.stages.device.figures import device_figures
 from impactfem.stages.device.selection import LOADS, Load, anchor_of, direction, loaded, restitution
 from impactfem.stages.device.tables import device_tables
@@ -83,67 +83,95 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     return on_root(write)
 
 
+FORCE = Criterion("device.force", "force on the floor")
+RSA = Criterion("device.rsa_error", "error of response spectrum analysis")
+ANCHOR_NODES = Criterion(
+    "device.anchor_nodes",
+    "nodes of the mesh under the base plate",
+    lower=NODES,
+    consequence="Fewer nodes do not spread the anchor force over the slab: local accelerations and "
+    "forces are too large",
+    remedy="Reduce buildings.structure.mesh.size, or raise devices.radius",
+)
+NET_TENSION = Criterion(
+    "device.net_tension",
+    "largest net tension of an anchor",
+    "kN",
+    upper=0.0,
+    consequence="The weight does not hold the equipment down: it needs anchors in tension",
+    remedy="Compare the tension with the capacity of the anchors",
+)
+IMBALANCE_AT_ANCHOR = Criterion(
+    "device.imbalance",
+    "relative difference of action and reaction at the anchor",
+    upper=IMBALANCE,
+    severity="invalid",
+    consequence="The forces on the anchors are wrong",
+    remedy="Report this as a fault of the program",
+)
+BASIS_ERROR = Criterion(
+    "device.basis_error",
+    "error of the reduced basis",
+    "%",
+    upper=BASIS,
+    consequence="Forces on the anchors may be wrong by this error",
+    remedy="Raise transient.largest_basis, or lower transient.tolerance",
+)
+IMPACT = Criterion(
+    "device.impact_force",
+    "largest impact force at the steps of the 3D model",
+    "MN",
+    lower=1e-6,
+    consequence="No impact happens: the results with and without impact are the same",
+    remedy="Check gaps and motions, or remove [[contacts]]",
+)
+ASSUMPTION = Criterion("device.assumption", "assumption of response spectrum analysis")
+
+
 def device_checks(folder: Path) -> list[Check]:
-    """The checks of the stage, from `device.nc` of a run's folder."""
+    """Return the checks of the stage, from `device.nc` of a run's folder."""
     with open_store(folder / "device.nc") as opened:
         store = loaded(opened)
-        lines = [line for name in names_of(store, "device") for line in _checks_of(store, name)]
+        checks = [check for name in names_of(store, "device") for check in _checks_of(store, name)]
         values = values_of(store)
-        error, vectors = values["device.basis_error"], values["device.basis_vectors"]
-        basis = f"error of the reduced basis of {vectors:.0f} vectors"
-        lines.append(limited(basis, error, BASIS, "%"))
+        vectors = f"{values['device.basis_vectors']:.0f} vectors"
+        checks.append(BASIS_ERROR.check(values["device.basis_error"], vectors))
         for case in names_of(store, "case"):
             epsilon, source = restitution(store, case)
-            which = "the restitution of the contact laws"
+            which = "restitution of the contact laws"
             if epsilon is not None:
                 which = f"ε = {epsilon:.3g}, {source}"
-            peak = float(store["impact_force"].sel(case=case))
-            happens = f"largest impact force {1e-6 * peak:.4g} MN at the steps of the 3D model"
-            # Without an impact there is nothing to compare.
-            if not peak > 0.0:
-                happens = "no impact happens, both loads are the same"
-            lines.append((None if peak > 0.0 else False, f"damping {case}: {which}; {happens}"))
+            peak = 1e-6 * float(store["impact_force"].sel(case=case))
+            checks.append(IMPACT.check(peak, f"damping {case}", which))
         # What the response spectrum analyses assumed.
-        lines += [(None, str(note)) for note in store["note"].values]
-    return [(good, f"device: {text}") for good, text in lines]
+        checks += [ASSUMPTION.check(detail=str(note)) for note in store["note"].values]
+    return checks
 
 
 def _checks_of(store: xr.Dataset, name: str) -> list[Check]:
-    """What holds with the building's own damping in words, and of its anchor with any damping."""
+    """Checks of a device with the building's own damping, and of its anchor with any damping."""
     demand = ", ".join(
         f"{1e-3 * Load(store, name, impact).detailed:.4g} kN {words}"
         for impact, words in LOADS.items()
     )
-    lines: list[Check] = [(None, f"F{direction(store)} of {name} on the floor: {demand}")]
-    lines += [
-        (None, f"{name}: {text}") for text in (*shortfall(store, name), pounding(store, name))
-    ]
-
+    checks = [FORCE.check(place=f"F{direction(store)} of {name}", detail=demand)]
+    texts = (*shortfall(store, name), pounding(store, name))
+    checks += [RSA.check(place=name, detail=text) for text in texts]
     _, floor, nodes = anchor_of(store, name)
-    text = f"{name} on floor {floor}: nodes that it is anchored to"
-    met, text = limited(text, nodes, NODES, least=True)
-    more = "; fewer do not spread it over the slab: refine the mesh around its anchor"
-    lines.append((met, text if met else text + more))
-
-    # Whether the weight holds the device down, with any damping; else it needs its anchors.
+    checks.append(ANCHOR_NODES.check(nodes, f"{name} on floor {floor}"))
+    # With any damping.
     if (pulled := anchors(store, name)) is None:
-        lines.append((None, f"the weight of {name} is not known, nor its tension"))
+        checks.append(NET_TENSION.check(place=name, detail="the weight of the device is not known"))
     else:
-        held = not bool((store["net_tension"].sel(device=name) > 0.0).any())
-        words = "its weight holds it down" if held else "it needs anchors in tension"
-        lines.append((held, f"{name}: {words}; net tension at the anchor: {pulled}"))
-
+        tension = float(store["net_tension"].sel(device=name).max())
+        checks.append(NET_TENSION.check(1e-3 * tension, name, pulled))
     imbalance = store["imbalance"].sel(device=name)
     if not imbalance.notnull().any():
-        lines.append((None, f"{name} has no free spring, its base forces cannot be compared"))
-        return lines
+        detail = "the device has no free spring"
+        return [*checks, IMBALANCE_AT_ANCHOR.check(place=name, detail=detail)]
     largest = imbalance.isel(imbalance.argmax(...))
-    worst = float(largest)
-    text = f"{name}: difference of action and reaction at the anchor"
-    met, text = limited(text, worst, IMBALANCE)
-    where = f", damping {largest['case'].item()}, {LOADS[largest['impact'].item()]}"
-    lines.append((met, text if met else text + where))
-    return lines
+    where = f"{name}, damping {largest['case'].item()}, {LOADS[largest['impact'].item()]}"
+    return [*checks, IMBALANCE_AT_ANCHOR.check(float(largest), where)]
 
 
 DEVICE = Stage(

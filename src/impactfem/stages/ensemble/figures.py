@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from impactfem.plot.curves import Curve, CurveFigure, Panel
 from impactfem.plot.style import BLUE, ORANGE, RED, figure
 from impactfem.plot.table import Cell, Table
-from impactfem.stages.check import Check
+from impactfem.stages.check import Check, Criterion
 from impactfem.stages.pounding.checks import SWING, SWING_AT_END
 from impactfem.stages.stores import open_store
 from impactfem.system.scalar import values_of
@@ -65,8 +65,37 @@ def in_words(name: str) -> str:
     return re.sub(r"\b(frs|pfa|pga|sa)\b", lambda word: word[0].upper(), text)
 
 
+FAILED = Criterion(
+    "ensemble.failed_motions",
+    "failed motions",
+    upper=0,
+    consequence="Percentiles are those of fewer motions",
+    remedy="See run.log for the reason of each failure",
+)
+FACING_OVERLAP = Criterion(
+    "ensemble.facing_overlap",
+    "motions under which floors overlap that are in no contact pair",
+    upper=0,
+    severity="invalid",
+    consequence="These floors would collide; the computed impacts are not all",
+    remedy="Add the pairs to [[contacts]]; tables/facing_floors.csv of the stage pounding lists "
+    "them",
+)
+SWING_AT_THE_END = Criterion(
+    "ensemble.swing_at_end",
+    f"motions under which a building moves by more than {100.0 * SWING:g} % of its largest "
+    "displacement at the end",
+    upper=0,
+    consequence="Later impacts are not computed",
+    remedy="Raise pounding.duration",
+)
+PUBLISHED = Criterion(
+    "ensemble.published_inside", "published values between the 5th and 95th percentile"
+)
+
+
 def ensemble_checks(folder: Path, published: Mapping[str, float]) -> list[Check]:
-    """The checks of the stage; arguments as `ensemble_results`."""
+    """Return the checks of the stage; arguments as `ensemble_results`."""
     with open_store(folder / "ensemble.nc") as store:
         rows = [row for row in bands(store, published).rows if row[-1] is not None]
         values = values_of(store)
@@ -74,25 +103,16 @@ def ensemble_checks(folder: Path, published: Mapping[str, float]) -> list[Check]
             store["value"].isel(scalar=store["scalar"] == name).values
             for name in (FACING, SWING_AT_END)
         )
-    failed = values["ensemble.failed"]
-    checks: list[Check] = [
-        (failed == 0.0, f"ensemble: {values['ensemble.members']:.0f} motions, {failed:.0f} failed")
-    ]
+    checks = [FAILED.check(values["ensemble.failed"], f"of {values['ensemble.members']:.0f}")]
     if nearest.size:
-        count = int((nearest < 0.0).sum())
-        text = f"in {count} of {nearest.size} motions floors overlap that are in no contact pair"
-        checks.append((not count, f"ensemble: {text}"))
+        checks.append(FACING_OVERLAP.check(int((nearest < 0.0).sum()), f"of {nearest.size}"))
     if swing.size:
-        count = int((swing > SWING).sum())
-        text = f"in {count} of {swing.size} motions a building still moves at the end by more than "
-        text += f"{100.0 * SWING:g} % of its largest displacement"
-        checks.append((not count, f"ensemble: {text}"))
+        checks.append(SWING_AT_THE_END.check(int((swing > SWING).sum()), f"of {swing.size}"))
     if rows:
         outside = [str(row[0]) for row in rows if row[-1] == "no"]
-        which = f"; outside: {', '.join(outside)}" if outside else ""
-        text = f"{len(rows) - len(outside)} of {len(rows)} published values within 5 to 95 %"
-        # Even of a right model some lie outside: how many may is stated nowhere.
-        checks.append((None, f"ensemble: {text}{which}"))
+        which = f"outside: {', '.join(outside)}" if outside else ""
+        # Some lie outside even for a correct model; no source states how many may.
+        checks.append(PUBLISHED.check(len(rows) - len(outside), f"of {len(rows)}", which))
     return checks
 
 

@@ -15,14 +15,14 @@ from impactfem.stages.calibrate.selection import asks_calibration, with_contact_
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.check import Check
 from impactfem.stages.inputs import inputs_key, published_values, tolerances
-from impactfem.stages.pounding.checks import (
+from impactfem.stages.pounding.checks import stick_checks
+from impactfem.stages.pounding.compute import STEPS, run_sticks
+from impactfem.stages.pounding.figures import stick_figures
+from impactfem.stages.pounding.model_checks import (
     facing_checks,
     soil_checks,
     stick_against_model,
-    stick_checks,
 )
-from impactfem.stages.pounding.compute import STEPS, run_sticks
-from impactfem.stages.pounding.figures import stick_figures
 from impactfem.stages.pounding.store import write_motion, write_sticks
 from impactfem.stages.pounding.tables import stick_tables
 from impactfem.stages.reduce.stage import REDUCE, models_of_run
@@ -81,7 +81,7 @@ def _sticks_against_models(folder: Path, case: Case) -> list[Check]:
             continue
         with open_store(path) as store:
             current = store.attrs["inputs"] == BUILDING.key(view)
-        found += stick_against_model(path.parent, "pounding") if current else []
+        found += stick_against_model(path.parent) if current else []
     return found
 
 

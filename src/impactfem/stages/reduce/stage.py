@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from impactfem.case import Case
 from impactfem.case.transient import transient_files
 from impactfem.stages.building.stage import BUILDING, storey_factor
-from impactfem.stages.check import Check, limited
+from impactfem.stages.check import Check, Criterion
 from impactfem.stages.inputs import inputs_key
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import names_of, open_store
@@ -171,17 +171,24 @@ def _lacks(case: Case) -> str | None:
     return None if asked else "transient"
 
 
+TRANSFER_FUNCTIONS = Criterion(
+    "reduce.transfer_function_error",
+    "error of the transfer functions",
+    "%",
+    consequence="Responses of the reduced model may be wrong by this error",
+    remedy="Raise transient.largest_basis, or allow a larger transient.tolerance",
+)
+
+
 def _checks(folder: Path) -> list[Check]:
-    """Whether the transfer functions are as accurate as required, in words."""
+    """Check the transfer functions of the reduced model against the required accuracy."""
     checks: list[Check] = []
     with open_store(folder / "reduce.nc") as store:
         for k, name in enumerate(names_of(store, "accuracy")):
             at = store.isel(accuracy=k)
-            text = (
-                f"reduce: error of the transfer functions up to {float(at['maximum_frequency']):g} "
-                f"Hz with a damping of {name}"
-            )
-            checks.append(limited(text, float(at["error"]), float(at["tolerance"]), "%"))
+            place = f"up to {float(at['maximum_frequency']):g} Hz, damping {name}"
+            tolerance = float(at["tolerance"])
+            checks.append(TRANSFER_FUNCTIONS.check(float(at["error"]), place, upper=tolerance))
     return checks
 
 

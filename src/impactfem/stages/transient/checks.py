@@ -1,4 +1,4 @@
-"""The checks of the stage `transient` in words: samples, loads, basis, band."""
+"""Checks of the stage `transient`: samples, loads, basis, error estimate."""
 
 import math
 from collections.abc import Iterator
@@ -8,78 +8,136 @@ import xarray as xr
 
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.coupling.given_forces import AGREES, largest_disagreement
-from impactfem.stages.check import POINTS, Check, end_check, limited, resolved_frequency
+from impactfem.stages.check import (
+    POINTS,
+    Check,
+    Criterion,
+    end_check,
+    end_of_spectra,
+    resolved_frequency,
+)
 from impactfem.stages.pounding.checks import begins_with_jump
 from impactfem.stages.stores import names_of, of_run, open_store, time_step
 from impactfem.stages.transient.selection import between, ends, known
 from impactfem.system.scalar import values_of
 
-NUMBERS = (
-    ("impulse_error", 1e-9, "", "error of the impulses"),
-    ("band_max", 0.05, "%", "error band of the spectra"),
-    ("energy_residual", 1e-9, "", "energy identity"),
-    ("reduced_against_full", 0.005, "%", "difference of the spectra, reduced from full"),
+SAMPLES = Criterion(
+    "transient.points_per_cycle",
+    "time steps in a cycle of the highest frequency",
+    lower=POINTS,
+    consequence="Accelerations and spectra above the resolved frequency depend on the time step",
+    remedy="Reduce transient.time_step, or use results up to the resolved frequency",
 )
-"""Scalar, its limit, unit and name."""
-LOST = 1.0 - math.cos(math.pi / POINTS)
-"""What so many samples lose of a peak between them at most, 4.9 %."""
+PEAKS = Criterion(
+    "transient.sampled_peaks",
+    "error of peak accelerations between samples",
+    "%",
+    upper=1.0 - math.cos(math.pi / POINTS),  # what so many samples lose of a peak at most
+    consequence="Printed peak accelerations and ZPA are sampled values and are too low by this "
+    "error",
+    remedy="Reduce transient.time_step",
+)
+SPECTRUM_END = end_of_spectra("transient")
+NUMBERS = {
+    "impulse_error": Criterion(
+        "transient.impulse_error",
+        "error of the impulses",
+        upper=1e-9,
+        severity="invalid",
+        consequence="The loads of the 3D model do not have the impulses of the impacts",
+        remedy="Report this as a fault of the program",
+    ),
+    "band_max": Criterion(
+        "transient.error_estimate",
+        "error estimate of the spectra",
+        "%",
+        upper=0.05,
+        consequence="Spectra may be wrong by this error",
+        remedy="Raise transient.largest_basis, or lower transient.tolerance",
+    ),
+    "energy_residual": Criterion(
+        "transient.energy_residual",
+        "residual of the energy identity",
+        upper=1e-9,
+        severity="invalid",
+        consequence="The time stepping does not conserve energy",
+        remedy="Report this as a fault of the program",
+    ),
+    "reduced_against_full": Criterion(
+        "transient.reduced_against_full",
+        "difference of the spectra, reduced from full model",
+        "%",
+        upper=0.005,
+        consequence="Spectra of the reduced model are wrong by this error",
+        remedy="Raise transient.largest_basis, or lower transient.tolerance",
+    ),
+}
+"""Criterion by the name of the scalar."""
+LINE_LOAD = Criterion(
+    "transient.line_load_distance",
+    "distance of the largest force from the middle of its edge, spread uniform",
+    "m",
+    consequence="The uniform line load pulls at the far end of the edge",
+    remedy="Set transient.spread to another value, or move the contact points",
+)
+IMPULSES = Criterion(
+    "transient.impulse_ratio",
+    "largest ratio of an impulse in the file of forces and in the sticks of this run",
+    upper=AGREES,
+    consequence="Floor spectra change with the impulses",
+    remedy="Check the order of the columns, signs and units of transient.forces",
+)
 
 
 def transient_checks(folder: Path) -> list[Check]:
-    """The checks of `transient.nc`."""
+    """Return the checks of `transient.nc`."""
     with open_store(folder / "transient.nc") as store:
         step, values = time_step(store), values_of(store)
         samples = [samples_check(step, float(store.attrs["maximum_frequency"]))]
-        if samples[0][0] is False:
+        if samples[0].passed is False:
             # The samples that the spectra had in a cycle, over those of the histories.
             points = values["transient.points_per_cycle"]
             finer, over = round(points * step * float(store["frequency"].max())), between(store)
             if finer > 1 and over.notnull().any():
                 largest = over.isel(over.argmax(...))
-                low = 1.0 - 1.0 / float(largest)
-                met, text = limited("transient: peak accelerations, samples low by", low, LOST, "%")
-                samples.append(
-                    (
-                        met,
-                        f"{text} at {largest['probe'].item()}, {largest['component'].item()}: "
-                        "printed peak accelerations and ZPA are sampled values; "
-                        f"spectra at the probes are those of histories made {finer} times finer "
-                        "by band-limited interpolation",
-                    )
+                where = f"{largest['probe'].item()}, {largest['component'].item()}"
+                finer_by = (
+                    f"spectra at the probes are those of histories made {finer} times finer by "
+                    "band-limited interpolation"
                 )
+                samples.append(PEAKS.check(1.0 - 1.0 / float(largest), where, finer_by))
             else:
-                text = f"peak accelerations may be more than {100.0 * LOST:.2g} % low"
-                samples.append((None, f"transient: {text} between the samples"))
+                text = f"peak accelerations may be more than {100.0 * PEAKS.upper:.2g} % low"
+                samples.append(PEAKS.check(detail=text))
         last = float(known(store)["frequency"][-1])
         probes, ratio = names_of(store, "probe"), ends(store).values
         jumps, pounding = True, of_run(folder, "pounding.nc")  # assumed where it was not computed
         if pounding.is_file():
             with open_store(pounding) as sticks:
                 jumps = begins_with_jump(sticks)
-        ended = end_check("transient", probes, "xyz", ratio, last, jumps=jumps)
-        numbers: list[Check] = [
-            limited(f"transient: {text}", value, limit, unit)
-            for name, limit, unit, text in NUMBERS
+        ended = end_check(SPECTRUM_END, probes, "xyz", ratio, last, jumps=jumps)
+        numbers = [
+            criterion.check(value)
+            for name, criterion in NUMBERS.items()
             if (value := values.get(f"transient.{name}")) is not None
         ]
         return [*samples, ended, *numbers, *_pulling(store)]
 
 
 def _pulling(store: xr.Dataset) -> Iterator[Check]:
-    """Whether the uniform line loads press on the whole of their sides, at their largest forces."""
+    """Check that uniform line loads press on the whole of their sides, at their largest forces."""
     if store.attrs["spread"] != "uniform" or not store.sizes["edge"]:
         return
     floors = store.isel(edge=[not side.startswith("storey") for side in store["edge_side"].values])
     largest = floors.isel(time=abs(floors["edge_force"]).argmax("time"))
-    beside = abs(largest["edge_moment"] / largest["edge_force"])
-    if not (beside > 0.0).any():
+    distance = abs(largest["edge_moment"] / largest["edge_force"])
+    if not (distance > 0.0).any():
         return
-    worst = (beside / largest["edge_length"]).argmax("edge")
-    sixth = float(largest["edge_length"].isel(edge=worst)) / 6.0
+    worst = (distance / largest["edge_length"]).argmax("edge")
     # Beyond a sixth of the length from the middle the line load pulls at the far end.
-    edge = largest["edge"].isel(edge=worst).item()
-    text = f"transient: largest force on {edge}, spread uniform, distance from the middle"
-    yield limited(text, float(beside.isel(edge=worst)), sixth, "m")
+    sixth = float(largest["edge_length"].isel(edge=worst)) / 6.0
+    edge = str(largest["edge"].isel(edge=worst).item())
+    yield LINE_LOAD.check(float(distance.isel(edge=worst)), edge, upper=sixth)
 
 
 def impulse_check(given: ForceHistory, own: ForceHistory, name: str) -> list[Check]:
@@ -89,21 +147,12 @@ def impulse_check(given: ForceHistory, own: ForceHistory, name: str) -> list[Che
         return []
     pair, theirs, ours = worst
     factor = max(theirs, ours) / min(theirs, ours) if min(theirs, ours) > 0.0 else math.inf
-    text = f"transient: impulses of {name} and of the sticks of this run, largest factor"
-    met, text = limited(text, factor, AGREES)
-    text += f" at {pair}: {theirs:.3g} and {ours:.3g} N s"
-    if not met:
-        text += "; floor spectra change with it: check the order of the columns, signs and units"
-    return [(met, text)]
+    return [IMPULSES.check(factor, pair, f"{theirs:.3g} N s in {name}, {ours:.3g} N s here")]
 
 
 def samples_check(step: float, highest: float) -> Check:
-    """Whether a step [s] samples the response finely enough up to its highest frequency [Hz]."""
+    """Check that a step [s] samples the response up to its highest frequency [Hz]."""
     # Of whole numbers, the quotient may be a rounding error below one.
     points = 1.0 / (highest * step) * (1.0 + 1e-9)
-    text = f"transient: step {1e3 * step:g} ms, points in a cycle of {highest:g} Hz"
-    met, text = limited(text, points, POINTS, least=True)
-    return (
-        met,
-        text if met else f"{text}: resolved up to {resolved_frequency(step, highest):.4g} Hz",
-    )
+    text = "" if points >= POINTS else f"resolved up to {resolved_frequency(step, highest):.4g} Hz"
+    return SAMPLES.check(points, f"{highest:g} Hz, step {1e3 * step:g} ms", text)

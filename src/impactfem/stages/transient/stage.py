@@ -11,7 +11,7 @@ from impactfem.stages.calibrate.selection import impulses_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.check import Check
 from impactfem.stages.inputs import published_values
-from impactfem.stages.pounding.checks import stick_against_model
+from impactfem.stages.pounding.model_checks import stick_against_model
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, Stage
