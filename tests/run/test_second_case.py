@@ -71,7 +71,7 @@ frequencies = {{ minimum = "0.5 Hz", maximum = "100 Hz", per_decade = 10 }}
 def test_shipped_cases_are_good(name, caplog):
     """Also their gaps are those of their plans."""
     study.check(GEOMETRY / name, mesh=True)
-    assert "the gap counts" not in caplog.text
+    assert not [line for line in caplog.messages if line.startswith("warning: contacts: ")]
 
 
 def test_all_shipped_cases_are_found():

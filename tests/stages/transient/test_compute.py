@@ -10,6 +10,7 @@ import xarray as xr
 
 from impactfem import study
 from impactfem.run import loop
+from impactfem.stages.transient.checks import samples_check
 from impactfem.system.errors import InputError, SolutionError
 
 from .conftest import no_pictures, steps_of, write_forces
@@ -83,7 +84,7 @@ def test_reduced(reduced):
     log = (folder / "run" / "run.log").read_text()
     assert "reduce: basis of" in log and "transient: error of the impulses" in log
     # A step that is too coarse is reported before the time is spent, and once.
-    samples = "transient: step 1 ms, points in a cycle of 50 Hz 20 (at least 10)"
+    samples = f"transient: {samples_check(1e-3, 50.0).text}"
     assert log.index(samples) < log.index("reduce: basis of") and log.count(samples) == 1
     maps = loaded(done, "transient_maps.nc")
     assert maps.snapshot.values == pytest.approx([0.7, 0.71, 0.72], abs=1.1e-3)
@@ -126,7 +127,7 @@ def test_second_run_reuses_the_stage(run, again, reduced):
     assert scalars_of(second) == scalars_of(reduced[1])
     assert second.times == reduced[1].times
     assert not any("reduce: basis of" in line for line in told)
-    assert any("points in a cycle" in line for line in told)
+    assert any("time steps in a cycle" in line for line in told)
 
 
 def test_band_by_larger_and_by_smaller_bases(run, again, reduced, edited):
