@@ -74,7 +74,7 @@ def run_of(folder, **stores):
             "note": "pair A.floor_2-B.storey_2_at_0.5",
         }
     ]
-    checks = [{"good": good, "text": "", "stage": "pounding"} for good in (True, False, None)]
+    checks = [{"passed": good, "text": "", "stage": "pounding"} for good in (True, False, None)]
     laws = {"floor": {"stiffness": 1e9, "restitution": 0.6}}
     run = SimpleNamespace(
         folder=folder,

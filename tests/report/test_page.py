@@ -133,7 +133,10 @@ def rewritten(run, **contents):
     ],
 )
 def test_what_is_told_is_not_counted_as_met(run, checks, counted):
-    listed = [{"stage": "pounding", "good": good, "text": text} for text, good in checks.items()]
+    listed = [
+        {"stage": "pounding", "id": "pounding.impacts", "passed": good, "text": text}
+        for text, good in checks.items()
+    ]
     words = rewritten(run, checks=listed).words
     (line,) = (one for one in words if "passed (✓)" in one)
     assert line.startswith(counted) and ("Failed" in line) == (False in checks.values())
