@@ -97,7 +97,7 @@ def page(entries: Sequence[Entry]) -> str:
 def validation_page(entries: Sequence[Entry]) -> str:
     """The page of the cases compared with other programs, in Markdown; their rows as of `page`."""
     sections = [
-        section(name, [entry for entry in entries if entry["benchmark"] == name])
+        shortened(name, [entry for entry in entries if entry["benchmark"] == name])
         for name in dict.fromkeys(entry["benchmark"] for entry in entries)
     ]
     passed = sum(bool(entry["passed"]) for entry in entries)
@@ -105,6 +105,28 @@ def validation_page(entries: Sequence[Entry]) -> str:
     template = Path(__file__).with_name("validation.md.in").read_text(encoding="utf-8")
     text = template.replace("{{ count }}", count).replace("{{ cases }}", "".join(sections))
     return text.rstrip() + "\n"
+
+
+def shortened(name: str, entries: Sequence[Entry], rows: int = 8) -> str:
+    """Return the section of a case with the rows of largest error relative to their tolerance.
+
+    Args:
+        name: Name of the case.
+        entries: All its rows, as of `page`.
+        rows: Largest number of rows that are shown; failed rows are always shown.
+    """
+
+    def share(entry: Entry) -> float:
+        if not entry["passed"] or entry["error"] is None:
+            return float("inf")
+        return float(abs(entry["error"]) / max(entry["tolerance"], 1e-300))
+
+    limit = sorted(map(share, entries), reverse=True)[:rows][-1]
+    shown = [entry for entry in entries if share(entry) >= limit]
+    text = section(name, shown)
+    if rest := len(entries) - len(shown):
+        text += f"{rest} further rows have smaller errors relative to their tolerance.\n\n"
+    return text
 
 
 def section(name: str, entries: Sequence[Entry]) -> str:

@@ -77,6 +77,21 @@ def test_the_page_of_cases_beside_other_programs():
         assert part.strip() in text, REMAKE.replace("verify", "verify --validation", 1)
 
 
+def test_a_long_case_shows_its_largest_errors():
+    computed = {f"q{k}": 2.0 + 1e-4 * k for k in range(12)}
+    values = {"tolerance": 0.01, "source": "s"}
+    rows = [entry("sdnl104", q, computed=c, **values) for q, c in computed.items()]
+    text = module.shortened("sdnl104", rows, rows=3)
+    assert [q for q in computed if f"| {q} |" in text] == ["q9", "q10", "q11"]
+    assert "9 further rows" in text
+    # A failed row is shown, however many others there are; a short case is whole.
+    failed = [entry("sdnl104", f"f{k}", computed=3.0, **values) for k in range(5)]
+    text = module.shortened("sdnl104", rows + failed, rows=3)
+    assert all(f"| f{k} |" in text for k in range(5)) and "| q11 |" not in text
+    assert module.shortened("sdnl104", rows) != module.shortened("sdnl104", rows, rows=12)
+    assert "further" not in module.shortened("sdnl104", rows, rows=12)
+
+
 def test_the_page_says_that_all_is_well(committed):
     rows, count, passed = re.search(
         r"(\d+) rows of (\d+) benchmarks, (\d+) within what is allowed", committed
