@@ -30,6 +30,22 @@ def test_run_and_open_return_the_same_class(new_case, tmp_path):
     again.close()
 
 
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda path: impactfem.sweep(path, ["gap=1"]),
+        lambda path: impactfem.fit(path, path),
+        impactfem.make_report,
+        lambda path: impactfem.compare_runs(path, path, 100.0),
+    ],
+)
+def test_paths_may_be_texts(tmp_path, call):
+    """A missing file is an input error for a text, too, and no AttributeError."""
+    for path in (str(tmp_path / "absent"), tmp_path / "absent"):
+        with pytest.raises(InputError, match="absent"):
+            call(path)
+
+
 def test_an_unknown_result_names_the_nearest(opened):
     with pytest.raises(InputError, match=r"pounding\.main_impact_force"):
         opened.value("pounding.main_impact_forse")

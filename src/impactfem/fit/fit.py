@@ -27,6 +27,7 @@ from impactfem.fit.results import FITTED, Fit, write_results
 from impactfem.run.folder import open_folder
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, ImpactfemError, InputError, SolutionError, file_errors
+from impactfem.system.files import StrPath
 from impactfem.system.least_squares import (
     BLIND,
     Identification,
@@ -153,7 +154,9 @@ def _on_bounds(u: Array) -> Array:
     return np.where(u < ON_BOUND, 0.0, np.where(u > 1.0 - ON_BOUND, 1.0, u))
 
 
-def fit(path: Path, fit_path: Path, *, out: Path | None = None, processes: int = 1) -> Fit | None:
+def fit(
+    path: StrPath, fit_path: StrPath, *, out: StrPath | None = None, processes: int = 1
+) -> Fit | None:
     """Fit keys of a case to data.
 
     Evaluations are kept in the folder: the same fit again goes on where it was stopped. Collective
@@ -174,7 +177,8 @@ def fit(path: Path, fit_path: Path, *, out: Path | None = None, processes: int =
         SolutionError: A computation failed, or no start led to a result.
         ImpactfemError: A file cannot be written.
     """
-    folder = out if out is not None else Path("runs") / fit_path.stem
+    path, fit_path = Path(path), Path(fit_path)
+    folder = Path(out) if out is not None else Path("runs") / fit_path.stem
     with ExitStack() as opened:
         opened.enter_context(file_errors())
         opened.enter_context(one_blas_thread())

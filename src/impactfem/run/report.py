@@ -33,20 +33,21 @@ from impactfem.run.stages import REPORT, STAGES
 from impactfem.stages.manifest import mark_finished
 from impactfem.stages.stores import open_stores, stores_kept_open
 from impactfem.system.errors import Fault, InputError, file_errors
-from impactfem.system.files import write_netcdf
+from impactfem.system.files import StrPath, write_netcdf
 from impactfem.system.log import LOGGER, Steps
 
 TRANSIENT = "transient.nc"
 STEPS = {"overview": 2.0, "page": 8.0}
 
 
-def make_report(folder: Path) -> Path:
+def make_report(folder: StrPath) -> Path:
     """Make the page of a finished run again, and its overview, from the files of its folder.
 
     Raises:
         InputError: The folder holds no run, or a run is at work in it.
         ImpactfemError: A file cannot be read or written.
     """
+    folder = Path(folder)
     RunFiles(folder)  # before anything is written into a folder that holds no run
     with locked(folder), file_errors():
         return write_page(folder)
@@ -79,7 +80,7 @@ def remove_page(folder: Path, further: Iterable[str]) -> None:
                 path.unlink()
 
 
-def compare_runs(folder: Path, other: Path, highest: float) -> tuple[tuple[Table, ...], Path]:
+def compare_runs(folder: StrPath, other: StrPath, highest: float) -> tuple[tuple[Table, ...], Path]:
     """Compare two runs of one building, and put it into a report.
 
     Floor response spectra, impacts, spectra over whole floors and forces of devices.
@@ -98,6 +99,7 @@ def compare_runs(folder: Path, other: Path, highest: float) -> tuple[tuple[Table
             buildings, or points, dampings or frequencies do not go together. Nothing is written.
         ImpactfemError: A file cannot be read or written.
     """
+    folder, other = Path(folder), Path(other)
     if not (math.isfinite(highest) and highest > 0.0):
         raise InputError(
             [Fault("command line", "--to", highest, "expected a positive frequency [Hz]")]

@@ -39,7 +39,7 @@ from impactfem.stages.manifest import take_over
 from impactfem.stages.reduce.stage import REDUCE, take_model
 from impactfem.system import log
 from impactfem.system.errors import ImpactfemError, InputError, file_errors
-from impactfem.system.files import atomic, write_json
+from impactfem.system.files import StrPath, atomic, write_json
 from impactfem.system.log import LOGGER, Steps, in_file_only, mirrored
 from impactfem.system.parallel import alone, on_root, rank, start_solvers, workers, world
 from impactfem.system.scalar import Scalar
@@ -246,12 +246,12 @@ class Sweep:
 
 
 def sweep(
-    path: Path,
+    path: StrPath,
     settings: Settings,
     *,
     zipped: bool = False,
     stage: str | None = None,
-    out: Path | None = None,
+    out: StrPath | None = None,
     show: Sequence[str] = (),
     draw: bool = True,
     processes: int = 1,
@@ -282,7 +282,8 @@ def sweep(
         InputError: The case, a key, a value or a folder is not usable; nothing has run then.
         ImpactfemError: A file cannot be written.
     """
-    folder = out if out is not None else Path("runs") / f"{path.stem}_sweep"
+    path = Path(path)
+    folder = Path(out) if out is not None else Path("runs") / f"{path.stem}_sweep"
 
     def prepare() -> tuple[Case, list[Axis], list[Variant]]:
         case = check(path)

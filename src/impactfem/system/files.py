@@ -28,6 +28,8 @@ from impactfem.system.log import LOGGER
 if TYPE_CHECKING:
     import xarray as xr
 
+StrPath = str | os.PathLike[str]
+"""A path as users give it."""
 NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 """Answers of a file system that cannot lock, as some shared ones cannot."""
 LARGEST = 20_000_000  # size of the largest table [byte]
