@@ -1,3 +1,4 @@
+import csv
 import json
 import re
 import sys
@@ -5,7 +6,7 @@ import sys
 import pytest
 
 from docs._ext import verification as module
-from docs._ext.verification import main, page, read_entries, section
+from docs._ext.verification import description, main, page, read_entries, section, table
 from impactfem.system.errors import ImpactfemError, InputError
 from impactfem.verify.manual import BENCHMARKS, FULL, verify
 from impactfem.verify.row import Row
@@ -52,16 +53,41 @@ def test_the_page_has_the_benchmarks_of_the_program(committed):
     names = re.findall(r"(?m)^### `(\w+)`$", committed)
     assert sorted(names) == sorted({**BENCHMARKS, **FULL}), REMAKE
     for name in names:
-        assert section(name, []).removesuffix("Runs with `--full` only.\n\n") in committed, REMAKE
+        assert description(name).strip() in committed, REMAKE
+
+
+@pytest.fixture(scope="module")
+def rows():
+    with module.PAGE.with_suffix(".csv").open(encoding="utf-8") as file:
+        return list(csv.DictReader(file))
 
 
 @pytest.mark.parametrize("name", QUICK)
-def test_the_page_has_the_rows_of_the_program(committed, name):
-    part = re.split(r"\n##+ ", committed[committed.index(f"### `{name}`") :])[0]
-    made = section(name, [{"benchmark": name, **row.as_dict()} for row in BENCHMARKS[name]()])
+def test_the_table_has_the_rows_of_the_program(rows, name):
+    entries = [{"benchmark": name, **row.as_dict()} for row in BENCHMARKS[name]()]
+    made = list(csv.DictReader(table(entries).splitlines()))
+    listed = [row for row in rows if row["benchmark"] == name]
     # Errors of rounding differ from machine to machine.
-    rounding = re.compile(r"\| \d\.\de-1[0-9]( abs)? \|")
-    assert rounding.sub("| tiny |", part.strip()) == rounding.sub("| tiny |", made.strip()), REMAKE
+    for row in (*made, *listed):
+        row["deviation"] = re.sub(r"\d\.\de-1[0-9]", "tiny", row["deviation"])
+    assert listed == made, REMAKE
+
+
+def test_the_page_counts_the_rows_of_the_table(rows, committed):
+    counts = dict(re.findall(r"(?m)^\| \[(\w+)\]\(#\w+\) \| (\d+) \|", committed))
+    listed = [row["benchmark"] for row in rows]
+    assert counts == {name: str(listed.count(name)) for name in dict.fromkeys(listed)}
+    assert f"\n{len(rows)} rows of {len(counts)} benchmarks, {len(rows)} within" in committed
+    assert {row["passed"] for row in rows} == {"yes"}
+
+
+def test_pages_of_benchmarks_show_rows_of_the_table(rows):
+    for path in (ROOT / "docs" / "benchmarks").glob("*.csv"):
+        assert f":file: {path.name}\n" in path.with_suffix(".md").read_text(encoding="utf-8")
+        with path.open(encoding="utf-8") as file:
+            shown = list(csv.DictReader(file))
+        listed = [row for row in rows if row["benchmark"] == path.stem]
+        assert [row | short for row, short in zip(listed, shown, strict=True)] == listed
 
 
 def test_the_page_of_cases_beside_other_programs():
@@ -94,10 +120,10 @@ def test_a_long_case_shows_its_largest_errors():
 
 def test_the_page_says_that_all_is_well(committed):
     rows, count, passed = re.search(
-        r"(\d+) rows of (\d+) benchmarks, (\d+) within what is allowed", committed
+        r"(\d+) rows of (\d+) benchmarks, (\d+) within tolerance", committed
     ).groups()
     assert rows == passed and int(count) >= len(BENCHMARKS)
-    assert "fails**" not in committed and "no number" not in committed
+    assert "fail**" not in committed
 
 
 def test_groups(few):
@@ -109,27 +135,29 @@ def test_groups(few):
     text = page(entries)
     assert text.index("## Ground") < text.index("### `two`") < text.index("## Beams")
     assert text.index("## Beams") < text.index("### `one`") and "## Shells" not in text
-    assert "3 rows of 2 benchmarks, 1 within what is allowed." in text
-    assert "| Beams and frames | [one](#one) | 1 | 1 |\n" in text
+    assert "3 rows of 2 benchmarks, 1 within tolerance." in text
+    assert "| [Beams and frames](#beams-and-frames) | 1 | 1 | 1 |\n" in text
     assert "About one: \\|a\\| \\< b\\_c.\n\n    F = K p * v\n\nThat is all.\n" in text
-    assert "| force | 2 | 2.002 | N | 1.0e-03 | 0.01 |\n\nSource: a\\|b.\n" in text
+    assert "| [one](#one) | 1 | 0.1 | a\\|b |\n" in text
     assert "About two, see `one`." in text
-    assert "| x | 2 | 2.002 | N | **2.0e-03 abs, fails** | 1e-06 abs | 1 |" in text
-    assert (
-        "| y | 2 | no number | N | **no number, fails** | 0.01 | 2 |\n\nSources: (1) s; (2) t.\n"
-        in text
-    )
-    assert "### `heavy`\n\nAbout two, see `one`.\n\nRuns with `--full` only.\n" in text
+    assert "| [two](#two) | 2 | **2 rows fail** | s; t |\n" in text
+    assert "| [heavy](#heavy) | - | runs with `--full` only | - |\n" in text
+    assert "### `heavy`\n\nAbout two, see `one`.\n" in text
+    lines = table(entries).splitlines()
+    assert lines[1:] == [
+        "one,,force,N,2,2.002,1.0e-03,0.01,yes,a|b",
+        "two,,x,N,2,2.002,2.0e-03 abs,1e-06 abs,no,s",
+        "two,,y,N,2,no number,no number,0.01,no,t",
+    ]
 
 
 def test_a_lower_bound():
     values = {"tolerance": 0.1, "source": "s", "at_least": True, "unit": "-"}
     enough, short = (
-        section("cqc_coefficient", [entry("cqc_coefficient", "order", computed=c, **values)])
-        for c in (3.0, 1.8)
+        table([entry("cqc_coefficient", "order", computed=c, **values)]) for c in (3.0, 1.8)
     )
-    assert "| order | 2 | 3 | - | 0.0e+00 short | 0.1 short |\n" in enough
-    assert "| order | 2 | 1.8 | - | **2.0e-01 short, fails** | 0.1 short |\n" in short
+    assert "order,-,2,3,0.0e+00 short,0.1 short,yes,s\n" in enough
+    assert "order,-,2,1.8,2.0e-01 short,0.1 short,no,s\n" in short
 
 
 def test_rows_of_other_benchmarks(few):
@@ -160,12 +188,14 @@ def test_written_by_the_command(few, tmp_path, capsys, monkeypatch):
     rows.write_text(json.dumps([one, two]), encoding="utf-8")
     assert main([str(rows)]) == 0
     assert module.PAGE.read_text(encoding="utf-8") == page([one, two])
-    assert capsys.readouterr().out == f"{module.PAGE}\n"
+    csv_file = module.PAGE.with_suffix(".csv")
+    assert csv_file.read_text(encoding="utf-8") == table([two, one])
+    assert capsys.readouterr().out == f"{module.PAGE}\n{csv_file}\n"
     rows.write_text(json.dumps([one]), encoding="utf-8")
     assert main([str(rows)]) == 1
     heavy.write_text(json.dumps([two, long]), encoding="utf-8")
     assert main([str(rows), str(heavy)]) == 0
-    assert "Runs with `--full` only" not in module.PAGE.read_text(encoding="utf-8")
+    assert "runs with `--full` only" not in module.PAGE.read_text(encoding="utf-8")
     assert main([str(tmp_path)]) == main([]) == 2
     assert "usage" in capsys.readouterr().err
 
