@@ -120,6 +120,81 @@ def _with_unit(default: Any, entry: dict[str, Any]) -> Any:
     return default
 
 
+SHORT = {
+    "a file name in quotes, relative to the folder of the case file": "a file name",
+    "a name of letters, digits, '_' and '-' that begins with a letter, for example 'B1'": "a name",
+    "a text in quotes": "a text",
+    "a name of a-z, 0-9 and single '_', for example 'gable_west'": "a name of a-z, 0-9 and '_'",
+}
+"""Values that the top of the page explains once."""
+FEWEST_SHARED = 3
+"""Least number of equal keys that are not written again."""
+SKETCHES = {
+    "[damping]": (
+        "damping",
+        "Damping ratio over frequency of the types rayleigh, constant and table",
+    ),
+    "[[buildings]]": (
+        "buildings",
+        "Plan of two buildings with the axes x and y: axis, length, width and setback",
+    ),
+    "[buildings.soil.raft]": (
+        "soil",
+        "Section through a raft: length, thickness, embedment, and the base at its top",
+    ),
+    "[[buildings.structure.added_mass]]": (
+        "added_mass",
+        "Plan of a slab with strips of added mass along both edges and in the middle",
+    ),
+    '[buildings.structure.mesh] type = "generated"': (
+        "mesh",
+        "Plan with its corner, length, width, walls, beam, columns, wall setback and impact edge",
+    ),
+    "[wall_impact]": (
+        "wall_impact",
+        "A building with its displaced floor, the displacement, the gap and the rigid wall",
+    ),
+    "[transient]": (
+        "transient",
+        "Plan of a floor: line load on the impact edge, patch width, and the standard probes",
+    ),
+    "[[devices]]": (
+        "devices",
+        "A device with point, radius, stiffness, mass and mass height; a device on two supports",
+    ),
+    "[devices.beam]": ("device_beam", "A body on a beam on a base on springs on the floor"),
+    '[[motions]] type = "synthetic"': (
+        "motions",
+        "Two buildings on the ground and the directions x, y and z of the motions",
+    ),
+    '[motions.spectrum] type = "corner-periods"': (
+        "design_spectrum",
+        "Elastic spectrum with its level, amplification and corner periods",
+    ),
+    "[wave_passage]": ("wave_passage", "Wave fronts that reach two buildings one after the other"),
+    '[contact_laws.NAME] type = "kelvin-voigt"': (
+        "contact_laws",
+        "Force over penetration of the Kelvin-Voigt, Hertz and damped Hertz laws",
+    ),
+    "[[contacts]]": (
+        "contacts",
+        "Two floors with the points a and b, the normal from a to b, the gap and the forces",
+    ),
+    "[contacts.a]": (
+        "contact_point",
+        "A floor beside a storey: offset, relative height in the flexible part, patch width",
+    ),
+    "[pounding]": ("pounding", "Force of an impact with its time steps"),
+    "Floor table": (
+        "floors",
+        "Elevation and stick: floors, storeys, storey heights, rigid zones and mass centres",
+    ),
+    "Bay table": ("bays", "Wall of a storey with an opening: centre, sill, width and height"),
+    "Beam table": ("beams", "Section of a beam below a slab: width, depth and negative offset"),
+}
+"""Drawing of a section, and its description."""
+
+
 def reference_page() -> str:
     """The reference page of the case file and its tables, in Markdown."""
     beside = _Writer(json_schema(Reference, "What the report stands beside"), "reference")
@@ -155,12 +230,14 @@ class _Writer:
         place: What anchors of keys at its top begin with.
         headings: The heading under which each table was written, by the name of its definition.
         written: Names of the definitions that were written.
+        tables: Rows of the tables that were written, by heading and key.
     """
 
     schema: dict[str, Any]
     place: str = ""
     headings: dict[str, str] = field(default_factory=dict)
     written: set[str] = field(default_factory=set)
+    tables: dict[str, dict[str, tuple[str, ...]]] = field(default_factory=dict)
 
     def sections(self, heading: str = "Top of the file") -> Iterator[str]:
         """The sections of all tables, outer ones first."""
@@ -177,12 +254,27 @@ class _Writer:
             value = _value(*self._accepts(key, path, entry), default)
             rows.append((_linked(key, name), value, entry["description"]))
         title = f"`{heading}`" if heading.startswith("[") else heading
-        yield f"## {title}\n\n{table['description']}\n\n"
+        rows, shared = self._without_shared(rows, heading)
+        yield f"## {title}\n\n{_sketch(heading)}{table['description']}\n\n{shared}"
         yield _markdown(("Key", "Value", "Meaning"), rows)
         for inner_heading, inner_path, name in inner:
             if self.headings[name] == inner_heading and name not in self.written:
                 self.written.add(name)
                 yield from self._section(inner_heading, inner_path, self.schema["$defs"][name])
+
+    def _without_shared(
+        self, rows: list[tuple[str, str, str]], heading: str
+    ) -> tuple[list[tuple[str, str, str]], str]:
+        """The rows that no other table has, and a sentence that names the others."""
+        lines = {_bare(key): (_bare(key), *rest) for key, *rest in rows}
+        for other, known in self.tables.items():
+            same = [key for key, line in lines.items() if known.get(key) == line]
+            if len(same) >= FEWEST_SHARED:
+                keys = ", ".join(row[0] for row in rows if _bare(row[0]) in same)
+                kept = [row for row in rows if _bare(row[0]) not in same]
+                return kept, f"As in [`{other}`](#{_slug(other)}): {keys}.\n\n"
+        self.tables[heading] = lines
+        return rows, ""
 
     def _tables_in(
         self, key: str, path: str, entry: dict[str, Any]
@@ -283,7 +375,20 @@ def _slug(heading: str) -> str:
 def _linked(key: str, place: str) -> str:
     """A key that may be linked to: place.key."""
     name = f"{place}.{key}" if place else key
-    return f'<a class="key" id="{name}" href="#{name}">`{key}`</a>'
+    return f'<a id="{name}" href="#{name}">`{key}`</a>'
+
+
+def _bare(cell: str) -> str:
+    """A cell without the anchor of its key."""
+    return re.sub(r"</?a[^>]*>", "", cell)
+
+
+def _sketch(heading: str) -> str:
+    """The drawing of a section, if it has one."""
+    if heading not in SKETCHES:
+        return ""
+    name, words = SKETCHES[heading]
+    return f"![{words}](figures/sketches/case_{name}.svg)\n\n"
 
 
 def _csv_section(title: str, about: str, model: type[Section]) -> str:
@@ -291,7 +396,9 @@ def _csv_section(title: str, about: str, model: type[Section]) -> str:
         (_linked(name, _slug(title)), _value(*_column(info)), one_line(info))
         for name, info in model.model_fields.items()
     ]
-    return f"### {title}\n\n{about}\n\n" + _markdown(("Column", "Value", "Meaning"), rows)
+    return f"### {title}\n\n{_sketch(title)}{about}\n\n" + _markdown(
+        ("Column", "Value", "Meaning"), rows
+    )
 
 
 def _column(info: FieldInfo) -> tuple[str, str, str]:
@@ -311,10 +418,12 @@ def _column(info: FieldInfo) -> tuple[str, str, str]:
 
 def _markdown(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
     lines = [head, tuple("---" for _ in head), *rows]
-    return "".join(f"| {' | '.join(_cell(c) for c in row)} |\n" for row in lines) + "\n"
+    return "".join(f"|{'|'.join(_cell(c) for c in row)}|\n" for row in lines) + "\n"
 
 
 def _cell(text: str) -> str:
+    for words, short in SHORT.items():
+        text = text.replace(words, short)
     return text.replace("|", "\\|").replace("\n", " ")
 
 
