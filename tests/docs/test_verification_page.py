@@ -74,7 +74,7 @@ def test_the_table_has_the_rows_of_the_program(rows, name):
 
 
 def test_the_page_counts_the_rows_of_the_table(rows, committed):
-    counts = dict(re.findall(r"(?m)^\| \[(\w+)\]\(#\w+\) \| (\d+) \|", committed))
+    counts = dict(re.findall(r"(?m)^\| \[(\w+)\]\(#\1\) \| (\d+) \|", committed))
     listed = [row["benchmark"] for row in rows]
     assert counts == {name: str(listed.count(name)) for name in dict.fromkeys(listed)}
     assert f"\n{len(rows)} rows of {len(counts)} benchmarks, {len(rows)} within" in committed
@@ -189,7 +189,7 @@ def test_written_by_the_command(few, tmp_path, capsys, monkeypatch):
     assert main([str(rows)]) == 0
     assert module.PAGE.read_text(encoding="utf-8") == page([one, two])
     csv_file = module.PAGE.with_suffix(".csv")
-    assert csv_file.read_text(encoding="utf-8") == table([two, one])
+    assert csv_file.read_text(encoding="utf-8") == table([one, two])
     assert capsys.readouterr().out == f"{module.PAGE}\n{csv_file}\n"
     rows.write_text(json.dumps([one]), encoding="utf-8")
     assert main([str(rows)]) == 1
