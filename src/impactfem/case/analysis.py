@@ -19,22 +19,22 @@ class Pounding(Section):
     """What pounds, and its integration in time: Newmark, average acceleration."""
 
     models: dict[Key, Literal["stick", "structure"]] = Field(default={})
-    """By the name of a building, what of it pounds: its 'stick', or its 'structure', the 3D model
-    of [buildings.structure], whose floors touch along their edges. Default 'stick' for all."""
+    """Model of each building in contact: 'stick', or 'structure', the 3D model of
+    [buildings.structure], whose floors touch along their edges. Default 'stick' for all."""
     contact_spacing: PositiveLength | None = None
-    """Least distance of two points of contact along the edges that touch in 3D; left out, every
-    vertex of the coarser mesh is one. Each costs a vector of the reduced building."""
+    """Least distance of two contact points along the edges of 3D models; default every vertex of
+    the coarser mesh. Each point adds a vector to the reduced building."""
 
     duration: Duration | None = None
-    """Time that is computed; default that of the longest motion, with the delay of waves. A
-    longer one shows how the buildings swing on, on ground without acceleration."""
+    """Computed time; default that of the longest motion, with wave passage delay. A longer time
+    includes free vibration on ground at rest."""
     time_step: TimeStep
     """Time step."""
     update: Literal["implicit", "lagged"] = "implicit"
-    """'implicit' takes the contact force at the new time; 'lagged' at the old one, as equation 2 of
-    the paper is printed, which raises the restitution."""
+    """'implicit' uses the contact force at the new time; 'lagged' at the old time, as in equation 2
+    of the paper, which raises the restitution."""
     points_per_impact: Annotated[int, Whole(1, 100_000)] = 16
-    """Least number of steps in an impact; fewer are reported."""
+    """Least number of steps in an impact; a check fails with fewer."""
 
     _step_in_duration = step_within("duration")
 
@@ -118,15 +118,15 @@ class Spectra(Section):
     points_per_cycle: Annotated[int, Whole(2, 1000)] = 20
     """Least number of samples in a cycle of the highest frequency."""
     method: Literal["upsampled", "in-step"] = "upsampled"
-    """'upsampled' makes the record finer once, band-limited; 'in-step' looks for the maximum inside
-    each step of the record as it is."""
+    """'upsampled' refines the history once, band-limited; 'in-step' finds the maximum inside each
+    step of linear interpolation."""
     broadening: DampingRatio = 0.15
-    """How far the peaks of the floors' design spectra are broadened, of their frequency to either
-    side; Regulatory Guide 1.122 gives 15 %, and at least 10 % where the uncertainty of the
-    frequencies is computed. 0 leaves the peaks as computed."""
+    """Relative broadening of the design spectra of the floors to either side; 0 for none.
+    Regulatory Guide 1.122 requires 15 %, or at least 10 % with a computed uncertainty of the
+    frequencies."""
     clipping: StrictBool = False
-    """Whether narrow peaks are reduced by 15 % before they are broadened, at dampings below 10 %,
-    as ASCE 4-98, section 3.4.2.3, allows."""
+    """Reduce narrow peaks by 15 % before broadening, at dampings below 10 % (ASCE 4-98, section
+    3.4.2.3)."""
 
     _each_once = once("damping", "damping ratio")
     _increasing = ascending("frequencies", "expected increasing frequencies")

@@ -74,9 +74,9 @@ class BeamGroup(Section):
     groups: Text
     """Pattern of the names of the groups, with * and ? as in a shell: `column_*`."""
     width: PositiveLength
-    """Side of the section: of beams the horizontal one, of columns that along x."""
+    """Side of the section: horizontal (beams), along x (columns)."""
     depth: PositiveLength
-    """Side of the section: of beams the vertical one, of columns that along y."""
+    """Side of the section: vertical (beams), along y (columns)."""
     offset: Length = 0.0
     """Of beams: height of the axis above the line of nodes; negative below it."""
 
@@ -161,9 +161,8 @@ class GeneratedMesh(Section):
     bays: Annotated[tuple[Bay, ...], TableFile("a bay table (CSV)", read_bays, sited=True)] = ()
     """Bay table: a CSV file, one row an opening in a wall."""
     wall_setback: tuple[Depth, Depth] = (0.0, 0.0)
-    """Distance (x, y) by which walls on the edges of the plan are moved inwards: half of their
-    thickness where the edges are their outer faces. Walls that end on such an edge are shortened;
-    openings stay where they are."""
+    """Inward shift (x, y) of walls on the edges of the plan: half of their thickness if the edges
+    are outer faces. Walls that end on such an edge are shortened; openings keep their place."""
     openings: tuple[Openings, ...] = Field(default=(), validate_default=True)
     """Factors on the widths of openings, by walls and storeys; several for one bay multiply."""
     beams: Annotated[tuple[Beam, ...], _member_file(Beam)] = ()
@@ -294,17 +293,16 @@ class PartMaterial(Parts):
 
 
 class AddedMass(Section):
-    """Where on some floors the mass lies that floor_masses adds: in strips, the rest evenly."""
+    """Position on some floors of the mass that floor_masses adds: in strips, the rest uniform."""
 
     floors: FloorNumbers
     """Numbers of the floors."""
     across: Literal["x", "y"]
     """Direction across the strips, from edge to edge of the slab."""
     edges: Part = 0.0
-    """Part of the added mass that lies along both edges, half of it in a strip along each, as that
-    of facades."""
+    """Part of the added mass in strips along both edges, half along each, for example façades."""
     middle: Part = 0.0
-    """Part of it that lies in a strip in the middle, as that of an inner wall."""
+    """Part in a strip in the middle, for example an inner wall."""
     strip: PositiveLength
     """Width of each strip."""
 
@@ -332,18 +330,17 @@ class Structure(Section):
     """Materials of parts of the 3D model in place of that of the structure. The stick has one
     material."""
     storey_stiffness_factor: PositiveFactor = 1.0
-    """Factor on the stiffness of walls and columns, never on that of slabs and beams; with
-    calibration the value it starts from."""
+    """Factor on the stiffness of walls and columns, not of slabs and beams; initial value with
+    calibration."""
     calibration: FrequencyFit | None = None
-    """Fit of storey_stiffness_factor to a frequency; left out, it is as given."""
+    """Fit of storey_stiffness_factor to a frequency."""
     floor_masses: StrictBool = True
-    """Whether mass is added until each floor has that of the floor table."""
+    """Add mass to each floor up to that of the floor table."""
     added_mass: tuple[AddedMass, ...] = ()
-    """Where that mass lies on some floors; on others, and without it, evenly over the slab."""
+    """Position of the added mass on some floors; default uniform over the slab."""
     mass_eccentricity: tuple[Length, Length] = (0.0, 0.0)
-    """Distance (x, y) by which the centre of mass of each floor of the 3D model is moved, by the
-    mass of its slab and what lies on it: EN 1998-1 (4.3.2) requires 5 % of the floor's length.
-    The stick has none."""
+    """Shift (x, y) of the centre of mass of each floor of the 3D model. EN 1998-1 (4.3.2) requires
+    5 % of the floor's length. Sticks have no shift."""
     modes: Annotated[int, Whole(1, 10_000)] = 20
     """Number of modes."""
     drilling: PositiveFactor = 1.0
@@ -398,15 +395,14 @@ class Building(Section):
     base: Length = 0.0
     """Elevation of the base: where it is clamped, or the top of the raft on soil."""
     length: PositiveLength | None = None
-    """Length of the floors along x, with the axis in the middle: for the search for facing floors
-    that are in no pair (left out, offsets of [[contacts]] and a generated mesh say how far the
-    edges are), and for how long a stick's floor is along a 3D model that it strikes (left out, as
-    long as what it strikes)."""
+    """Length of the floors along x, centred on the axis. Used to find facing floors without a
+    contact pair (default: from the offsets of [[contacts]] and a generated mesh), and as the length
+    of a stick's floor against a 3D model (default: that of the struck side)."""
     width: PositiveLength | None = None
     """Width of the floors along y, as length."""
     setback: Depth = 0.0
-    """How far columns and walls stand behind the edges of the floors: so much later a neighbour's
-    floor meets a storey. Only the search for facing floors uses it."""
+    """Distance of columns and walls behind the edges of the floors. Used only to find facing
+    floors."""
     rigid_below: Depth
     """Rigid zone from a floor's mass centre down to the lower edge of its beams."""
     rigid_above: Depth
@@ -416,12 +412,13 @@ class Building(Section):
     second_moment_factor: PositiveFactor = 1.0
     """Factor on the second moments of area I_x and I_y of the storeys."""
     damping: Damping = Field(default=None, validate_default=True)
-    """Damping of this building in place of [damping]; on soil that of its motion on the raft."""
+    """Damping of this building in place of [damping]; on soil, of its motion relative to the
+    raft."""
     soil: SoilEntry | None = None
-    """Soil under the raft of the building; left out, its base is clamped to the ground."""
+    """Soil under the raft; without it, the base is clamped."""
     # Not in the hash of the buildings: what depends on them alone is reused with another 3D model.
     structure: Structure | None = Field(default=None, exclude=True)
-    """The 3D model of the building; left out, there is none."""
+    """3D model of the building."""
 
     @field_validator("damping", mode="before")
     @classmethod

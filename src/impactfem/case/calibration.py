@@ -65,8 +65,8 @@ class Calibration(Section):
     """
 
     mode: Literal["fit", "given"] = "fit"
-    """'fit' fits the sticks to the targets; 'given' takes the values of [[buildings]] and reports
-    how far they are from the targets."""
+    """'fit' fits the sticks to the targets; 'given' keeps the values of [[buildings]] and reports
+    the differences."""
     targets: Annotated[
         tuple[Target, ...], TableFile("a target table (CSV)", read_targets, sited=True)
     ]
@@ -76,12 +76,12 @@ class Calibration(Section):
     stiffness_factor: tuple[PositiveFactor, PositiveFactor]
     """Bounds of the stiffness factor that the buildings share."""
     rigid_depth: PositiveLength
-    """Depth rigid_below + rigid_above, which is kept; its split is fitted."""
+    """Depth rigid_below + rigid_above, kept; the split is fitted."""
     height: PositiveLength
-    """Height from the base to the highest mass centre, which is kept."""
+    """Height from the base to the highest mass centre, kept."""
     from_structure: StrictBool = False
-    """Whether the bending modes of the 3D model take the place of the frequencies and masses in the
-    target table's rows of its building; their weights stay."""
+    """Use the bending modes of the 3D model as targets of its building, with the weights of the
+    target table."""
     starts: Annotated[int, Whole(1, 1000)] = 8
     """Number of starting points of the least-squares fit."""
     seed: Annotated[int, Whole(0)] = 0
@@ -152,14 +152,14 @@ Pull = Literal["whole_floor", "even_load", "mass_centre"]
 class WallImpactSetup(Section):
     """The impact of a building with a 3D model on a rigid wall, which calibrates contact laws.
 
-    One floor is drawn aside and let go; there is no ground motion. The wall stands on the side of
-    the impact edges of the mesh.
+    One floor is displaced and released; there is no ground motion. The wall is on the side of the
+    impact edges of the mesh.
     """
 
     building: Annotated[str, ModelledBuilding(whose="the impact on the wall")] = Field(
         default=None, validate_default=True
     )
-    """Name of the building; left out, the one that has a 3D model."""
+    """Name of the building; default the one with a 3D model."""
     floors: FloorNumbers = Field(default=None, validate_default=True)
     """Floors that may hit the wall; default the three top floors."""
     displaced_floor: Annotated[int, Whole(1)] = Field(default=None, validate_default=True)
@@ -167,26 +167,24 @@ class WallImpactSetup(Section):
     gap: Depth
     """Distance of the wall from the building at rest."""
     displacement: Length
-    """Displacement of displaced_floor before the release, towards the wall: negative away from it;
-    with loads, see pull, that of its mass centre."""
+    """Displacement of displaced_floor before the release, positive towards the wall; with pull by
+    loads, of its mass centre."""
     pull: Pull = "whole_floor"
-    """How displaced_floor is drawn aside: 'whole_floor' holds every node of its slab at the
-    displacement; 'even_load' pulls with an even load over the slab, under which it arrives bowed;
-    'mass_centre' with one force at its mass centre. The floor of the stick is rigid: for it the
-    three are the same."""
+    """Shape of the displaced floor. 'whole_floor' holds every node of the slab at the displacement;
+    'even_load' applies a uniform load, which bows the slab; 'mass_centre' applies one force there.
+    For the rigid floor of a stick the three are equal."""
     duration: Duration
-    """Time that is computed."""
+    """Computed time."""
     time_step: TimeStep
     """Time step."""
     theta: Annotated[float, Ratio(at_least=0.5, at_most=1, percent=False)] = 0.5
-    """θ of the θ-scheme: 0.5 keeps the energy of free motion, 1 is implicit Euler, which damps
-    it."""
+    """θ of the θ-scheme: 0.5 conserves the energy of free motion, 1 (implicit Euler) damps it."""
     separation: Time = 5e-3
-    """Shortest time without a force that parts two impacts."""
+    """Shortest time without force between two impacts."""
     contact_spacing: PositiveLength | None = None
-    """Least distance of two points of contact along an edge; left out, every vertex of the mesh is
-    one. Each costs a vector of the reduced building. On the paper's building 1.93 m in place of
-    0.96 m change ε by -0.8 %, K_Ceq by 0.2 %, the impulse by -0.2 %, the peak force by -1.6 %."""
+    """Least distance of two contact points along an edge; default every vertex. Each point adds a
+    vector to the reduced building. On the paper's building, 1.93 m in place of 0.96 m change ε by
+    -0.8 %, K_Ceq by 0.2 %, the impulse by -0.2 %, the peak force by -1.6 %."""
 
     @field_validator("floors", "displaced_floor", mode="before")
     @classmethod

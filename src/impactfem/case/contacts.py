@@ -85,7 +85,7 @@ def _refuse_word(value: Any) -> Any:
 
 
 class HertzLaw(Section):
-    """An elastic spring whose force goes with the penetration to the power 1.5."""
+    """An elastic spring with a force proportional to the penetration to the power 1.5."""
 
     type: Literal["hertz"]
     """Elastic contact of Hertz, without restitution."""
@@ -103,16 +103,15 @@ class _DampedHertzLaw(Section):
     restitution: Restitution
     """Coefficient of restitution requested: velocity after over velocity before."""
     relation: Literal["published", "exact"] = "published"
-    """How the damping follows from the restitution: by the formula of the law's authors, or so that
-    two free masses get exactly what is asked."""
+    """Relation of damping and restitution: published formula, or exact for two free masses."""
 
     _as_given = field_validator("stiffness", "restitution", mode="before")(_refuse_word)
 
 
 class _SpeedDampedLaw(_DampedHertzLaw):
     slowest_approach: PositiveSpeed = 1e-3
-    """Least speed of approach that the damping counts with; a contact that begins at rest would be
-    damped without bound."""
+    """Lower limit of the approach velocity in the damping, which is unbounded for a contact that
+    begins at rest."""
 
 
 class HertzDampLaw(_SpeedDampedLaw):
@@ -139,7 +138,7 @@ class JankowskiLaw(_DampedHertzLaw):
 class UnilateralLaw(Section):
     """Edges that do not penetrate, for buildings that pound in 3D (see models of [pounding]).
 
-    No stiffness and no restitution is put in: both come from the waves in the buildings.
+    Stiffness and restitution are no inputs: both result from the waves in the buildings.
     """
 
     type: Literal["unilateral"]
@@ -158,7 +157,7 @@ class ContactEnd(Section):
     building: BuildingName
     """Name of the building."""
     floor: FloorNumbers | None = None
-    """Floor the point is on; a list makes one pair of points each."""
+    """Floor of the point; a list makes one pair for each floor."""
     storey: FloorNumbers | None = Field(default=None, validate_default=True)
     """In place of floor: the storey below this floor, between its rigid zones."""
     relative_height: Annotated[float, Ratio(above=0, below=1)] | None = Field(
@@ -193,7 +192,7 @@ class ContactEnd(Section):
 
 
 class ContactEntry(Section):
-    """One pair of points that may touch, or one pair a floor when the ends list floors.
+    """One contact pair, or one pair for each floor if the ends list floors.
 
     Either ``b`` or ``wall``: a rigid wall is a plane at right angles to the normal, that moves with
     the ground.
@@ -204,7 +203,7 @@ class ContactEntry(Section):
     b: ContactEnd | None = None
     """The point on the second building."""
     wall: Name | None = Field(default=None, validate_default=True)
-    """In place of b: name of a rigid wall, for the names of the pairs."""
+    """Name of a rigid wall in place of b, used in the names of the pairs."""
     normal: tuple[Number, Number, Number]
     """Direction (x, y, z) from a to b or the wall, of any length."""
     gap: Depth
@@ -212,7 +211,7 @@ class ContactEntry(Section):
     law: LawName
     """Name of the contact law."""
     bearing_area: Area | None = None
-    """Area the force is spread over, for the mean bearing pressure."""
+    """Contact area, for the mean bearing pressure."""
 
     @rule("b", "a")
     @staticmethod

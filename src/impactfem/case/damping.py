@@ -45,9 +45,9 @@ class Damping(Section):
     ratio: Annotated[float, Ratio(above=0, below=1)] | None = Field(
         default=None, validate_default=True
     )
-    """Damping ratio ξ reached at both frequencies, or of all modes."""
+    """Damping ratio ξ at both frequencies, or of all modes."""
     frequencies: tuple[Frequency, Frequency] | None = Field(default=None, validate_default=True)
-    """The two frequencies f_1 < f_2 at which the ratio is reached."""
+    """The two frequencies f_1 < f_2 of the ratio."""
     mass_coefficient: Rate | None = Field(default=None, validate_default=True)
     """Coefficient α_R of the mass matrix."""
     stiffness_coefficient: Annotated[float, Quantity(TIME, at_least=0)] | None = Field(
@@ -59,9 +59,8 @@ class Damping(Section):
     )
     """Frequencies, ascending, each with its ratio ξ: `[["1 Hz", "4 %"], ["500 Hz", "7 %"]]`."""
     ratios: tuple[ModalRatio, ...] | None = Field(default=None, validate_default=True, min_length=1)
-    """Ratios ξ of the first modes, by ascending frequency, in each of stick and 3D model: of modes
-    along x and y and of torsion together, so that a plan that is symmetric has two of each
-    frequency."""
+    """Ratios ξ of the first modes by ascending frequency, of stick and of 3D model. Modes along x,
+    along y and of torsion count together: a symmetric plan has two of each frequency."""
 
     _in_order = ascending("frequencies", "expected two different frequencies, the lower one first")
 
@@ -147,8 +146,8 @@ class Parts(Section):
     """Parts of the 3D model, by patterns of their names."""
 
     parts: tuple[Text, ...] = Field(min_length=1)
-    """Patterns of the names of its parts, with * and ? as in a shell: `floor_*`, `column_1_*`. Each
-    part matches one entry or none, and each pattern a part."""
+    """Patterns of part names with * and ?: `floor_*`, `column_1_*`. A part matches at most one
+    entry, a pattern at least one part."""
 
 
 # The parts come first in the order of the fields, which is that of the bases from right to left.
@@ -171,7 +170,7 @@ OWN = "own"
 
 
 class _Named(Section):
-    name: Name = Field(description=f"Name of the damping case, each its own; not '{OWN}'.")
+    name: Name = Field(description=f"Unique name of the damping case, not '{OWN}'.")
 
     @rule("name")
     @staticmethod
@@ -185,6 +184,6 @@ class DampingCase(Damping, _Named):
     """A further damping of all buildings, for which the study is repeated."""
 
     restitution: CalibratedRestitution = "calibrated"
-    """Coefficient of restitution with this damping, of contact laws of type 'kelvin-voigt';
-    calibrated by the impact of [wall_impact] with this damping, for those laws that say
-    'calibrated' where one does. Left out in a case without [wall_impact], the laws keep theirs."""
+    """Restitution of the laws of type 'kelvin-voigt' with this damping. 'calibrated': from the
+    impact of [wall_impact] with this damping; if some laws state 'calibrated', for those laws
+    only. Without [wall_impact] and this key, the laws keep their restitution."""

@@ -44,8 +44,7 @@ class EurocodeSpectrum(Section):
     type: Literal["ec8"]
     """That of EN 1998-1."""
     spectrum_type: Annotated[int, Whole(1, 2)]
-    """Type of spectrum: 2 where no earthquake that matters has a surface-wave magnitude above 5.5,
-    else 1."""
+    """Type of spectrum: 2 if the governing surface-wave magnitude is at most 5.5, else 1."""
     ground: Ground
     """Type of ground, table 3.1; without influence on the vertical spectrum."""
     reference_acceleration: Acceleration

@@ -62,8 +62,7 @@ class DeviceSupport(Section):
     point: Point
     """The anchor (x, y, z), on a floor of the building."""
     radius: PositiveLength
-    """Radius around it within which the nodes of the floor are tied to it; that of the circle of
-    anchors, too, from which the net tension follows."""
+    """Radius of its rigid base plate, and of its circle of anchors."""
     envelope: tuple[ProbePattern, ...] = ()
     """As for a device with one anchor."""
 
@@ -221,46 +220,44 @@ class DeviceSetup(Section):
     building: Annotated[str, ModelledBuilding(whose="the device")] = Field(
         default=None, validate_default=True
     )
-    """Name of the building that it stands in; left out, the one that has a 3D model."""
+    """Name of the building; default the one with a 3D model."""
     supports: tuple[DeviceSupport, ...] = ()
     """In place of point and radius: several anchors, of a device with matrices."""
     point: tuple[Length, Length, Length] | None = Field(default=None, validate_default=True)
     """Its anchor (x, y, z), on a floor of the building."""
     radius: PositiveLength | None = Field(default=None, validate_default=True)
-    """Radius around the anchor within which the nodes of the floor are tied to it, as to a rigid
-    plate; that of the circle of anchors, too, whose net tension has a part of twice the overturning
-    moment over this radius."""
+    """Radius of the rigid base plate: floor nodes within it are tied to the anchor. Also the radius
+    of the circle of anchors, for the net tension."""
     envelope: tuple[ProbePattern, ...] = ()
-    """Probes of [transient] whose spectra, with those of the anchor, make an envelope for further
-    response spectrum analyses: names, or patterns with * and ?."""
+    """Probes of [transient] for a further response spectrum analysis with the envelope of their
+    spectra and those of the anchor: names, or patterns with * and ?."""
     spectra: Annotated[tuple[GivenSpectrum, ...], SPECTRA_FILE] | None = None
-    """Floor spectra (CSV) that a further response spectrum analysis is done with: frequency,
-    acceleration, direction, damping, and support where the device has several; or
-    products/floor_spectra.csv of a run, whose broadened spectra of the floor are taken."""
+    """Floor spectra (CSV) for a further response spectrum analysis: frequency, acceleration,
+    direction, damping, and support for several; or products/floor_spectra.csv of a run (its
+    broadened spectra are used)."""
     modes: Annotated[tuple[DeviceMode, ...], MODES_FILE] | None = None
     """Table of the modes of the device (CSV), in place of springs and beam."""
     matrices: DeviceMatrices | None = Field(default=None, validate_default=True)
     """Mass and stiffness matrices of the device, in place of springs and beam."""
     mass: Mass | None = Field(default=None, validate_default=True)
-    """Mass of the body, with mass_height and either inertia or shape; with modes, mass of the whole
-    device, whose rest follows the anchor. With matrices, their total mass, which is compared."""
+    """Mass of the body, with mass_height and either inertia or shape. With modes: mass of the whole
+    device; the part without modes follows the anchor. With matrices: their total mass, for
+    comparison."""
     mass_height: Length | None = Field(default=None, validate_default=True)
-    """Height of the mass centre above the anchor; where it is below, too, net tension is that of a
-    device that stands on the floor."""
+    """Height of the mass centre above the anchor; net tension assumes a device that stands on the
+    floor."""
     inertia: tuple[_Moment, _Moment, _Moment] | None = None
     """Moments of inertia of the body about x, y, z through its mass centre."""
     shape: Cylinder | None = Field(default=None, validate_default=True)
-    """In place of inertia: the shape it follows from."""
+    """Shape that gives the moments of inertia, in place of inertia."""
     stiffness: BaseStiffness | None = Field(default=None, validate_default=True)
     """Springs between the base of the device and its anchor."""
     beam: DeviceBeam | None = Field(default=None, validate_default=True)
-    """Beam from the base to the body, which sits on its upper end; left out, base and body are
-    one."""
+    """Beam from the base to the body; without it, base and body are one."""
     damping: Damping | None = Field(default=None, validate_default=True)
-    """Damping of the device alone, of its mass and stiffness; not needed where each row of modes
-    has its own."""
+    """Damping of the device; not needed if each row of modes has a damping."""
     maximum_frequency: Frequency = 1000.0
-    """Modes of the device above it follow the anchor rigidly; its first mode is below it."""
+    """Modes above this frequency follow the anchor rigidly; the first mode must be below."""
 
     @property
     def anchors(self) -> tuple[DeviceSupport, ...]:
@@ -404,13 +401,13 @@ class RigidPart(Section):
     """The part of a mode's response that follows the anchor rigidly (Regulatory Guide 1.92)."""
 
     method: Annotated[tuple[RigidMethod, ...], OneOrMore(get_args(RigidMethod))]
-    """'gupta' by two frequencies; 'lindley-yow' by the zero-period acceleration; 'none': all is
-    periodic. Of a list there is a result each; the first one is reported where only one is, further
-    ones are left out where a spectrum says too little for them."""
+    """'gupta': by two frequencies; 'lindley-yow': by the zero-period acceleration; 'none': all
+    periodic. A list gives one result for each; the first is the main result. Further methods are
+    omitted if a spectrum does not determine them."""
     f1: Frequency | None = None
-    """Of 'gupta': below it nothing is rigid; default by the spectrum."""
+    """'gupta': below it, no rigid part; default by the spectrum."""
     f2: Frequency | None = Field(default=None, validate_default=True)
-    """Of 'gupta': above it all is rigid; default by the spectrum."""
+    """'gupta': above it, fully rigid; default by the spectrum."""
 
     _f1_of_gupta = rule("f1", "method")(_of_gupta)
     _f2_of_gupta = rule("f2", "method")(_of_gupta)
@@ -426,39 +423,36 @@ class DeviceAnalysis(Section):
     """The response spectrum analysis of all devices, and how the detailed one is done."""
 
     solver: Literal["reduced", "full"] = "reduced"
-    """Of the 3D model with the devices in it: 'reduced' on a basis of few vectors; 'full'
-    integrates all unknowns, without and with impacts, with the building's own damping only, which
-    takes much longer. The response spectrum analyses and [[damping_cases]] have the basis either
-    way, which is then held against the full order."""
+    """Of the 3D model with devices: 'reduced' uses a reduced basis; 'full' integrates all unknowns
+    with the building's damping only, and takes much longer. Response spectrum analyses and
+    [[damping_cases]] always use the basis, which is then compared with the full order."""
 
     combination: tuple[Combination, ...] = Field(default=("srss", "cqc"), min_length=1)
-    """Combinations of the modes, a result each: sum of absolute values, root of the sum of squares,
-    complete quadratic, double sum with signs ('dsc') and without, 10 %, grouping."""
+    """Combinations of the modes, one result for each: absolute sum, SRSS, CQC, double sum with
+    signs ('dsc') and without, 10 %, grouping."""
     duration: Duration | None = Field(default=None, validate_default=True)
     """Duration of the strong motion, for 'dsc' and 'dsc-abs'."""
     rigid: RigidPart | None = None
     """Rigid part of the modes; left out, all is periodic."""
     missing_mass: StrictBool = True
-    """Whether what the modes up to maximum_frequency do not carry is added, with the zero-period
+    """Add the missing mass of the modes up to maximum_frequency, with the zero-period
     acceleration."""
     directions: Literal["srss", "100-40-40"] = "srss"
     """Combination of the directions."""
     supports: tuple[SupportRule, ...] = Field(default=("srss", "abs", "envelope"), min_length=1)
-    """Of devices with several supports: combination of the responses to the supports, a result
-    each. 'srss' and 'abs' take them as independent, 'algebraic' as moving in step, 'envelope' lets
-    all move in step by the envelope of their spectra."""
+    """Combination of the responses to several supports, one result for each. 'srss' and 'abs':
+    independent supports; 'algebraic': in phase; 'envelope': in phase, by the envelope of their
+    spectra."""
     displacements: Literal["srss", "abs"] = "abs"
-    """Combination of the forces by displacements of the supports against each other, among
-    themselves and with the rest."""
+    """Combination of the forces due to relative displacements of the supports, and with the
+    inertial forces."""
     envelope_dampings: StrictBool = False
-    """Whether the analysis is also done with the envelope of the spectra over all
-    [[damping_cases]], with those of envelope where a device has any."""
+    """Repeat the analysis with the envelope of the spectra over all [[damping_cases]], including
+    the points of envelope."""
     rotations: StrictBool = True
-    """Whether the analysis is also done with the spectra of the anchor's rotations as further
-    input."""
+    """Repeat the analysis with the spectra of the anchor's rotations as additional input."""
     broadening: DampingRatio = 0.15
-    """How far the peaks of the spectra are broadened, of their frequency to either side, for a
-    result beside that of the spectra as computed; 0 for none."""
+    """Relative broadening of the spectra to either side, for an additional result; 0 for none."""
     time_step: TimeStep | None = None
     """Time step of the 3D model with the devices; default an eighth of that of [transient]."""
 

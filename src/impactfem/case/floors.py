@@ -37,9 +37,9 @@ class Material(Section):
     poisson_ratio: Annotated[float, Ratio(at_least=0, below=0.5)]
     """Poisson's ratio ν."""
     density: Density | None = None
-    """Mass density; the sticks take their masses from the floor table instead."""
+    """Mass density of the 3D model; sticks use the floor table."""
     compressive_strength: Stress | None = None
-    """Compressive strength, which the mean bearing pressure of an impact is compared with."""
+    """Compressive strength, compared with the mean bearing pressure of an impact."""
 
 
 UNKNOWN_MATERIAL = Material(young_modulus=1e9, poisson_ratio=0.2, density=1e3)

@@ -26,50 +26,47 @@ class CaseFile(Section):
     """A case of impactfem: buildings side by side, a ground motion, and what is computed."""
 
     extends: File | None = None
-    """Another case file, which this one is laid over: it says only what differs."""
+    """Another case file that this one extends; state only the differences."""
     title: Text
     """Title of the case, for the report and the figures."""
     published: Annotated[dict[str, Published], PUBLISHED_FILE] = Field(default={})
-    """Table of published values (CSV), put beside the results in summary.json."""
+    """Table of published values (CSV), compared with the results in summary.json."""
     materials: dict[Key, Material]
     """Materials by name."""
     damping: Damping
     """Damping of all buildings without their own."""
     damping_cases: tuple[DampingCase, ...] = ()
-    """Further dampings of all buildings; none: the study is done once."""
+    """Further dampings of all buildings, each a repetition of the study."""
     buildings: tuple[Building, ...] = Field(min_length=1)
     """The buildings."""
     calibration: Calibration | None = None
-    """Calibration of the sticks; left out, they are taken as given."""
+    """Calibration of the sticks; without it, the sticks are used as given."""
     wall_impact: WallImpactSetup | None = None
-    """The impact of the 3D model on a rigid wall, which needs a [buildings.structure]; left out,
-    there is none."""
+    """Impact of the 3D model on a rigid wall; requires [buildings.structure]."""
     transient: Transient | None = None
-    """The response of the 3D model in time, which needs a [buildings.structure]; left out, it is
-    not computed."""
+    """Time history of the 3D model; requires [buildings.structure]."""
     devices: tuple[DeviceSetup, ...] = ()
-    """Devices on floors of the 3D model, which need a [buildings.structure] and [transient]."""
+    """Devices on floors of the 3D model; require [buildings.structure] and [transient]."""
     device_analysis: DeviceAnalysis | None = None
-    """How the forces on their anchors are computed."""
+    """Analysis of the forces on their anchors."""
     motions: Annotated[tuple[Motion, ...], Written(tuple[MotionEntry, ...], tuple)] = ()
-    """The ground motions, one a direction; with [[loads]] they may be left out, and the ground
-    rests."""
+    """The ground motions, one for each direction; optional with [[loads]]."""
     wave_passage: WavePassage | None = None
-    """Waves that reach one building after the other; left out, the ground under all moves alike."""
+    """Delay of the ground motion between buildings; without it, all move alike."""
     loads: tuple[FloorForces, ...] = ()
     """Forces on floors in addition to the ground motion."""
     contact_laws: dict[Key, ContactLawEntry] = Field(default={})
     """Laws of the contact force by name."""
     contacts: Annotated[tuple[Contact, ...], Written(tuple[ContactEntry, ...], expand)] = ()
-    """Pairs of points that may touch; none: the buildings never pound."""
+    """Contact pairs; without any, the buildings do not pound."""
     pounding: Pounding
-    """What pounds, and how it is integrated in time."""
+    """Models in contact and time integration."""
     spectra: Spectra
     """Response spectra of the floors."""
     ensemble: Ensemble | None = None
-    """Ensemble of motions; left out, there is none."""
+    """Ensemble of motions."""
     report: Report = Field(default_factory=Report)
-    """What the report of the run says beside the results."""
+    """Author, assumptions and published reference of the report."""
 
 
 class Case(CaseFile):

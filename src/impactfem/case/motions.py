@@ -62,7 +62,7 @@ class _Motion(Section):
     """What all ground motions have."""
 
     direction: Direction
-    """Direction in which the ground moves; one motion a direction."""
+    """Direction of the ground motion; one motion for each direction."""
 
 
 class SyntheticMotion(_Motion):
@@ -118,8 +118,8 @@ class SyntheticMotion(_Motion):
 class RecordMotion(_Motion):
     """A motion read from a file.
 
-    What is done to it, in this order: ``baseline`` "mean" or "linear", ``taper``, ``filter``,
-    ``resample``, ``baseline`` "rest", ``scale`` or ``pga``. Each is logged.
+    Processing order: ``baseline`` "mean" or "linear", ``taper``, ``filter``, ``resample``,
+    ``baseline`` "rest", ``scale`` or ``pga``. Each is logged.
     """
 
     type: Literal["record"]
@@ -130,30 +130,30 @@ class RecordMotion(_Motion):
     format: RecordFormat | None = Field(default=None, validate_default=True)
     """Format of the file; default by its ending, and by its first lines for .asc, .txt and .v2."""
     component: Annotated[str, Component()] | None = None
-    """Which component of a file that holds several: the name of a column, the number, orientation
-    or code of a channel."""
+    """Component of a file with several: name of a column, or number, orientation or code of a
+    channel."""
     baseline: Literal["none", "mean", "linear", "rest"] = "none"
-    """Baseline correction: the mean or the straight line of least squares is taken out; 'rest'
-    brings end velocity and displacement to zero."""
+    """Baseline correction: subtracts the mean or the least-squares line; 'rest' sets final velocity
+    and displacement to zero."""
     taper: PositiveTime | None = None
-    """Time over which half a cosine takes either end to zero."""
+    """Duration of the half-cosine taper at both ends."""
     filter: tuple[Frequency, Frequency] | None = None
     """Low and high corner of a Butterworth band-pass of order 4, run forward and backward."""
     resample: TimeStep | None = None
-    """Time step that the record is brought to, band-limited; between its samples the motion is
-    straight. Default: a step above 0.55 ms is refined, a whole number of times, until straight
-    lines keep 99.8 % of the amplitude up to the Nyquist frequency or 100 Hz. The step of the record
-    itself keeps straight lines between its samples."""
+    """Time step after band-limited resampling; the motion is linear between samples. Default: a
+    step above 0.55 ms is divided by an integer until linear interpolation keeps 99.8 % of the
+    amplitude up to the Nyquist frequency or 100 Hz. The step of the record keeps linear
+    interpolation between its samples."""
     scale: Annotated[float, Ratio()] = 1.0
-    """Factor on the accelerations of the record, not zero; -1 turns its direction round."""
+    """Factor on the accelerations, not zero; -1 reverses the direction."""
     pga: Acceleration | None = None
-    """Peak ground acceleration that the record is scaled to, in place of scale; a scale of -1 turns
-    it round."""
+    """Peak ground acceleration after scaling, in place of scale; a scale of -1 reverses the
+    direction."""
 
     independent: StrictBool = False
-    """true for a record that was chosen separately: it is not compared with those along other
-    directions, and begins at time 0. Otherwise records of another event, station or sensor than
-    each other are refused, and one that begins later by its header begins later."""
+    """true for a record that was chosen separately: it is not compared with other directions and
+    begins at time 0. Otherwise records of different events, stations or sensors are refused, and a
+    later start in the header is kept."""
 
     @field_validator("format")
     @classmethod
@@ -201,14 +201,13 @@ class RestMotion(_Motion):
 class WavePassage(Section):
     """Waves that reach one building after the other.
 
-    The ground under a building moves as under the first one that the waves reach, later by the
-    distance of their axes along the direction, over the apparent velocity. A base moves as the
-    ground under its axis: that waves also turn it, and move its ends at different times, is left
-    out.
+    The ground under a building has the motion of the first building that the waves reach, delayed
+    by the distance of their axes along the direction over the apparent velocity. A base moves as
+    the ground under its axis; rotation and averaging along the base are neglected.
     """
 
     apparent_velocity: PositiveSpeed
-    """Speed at which the motion passes along the surface."""
+    """Apparent velocity along the surface."""
     direction: tuple[Number, Number]
     """Direction (x, y) in plan in which the waves travel, of any length."""
 
@@ -235,18 +234,17 @@ class Ensemble(Section):
     """Many motions through the sticks: other seeds of the synthetic motions, or other records."""
 
     motions: Annotated[int, Whole(2, 100_000)] | None = None
-    """Number of members with synthetic motions; member i takes the seed first_seed + i, and a
-    further component a seed of its own."""
+    """Number of synthetic motions; motion i has the seed first_seed + i, and a further component
+    another seed."""
     first_seed: Annotated[int, Whole(0)] = 0
     """Seed of the first member."""
     records: File | None = Field(default=None, validate_default=True)
-    """In place of motions: a folder of records, each in place of the file of the case's one motion,
-    with the same scale, component and treatment."""
+    """In place of motions: a folder of records. Each replaces the file of the case's motion, with
+    the same scale, component and processing."""
 
     structure_motions: Annotated[int, Whole(0, 100_000)] = 0
-    """Number of members, from the first, that are carried through the 3D model of [transient] and
-    the devices, with their impact forces: statistics of design spectra and of forces on anchors. 0
-    carries none; statistics need at least two."""
+    """Number of motions, from the first, that also run in the 3D model of [transient] and the
+    devices, for statistics of design spectra and anchor forces. Statistics need at least two."""
 
     @rule("structure_motions")
     @staticmethod

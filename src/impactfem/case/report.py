@@ -103,15 +103,14 @@ REFERENCE = "what the study stands beside (TOML)"
 
 
 class ReferenceValue(Section):
-    """A result that has a published value, and how near it has to come."""
+    """A result with a published value and a tolerance."""
 
     name: Text
     """Name of the result, as in summary.json and in 'published'."""
     tolerance: Weight
-    """Largest difference from the published value that counts as reproduced; an inequality has
-    none, it holds or does not."""
+    """Largest difference that counts as reproduced; not for inequalities."""
     reason: Prose | None = None
-    """Why it differs by more, if it does."""
+    """Reason for a larger difference."""
 
 
 class ReferenceItem(Section):
@@ -124,53 +123,53 @@ class ReferenceItem(Section):
     title: Text
     """What it shows."""
     shows: tuple[Text, ...] = ()
-    """Files of the run that show ours, relative to its folder; * for any letters."""
+    """Files of the run that show this item, relative to its folder; * for any letters."""
     tells: Prose | None = None
-    """What is to be said of ours: where it differs and why."""
+    """Comment on the result: differences and reasons."""
     given: StrictBool = False
-    """Whether all that it prints is an input of the case."""
+    """All its values are inputs of the case."""
     values: tuple[ReferenceValue, ...] = ()
     """Results compared."""
 
 
 class GivenValues(Section):
-    """Published values that ours did not have to find: they never count as reproduced."""
+    """Published values that are inputs or calibrated: they never count as reproduced."""
 
     kind: Literal["input", "fitted", "scaled", "selected", "derived"]
-    """'input': ours is an input, or follows from inputs by a formula alone; 'fitted': a parameter
-    was fitted to it; 'scaled': ours was scaled to it; 'selected': ours is one of many that were
-    tried, chosen because it comes near; 'derived': the publication does not print it, it was
-    derived from what it prints."""
+    """'input': an input, or a formula of inputs; 'fitted': a parameter was fitted to it; 'scaled':
+    the result was scaled to it; 'selected': chosen from several results by closeness; 'derived':
+    not printed, but derived from printed values."""
     names: tuple[Text, ...] = Field(min_length=1)
     """Names of the table of published values; * for any letters."""
     reason: Prose
-    """What was given, fitted, scaled, selected or derived, and how."""
+    """Explanation of the kind."""
 
 
 class Assumption(Section):
-    """Something that is assumed, and why."""
+    """An assumption and its reason."""
 
     name: Text | None = None
-    """What a file that is laid over this one calls it."""
+    """Name of the entry, for files that extend this one."""
     text: Prose
-    """What is assumed."""
+    """The assumption."""
     reason: Prose
-    """Why, and what it does to the results as far as it is known."""
+    """Reason, and known effect on the results."""
 
 
 class Reference(Section):
-    """A publication that a case reproduces, place by place."""
+    """A publication that a case reproduces, item by item."""
 
     extends: File | None = None
-    """Another file of this kind, which this one is laid over: it says only what differs, as in
+    """Another file of this kind that this one extends; state only the differences, as in
     `[items."figure 1"]`, `[items."table 2".values."building.frequency.1"]`, `[given.fitted]` or
     `[assumptions.NAME]`."""
     title: Text
     """The publication."""
     assumptions: tuple[Assumption, ...] = ()
-    """What it leaves out, and what the case takes in its place."""
+    """Missing data of the publication, and the values adopted."""
     given: tuple[GivenValues, ...] = ()
-    """Published values that are no test of ours; all others are results."""
+    """Published values that are inputs or calibrated (no independent check); all others are
+    results."""
     items: tuple[ReferenceItem, ...]
     """Its equations, figures and tables."""
 
@@ -243,13 +242,13 @@ class Report(Section):
     """The report that a run ends in: one page that shows all results with their checks."""
 
     author: Text | None = None
-    """Who made the study, for the block of signatures; without it there is a line to fill in."""
+    """Author of the study, for the signature block; default a blank line."""
     checker: Text | None = None
-    """Who checked it; the same."""
+    """Checker of the study, likewise."""
     revision: Text | None = None
-    """Revision of the study, as 'B, 2 March 2026'; the same."""
+    """Revision of the study, as 'B, 2 March 2026', likewise."""
     reference: Annotated[Reference, REFERENCE_FILE] | None = None
-    """Equations, figures and tables of a publication, with tolerances (TOML); the report puts the
-    results beside them."""
+    """Equations, figures and tables of a publication, with tolerances (TOML), for comparison in the
+    report."""
     assumptions: tuple[Assumption, ...] = ()
-    """What the case assumes, beside what the method does."""
+    """Assumptions of the case, in addition to those of the method."""

@@ -47,7 +47,7 @@ class Raft(Section):
     radius: PositiveLength | None = Field(default=None, validate_default=True)
     """Radius, of a disk in place of a rectangle."""
     thickness: PositiveLength
-    """Thickness: the soil begins so far below the base of the building."""
+    """Thickness, from the base of the building down to the soil."""
     mass: Mass | None = Field(default=None, validate_default=True)
     """Mass of the raft."""
     density: Density | None = Field(default=None, validate_default=True)
@@ -109,11 +109,11 @@ class HalfSpaceSoil(_OnRaft):
     poisson_ratio: Annotated[float, Ratio(at_least=0, at_most=0.5)]
     """Poisson's ratio ν of the soil."""
     damping_ratio: Annotated[float, Ratio(at_least=0, at_most=MOST_DAMPED)] = 0.0
-    """Damping ratio ζ of the soil's material, hysteretic, in addition to radiation; constant from 1
-    to 20 Hz, with the stiffness as given at 4.5 Hz: softer below, stiffer above."""
+    """Hysteretic material damping ratio ζ of the soil, in addition to radiation. Constant from 1 to
+    20 Hz; the given stiffness applies at 4.5 Hz (softer below, stiffer above)."""
     model: Literal["pais-kausel", "cone"] | None = Field(default=None, validate_default=True)
-    """Formulas: those of Pais and Kausel for rectangles, or Wolf's cones for a disk and rafts of
-    the same area and moments of inertia; default by the shape of the raft."""
+    """Formulas of Pais and Kausel for rectangles, or Wolf's cones for a disk and rafts of equal
+    area and moments of inertia; default by the shape of the raft."""
     embedment: Depth = 0.0
     """Depth of the raft's underside below the surface, its sides in contact with the soil."""
 

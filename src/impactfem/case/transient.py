@@ -50,9 +50,9 @@ class Probe(Section):
     """
 
     name: Name
-    """Name of the probe; that of several ones gets a number each."""
+    """Name of the probe; several points are numbered."""
     building: Annotated[str, ModelledBuilding()] = Field(default=None, validate_default=True)
-    """Name of the building that it is in; left out, each one that has a 3D model."""
+    """Name of the building; default each one with a 3D model."""
     point: _Point | None = None
     """Coordinates (x, y, z) of one point; the nearest node is taken."""
     start: _Point | None = Field(default=None, alias="from")
@@ -135,81 +135,79 @@ LARGEST_BASIS = 1200
 class Transient(Section):
     """The 3D model in time, under the ground motion and the impact forces.
 
-    The forces act as line loads on the sides of the floors that the pairs strike, and inside
-    storeys on walls and columns. Spectra are those of ``[spectra]``, the damping is that of the
-    building, on all its parts that have none of their own.
+    The forces act as line loads on the struck sides of the floors, and inside storeys on walls and
+    columns. ``[spectra]`` applies. The damping is that of the building for all parts without a
+    separate damping.
     """
 
     solver: Literal["reduced", "full", "both"] = "reduced"
-    """'reduced' on a basis of few vectors; 'full' integrates all unknowns, which takes much longer,
-    and records the probes only, without maps, waves and export; 'both' holds the reduced one
-    against the full one."""
+    """'reduced' uses a reduced basis; 'full' integrates all unknowns, takes much longer, and
+    records probes only (no maps, waves, export); 'both' compares them."""
     duration: Duration | None = None
-    """Time that is computed; default what is computed of the pounding, or as long as the forces of
-    another program last."""
+    """Computed time; default that of the pounding, or of the forces of another program."""
     time_step: TimeStep
     """Time step of the 3D model."""
     maximum_frequency: Frequency = MAXIMUM_FREQUENCY
-    """Frequency up to which the reduced basis is good; spectra above are marked."""
+    """Highest frequency of the reduced basis; spectra above are marked."""
     tolerance: Annotated[float, Ratio(above=0, below=1)] = TOLERANCE
-    """Relative error of the reduced transfer functions at the probes, by nested bases."""
+    """Allowed relative error of the reduced transfer functions at the probes, estimated by nested
+    bases."""
     serve_damping_cases: StrictBool = False
-    """Whether the reduced basis is made for the lightest damping among the building's own and those
-    of [[damping_cases]], at maximum_frequency; it then serves all of them, with more vectors."""
+    """Make the reduced basis for the lowest damping of the building and [[damping_cases]] at
+    maximum_frequency. It then serves all of them, with more vectors."""
     shift: Frequency = SHIFT
-    """Frequency that the reduced basis is expanded about."""
+    """Expansion frequency of the reduced basis."""
     largest_basis: Annotated[int, Whole(1, 100_000)] = LARGEST_BASIS
     """Largest number of vectors of the reduced basis."""
     floors: Annotated[Any, FloorsByBuilding()] = None
-    """Floors that may be hit or loaded, each with the storey below it; fewer make the reduced basis
-    smaller. Of several buildings with a 3D model all alike, or a table by their names:
-    { B1 = [7, 8], B2 = 5 }. Default those of the building's contacts and loads."""
+    """Floors that may be hit or loaded, each with the storey below; fewer floors need fewer
+    vectors. One list for all 3D models, or a table by name: { B1 = [7, 8], B2 = 5 }. Default those
+    of contacts and loads."""
     band: Literal["larger", "smaller"] = "larger"
-    """What tells the error band of the reduced model: 'larger' bases, of up to a fifth more
-    vectors, which take time and memory; or 'smaller' ones, at no cost, whose band is often more
+    """Source of the error band of the reduced model: 'larger' bases with up to a fifth more
+    vectors, which need time and memory; or 'smaller' bases without cost, whose band is often more
     than ten times too wide."""
     spread: Literal["uniform", "patch", "calibrated"] = "uniform"
-    """How the force of a pair is spread along the side of the floor that it strikes. Resultant and
-    moment about the vertical are always those of the pair. 'uniform': on the whole side, with a
-    linear part for an eccentric pair; 'patch': on patch_width about the pair; 'calibrated':
-    as the impulse of the impact of [wall_impact], whose contact_spacing then is that of the load
-    patterns: many of them make the reduced basis larger."""
+    """Distribution of the force of a pair along the struck side. Resultant and moment about the
+    vertical are always those of the pair. 'uniform': on the whole side, with a linear part for an
+    eccentric pair; 'patch': on patch_width around the pair; 'calibrated': as the impulse of
+    [wall_impact], whose contact_spacing sets the number of load patterns and the size of the
+    basis."""
     patch_width: PositiveLength = 2.0
-    """Width of the patch of spread 'patch'; and of the square on walls and columns that the force
-    of a pair inside a storey acts on, whatever the spread."""
+    """Width of the patch of spread 'patch', and of the square on walls and columns loaded by a pair
+    inside a storey."""
     eccentricity: Length = 0.0
-    """Distance by which all forces on the sides are moved along them, beyond the offsets of their
-    pairs: accidental eccentricity, for example."""
+    """Shift of all forces along the sides, in addition to the offsets of their pairs, for example
+    accidental eccentricity."""
     forces: Annotated[Path, _FORCES] | None = None
-    """Impact forces of another program (NetCDF or CSV) in place of those of the pounding, positive
-    in compression, which pushes the buildings apart (see compression). A CSV has the columns
-    `time [s]` and `<pair> [N]`, in any units of time and force. The name of a pair is that of its
-    two points: west.floor_2-east.floor_2, or east.storey_3 for a point in a storey, or the wall.
-    Further pairs of the same floors have #2, #3 behind it: west.floor_2-east.floor_2#2."""
+    """Impact forces of another program (NetCDF or CSV) in place of the pounding, positive in
+    compression (see compression). A CSV has the columns `time [s]` and `<pair> [N]`, in any units
+    of time and force. A pair is named by its two points: west.floor_2-east.floor_2, east.storey_3
+    for a point in a storey, or the wall. Further pairs of the same floors end with #2, #3:
+    west.floor_2-east.floor_2#2."""
     compression: Literal["positive", "negative"] = "positive"
     """Sign of compression in the file of forces: contact forces of OpenSees and SAP2000 are
     'negative'."""
     fields: tuple[Literal["pfa", "psa"], ...] = ("pfa", "psa")
-    """Maps over all nodes of the floors: of the peak acceleration, of the pseudo-acceleration at
+    """Maps over all nodes of the floors: peak acceleration, pseudo-acceleration at
     field_frequencies."""
     field_frequencies: tuple[Frequency, ...] = (10.0, 75.0, 85.0)
     """Frequencies of the maps of pseudo-acceleration."""
     snapshots: StrictBool = True
-    """Whether pictures of the waves at the main impact are made."""
+    """Draw the waves at the main impact."""
     export: StrictBool = False
-    """Whether the motion of the whole model is written for ParaView; not with solver 'full'."""
+    """Write the motion of the whole model for ParaView; not with solver 'full'."""
     export_nodes: Literal["vertices", "all"] = "vertices"
-    """Which nodes of the elements are written; 'all' takes about four times the room and shows
-    shorter waves."""
+    """Nodes that are written; 'all' needs about four times the space and shows shorter waves."""
     export_start: Time | None = None
-    """First time that is written; default 10 ms before the main impact, or, where nothing touches,
-    before the largest force of [[loads]] on a side, or the largest ground acceleration."""
+    """First time that is written; default 10 ms before the main impact, or, without contact, before
+    the largest force of [[loads]] or the largest ground acceleration."""
     export_duration: PositiveTime = 0.2
-    """Time that is written, at most to the end of what is computed."""
+    """Duration that is written."""
     export_step: PositiveTime | None = None
-    """Time between two pictures, rounded to whole time steps; default one step."""
+    """Time between two frames, rounded to whole time steps; default one step."""
     checkpoint_every: PositiveTime = 1.0
-    """Computed time between two states from which the full solver can go on."""
+    """Computed time between two checkpoints of the full solver."""
     probes: tuple[Probe, ...] = ()
     """Further points at which the response is recorded."""
 
