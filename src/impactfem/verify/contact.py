@@ -194,7 +194,7 @@ def contact_laws(rows: Rows) -> None:
     published relation is right within 0.01.
 
     At the onset of hertz-damp the speed falls by (Ωt)^2.5, 3e-6 in the 200 steps that are looked
-    at, so that its power is known to 1e-5. Jankowski's force has, beside p^0.25, a part p^1.5:
+    at, so that its power is known to 1e-5. Jankowski's force has a part p^1.5 and p^0.25:
     (Ωt)^1.25 or some 1e-3 of it. The jump of Kelvin-Voigt is read half of a step back along a
     straight line, (ΩΔt)² = 1e-9.
     """
@@ -391,7 +391,7 @@ def missing_pair(rows: Rows) -> None:
             b *= _flexibility(columns[0], z) / flexibility[0]
         quantities = [f"places in no pair, with the pair {word}" for word in ("missing", "listed")]
         places = [len(found), len(facing_floors(listed).pairs)]
-        rows.add(quantities, [1, 0], places, "-", 0.0, "the row as it is made", absolute=True)
+        rows.add(quantities, [1, 0], places, "-", 0.0, "the row by construction", absolute=True)
         distance = gap + c - b
         smallest = distance.min()
         rows.add("smallest distance", smallest, nearest.distance, "m", 2e-5, absolute=True)

@@ -165,7 +165,7 @@ def record_formats(rows: Rows) -> None:
 
 @benchmark("EN 1998-1", "EN 1998-1:2004, 3.2.2.2, tables 3.2 and 3.3")
 def eurocode_ordinates(rows: Rows) -> None:
-    """EN 1998-1: ordinates at 0, T_B, T_C, T_D and 2 T_D from the standard's tables by hand.
+    """EN 1998-1: ordinates at 0, T_B, T_C, T_D and 2 T_D from the standard's tables.
 
     With a_gR = 1 m/s2 and γ_I = 1: S, 2.5 S, 2.5 S, 2.5 S T_C/T_D, a quarter of that.
     """
@@ -199,7 +199,7 @@ def eurocode_ordinates(rows: Rows) -> None:
 
 @benchmark("French decrees")
 def decree_ordinates(rows: Rows) -> None:
-    """The French decrees: plateaus and ordinates at 1 s by hand."""
+    """The French decrees: plateaus and ordinates at 1 s in closed form."""
     ordinary = "arrêté of 22 October 2010, article 4"
     special = "arrêté of 4 October 2010, article 12-3"
     # Zone, ground, γ_I, text, vertical, period [s], ordinate by hand [m/s2], how, source.

@@ -132,13 +132,13 @@ def spectrum_sdll06(rows: Rows) -> None:
 
 @benchmark(
     "peak broadening",
-    "by hand; construction of US NRC Regulatory Guide 1.122, revision 1 (1978), figure 1",
+    "closed form; construction of US NRC Regulatory Guide 1.122, revision 1 (1978), figure 1",
 )
 def broadening(rows: Rows) -> None:
     """Hand-made spectra broadened by ±15 %: one peak, two peaks, a plateau, and one-sided.
 
     Sides of straight lines on doubly logarithmic axes keep their slope and move by the factors
-    0.85 and 1.15, which gives every ordinate by hand.
+    0.85 and 1.15, which gives every ordinate in closed form.
     """
     # 9 m/s2 at 10 Hz on 1 m/s2: from 5 Hz up by f^(ln 9/ln 2), to 20 Hz down alike.
     f, peak = np.array([[1.0, 5.0, 10.0, 20.0, 100.0], [1.0, 1.0, 9.0, 1.0, 1.0]])
@@ -178,7 +178,7 @@ def broadening(rows: Rows) -> None:
     rows.add(quantity, 0.0, max(loss, 0.0), "-", 1e-12, "definition of the design frequencies")
 
 
-@benchmark("peak reduction", "by hand; rule of ASCE 4-98, section 3.4.2.3")
+@benchmark("peak reduction", "closed form; rule of ASCE 4-98, section 3.4.2.3")
 def peak_reduction(rows: Rows) -> None:
     """Reduction of narrow peaks: a narrow one and a wide one on doubly logarithmic sides.
 

@@ -335,7 +335,7 @@ def _colliding(steps: int) -> tuple[Array, Array]:
     return history.displacement[-1], history.velocity[-1]
 
 
-@benchmark("landing block", "momentum of a rigid body, all sets of corners tried")
+@benchmark("landing block", "momentum of a rigid body, all sets of corners compared")
 def landing_block(rows: Rows) -> None:
     """Impulses and velocities of landings at once on both corners, and a series of bounces."""
     inverse = np.diag([1.0 / MASS, 1.0 / INERTIA])

@@ -46,7 +46,7 @@ def device_table_6(rows: Rows) -> None:
     total, the device has one unknown left, its inertia, for three conditions (equation 2 of
     :mod:`impactfem.device.modes`): fitted to the frequencies, it is 0.3 % and 0.1 % off in them,
     and 2.3 % and 8.6 % in the effective masses. So the paper is no reference for it: it is compared
-    with the closed form of a rigid body on two springs, and the sources of its rows tell how far
+    with the closed form of a rigid body on two springs, and the sources of its rows state how far
     that is from table 6. With 1500 kg as a solid cylinder of the printed size, and a beam from
     base to mass centre that weighs the missing 45.9 kg, its bending stiffness alone gives all four
     values, to their printed digits.
@@ -131,7 +131,7 @@ def device_sdll06(rows: Rows) -> None:
 
 @benchmark("device on a shaking anchor", "exponential of the state matrix (scipy.signal.lsim)")
 def device_on_shaking_anchor(rows: Rows) -> None:
-    """The paper's device under six components of noise, beside the state matrix of all its motions.
+    """The paper's device under six components of noise, against the state matrix of all motions.
 
     `scipy.signal.lsim` steps ẋ = A x + B u exactly for u straight between samples, by the
     exponential of the matrix, and knows neither modes nor oscillators.

@@ -85,7 +85,7 @@ def device_sdld25(rows: Rows) -> None:
     "Lyapunov equation of two oscillators under white noise (Der Kiureghian 1981)",
 )
 def cqc_coefficient(rows: Rows) -> None:
-    """CQC's coefficients beside the covariance of two oscillators under white noise.
+    """CQC's coefficients against the covariance of two oscillators under white noise.
 
     The covariance P of the states solves A P + P Aᵀ + B Bᵀ = 0; the coefficient is the correlation
     of the two displacements. Nothing of the closed form is used.
@@ -109,10 +109,11 @@ def cqc_coefficient(rows: Rows) -> None:
 
 
 @benchmark(
-    "combination of modes", "by hand; US NRC Regulatory Guide 1.92, revisions 1 (1976) and 2 (2006)"
+    "combination of modes",
+    "closed form; US NRC Regulatory Guide 1.92, revisions 1 (1976) and 2 (2006)",
 )
 def mode_combinations(rows: Rows) -> None:
-    """The other rules on three modes, by hand: 10, 10.8 and 11.5 Hz with R = 3, -4 and 12."""
+    """Other rules on three modes, closed form: 10, 10.8 and 11.5 Hz with R = 3, -4 and 12."""
     R, f, xi = np.array([3.0, -4.0, 12.0]), np.array([10.0, 10.8, 11.5]), np.full(3, 0.02)
     rate = [0.02 * 2.0 * math.pi * one + 2.0 / 10.0 for one in f]
     shift = [2.0 * math.pi * one * math.sqrt(1.0 - 0.02**2) for one in f]
@@ -187,18 +188,18 @@ def rigid_response(rows: Rows) -> None:
     at, xi = np.array([12.0]), np.array([0.02])
     corners = (9.0 / (9.0 / 4.0), (4.0 + 2.0 * 25.0) / 3.0)
     partly = math.log(12.0 / corners[0]) / math.log(corners[1] / corners[0])
-    source = "by hand from the spectrum"
+    source = "closed form from the spectrum"
     for rigid, reference in ((Gupta(), partly), (LindleyYow(), zpa / S)):
         value = rigid.fraction(floor, at, xi, np.array([S]))[0]
         quantity = f"rigid part at 12 Hz, {type(rigid).__name__}"
         rows.add(quantity, reference, value, "-", 1e-9, source)
 
 
-@benchmark("net tension at the anchor", "by hand")
+@benchmark("net tension at the anchor", "statics")
 def net_tension(rows: Rows) -> None:
     """The paper's device under an acceleration that stays: what eight anchors on its rim bear.
 
-    The floor accelerates by 4 m/s2 along y and 3 m/s2 downward. Forces by hand; then a rigid plate
+    The floor accelerates by 4 m/s2 along y and 3 m/s2 downward. Forces by statics; a rigid plate
     on eight equal springs on the circle, whose forces follow from equilibrium by the least squares
     of its three motions, with the moment turned until one of them is pulled the most.
     """
@@ -214,7 +215,7 @@ def net_tension(rows: Rows) -> None:
         springs = plate @ np.linalg.solve(plate.T @ plate, np.array([N, M, 0.0]))
         largest = max(largest, count * float(springs.max()))
     tension = float(ring_tension(whole, radius))
-    rows.add("force z with the weight", N, whole[2], "N", 1e-9, "by hand, g = 9.80665 m/s2")
+    rows.add("force z with the weight", N, whole[2], "N", 1e-9, "statics, g = 9.80665 m/s2")
     rows.add("moment x", M, whole[3], "N m", 1e-9)
     rows.add("N + 2 M / r", N + 2.0 * M / radius, tension, "N", 1e-9)
     rows.add("eight springs on a circle", largest, tension, "N", 1e-9, "a rigid plate on springs")
@@ -370,7 +371,7 @@ def harmonic_supports(rows: Rows) -> None:
 
 @benchmark("spectra against direct integration", "direct integration under white noise")
 def device_under_noise(rows: Rows) -> None:
-    """Response spectrum analysis beside direct integration under white noise.
+    """Response spectrum analysis against direct integration under white noise.
 
     The paper's device, whose two modes are far apart: largest forces under 60 motions. A pair of
     close modes, where SRSS is 40 % off: mean squares over one long motion, for which CQC is made.

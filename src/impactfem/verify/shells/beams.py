@@ -125,7 +125,7 @@ def eccentric_beam(rows: Rows) -> None:
 
     Tip force P on the beam, distance e of the axes, z = e A_2 / (A_1 + A_2) from the slab's
     mid-plane to the common centroid: P (L³/3EI + L c),
-    I = I_1 + I_2 + e² A_1 A_2 / (A_1 + A_2). Shear: the strip carries the force of its own
+    I = I_1 + I_2 + e² A_1 A_2 / (A_1 + A_2). Shear: the strip carries the force of its
     bending moment, P I_1 / I, the beam the rest; in the strip's plane the flow that the beam
     hands over, P A_1 z / I, fades evenly to the edges.
     """
@@ -183,7 +183,7 @@ def beam_cantilevers(rows: Rows) -> None:
     exact = FORCE * (bending + length / (SHEAR * CONCRETE.G * section.A) + twist)
     model = _cantilever(np.array([1.0, 0.0, 0.0]), length, section)
     moved = _tip(model, (0.0, 0.0, 1.0), 0)
-    rows.add("tip beside its axis, beam 75 x 85 cm", exact, moved, "m", 1e-9)
+    rows.add("tip next to its axis, beam 75 x 85 cm", exact, moved, "m", 1e-9)
     source = "Timoshenko and Goodier, Theory of Elasticity, section 109: table for b/a = 1.5"
     quantity = "torsion constant of the column 80 x 120 cm over a³ b"
     J = BeamSection.column(0.8, 1.2).J

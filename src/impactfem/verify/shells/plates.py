@@ -380,7 +380,7 @@ def nafems_fv12(rows: Rows) -> None:
 
     NAFEMS' references of modes 7 to 9 are about 1 % above those of a free plate by Kirchhoff's
     theory, hence 2 %. Shear lowers twisting modes by 0.3 t / L, 0.15 %, at the free edges, hence
-    0.3 % beside that theory and, for modes 4 to 6, beside NAFEMS' four digits.
+    0.3 % compared with that theory and, for modes 4 to 6, with NAFEMS' four digits.
     """
     length, cells, t = 10.0, 32, 0.05
     nodes, triangles = rectangle(length, length, cells, cells, 0.15)

@@ -1,7 +1,7 @@
 """A floor in 3D against the same floor as a bar: under a pulse on its edge, and at a rigid wall.
 
 The fast rows take a floor of the program's own generator on soft columns; those of `--full` take
-floor 8 of the paper, with the forces of its own run (docs/floor-as-a-bar.md has it by hand).
+floor 8 of the paper, with the forces of its own run (docs/floor-as-a-bar.md has the closed form).
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ FORCE, PULSE, STEP, WINDOW = 10e6, 10e-3, 0.5e-3, 0.04
 LIGHT = Rayleigh(0.0, 2e-5)  # a damping that hides no wave: 0.4 % at 60 Hz
 QUIET = 0.01  # time before the pulse [s]
 DISPLACED, WALL_STEP, WALL_WINDOW = -0.02, 0.1e-3, 0.75
-SOLVER = "the bar by a solver of its own (verify/waves/bar.py)"
+SOLVER = "the bar by an independent solver (verify/waves/bar.py)"
 
 PAPER = "paper's floor 8 as a bar"
 FLOOR, END = 8, 5.6  # the main impact is at 5.1 s
@@ -55,16 +55,16 @@ POINTS = ("impact edge", "centre", "far edge")
 def floor_as_a_bar(rows: Rows) -> None:
     """A strip of a slab, 250 t in all, on six soft columns, under a pulse and before a wall.
 
-    Before the wall, and in the sums by hand, two beams lie along it; under the pulse none, as the
+    Before the wall, and in the closed form, two beams lie along it; under the pulse none, as the
     edge between beams is pushed further in than a bar's, by 6 % of its peak.
 
     With ν = 0 it is a bar but for its columns, whose half weighs 0.6 % and whose stiffness gives it
     0.4 Hz. A smooth pulse of 10 ms on its edge, and a release 2 cm before a wall that it touches at
-    rest position: the columns push neither way then. 250 t drawn aside as a whole floor move as
+    rest position: the columns push neither way then. 250 t displaced as a whole floor move as
     one, and the bar that meets the wall does so, too. With the paper's damping the restitution is
     that of the damping; hardly damped, it shows what the contact nodes of elements of 1.2 m lose.
-    By hand a wave takes L/c, c = √(EA'/m'), from edge to edge; the peak of a damped one is ahead
-    of that, and near the far edge it is one with its reflection.
+    In closed form a wave takes L/c, c = √(EA'/m'), from edge to edge; the peak of a damped one is
+    ahead of that, and near the far edge it is one with its reflection.
     """
     from impactfem.building.floor import floor_bar
 
@@ -110,11 +110,11 @@ def _strip(*, beams: bool) -> BuildingParts:
 
 
 def _bar_rows(rows: Rows, bar: FloorBar) -> None:
-    """The bar by hand; of its solver an end mass by an equation, the wall by d'Alembert."""
+    """The bar in closed form; of its solver an end mass by an equation, the wall by d'Alembert."""
     columns = 6 * RHO * 0.04 * 2.5
     stiffness = YOUNG * (WIDTH * SLAB + 2 * 0.3 * 0.5)
     speed = math.sqrt(stiffness * LENGTH / (MASS - columns))
-    rows.source = "by hand: slab and beams, 250 t less half of the columns"
+    rows.source = "closed form: slab and beams, 250 t less half of the columns"
     quantities = ["EA' of the mesh", "√(EA'/m') of the mesh"]
     rows.add(quantities, [stiffness, speed], [bar.stiffness, bar.speed], ["N", "m/s"], 1e-9)
     EA, m, end = 6e11, 2.6e6, 0.2e6
@@ -173,7 +173,7 @@ def _pulse_rows(rows: Rows, parts: BuildingParts, bar: FloorBar) -> None:
     rows.add("crossing by the slope of the peak", ours, theirs, "s", 0.02)
     light = peaks(_line_in_3d(parts, 1, loads, LIGHT, 1.0)[1])
     quantity = "from the peak at the edge that is hit to that at the far edge, hardly damped"
-    rows.add(quantity, bar.crossing, light[-1] - light[0], "s", 0.05, "by hand: L/√(EA'/m')")
+    rows.add(quantity, bar.crossing, light[-1] - light[0], "s", 0.05, "closed form: L/√(EA'/m')")
 
 
 def _line_in_3d(
@@ -248,7 +248,7 @@ def _wall_rows(rows: Rows, parts: BuildingParts, bar: FloorBar) -> None:
 
 @benchmark(PAPER, heavy=True)
 def paper_floor_as_a_bar(rows: Rows, case_file: Path | None = None) -> None:
-    """Floor 8 of the paper's case, of its default mesh, under the forces of its own run.
+    """Floor 8 of the paper's case, of its default mesh, under the forces of its run.
 
     The bar has EA' and the masses of the mesh; only the force on floor 8 acts on it, while ground
     motion and the forces on all floors act on the building. With its facades lumped at its ends it

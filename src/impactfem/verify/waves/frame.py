@@ -124,7 +124,7 @@ def error_band(rows: Rows) -> None:
     )
     rows.add(quantity, 1.0, every.good, "-", 1.0 - ENOUGH, absolute=True)
     much = len(every.ratio) >= 1000
-    rows.add("errors to be told, at least 1000 (yes = 1)", 1.0, much, "-", 0.0)
+    rows.add("errors in the comparison, at least 1000 (yes = 1)", 1.0, much, "-", 0.0)
 
 
 def _spectra(acceleration: Array) -> Array:

@@ -73,7 +73,7 @@ def nafems_13t(rows: Rows) -> None:
         at_all, peak_of_all = peak(time, values["all"])
         rows.add("peak", highest, peak_of_all, "m", 2e-3)
         rows.add("time of the peak", at, at_all, "s", 2e-3)
-        quantity = "peak of all modes beside the published one"
+        quantity = "peak of all modes compared with the published one"
         rows.add(quantity, 3.523e-3, peak_of_all, "m", 0.025, beside)
         quantity = f"largest difference up to {END:g} s over the peak"
         rows.add(quantity, 0.0, apart(values["all"], exact), "-", 3e-3)

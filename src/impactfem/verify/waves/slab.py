@@ -70,7 +70,7 @@ def slab_pulses(rows: Rows) -> None:
     the shear wave, θ = ½ u_y,x; their inertia slows a wave of the wavelength λ down by
     (2π t/λ)²/96, 0.1 % here, and average acceleration slows both down by 0.03 %. So 0.1 % is
     allowed of the plate wave, 0.5 % of the shear wave, whose pulse changes its shape a little, and
-    1 % beside the two digits of the paper's 6.7 ms.
+    1 % compared with the two digits of the paper's 6.7 ms.
 
     The speed is the stations' distance over the delay of largest correlation.
     """
