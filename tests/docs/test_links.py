@@ -88,5 +88,5 @@ def test_each_page_of_a_benchmark_is_whole():
         text = page.read_text(encoding="utf-8")
         (include,) = (b.text for b in blocks(page) if b.language == "include} ../verification.md")
         assert f"### `{page.stem}`" in include and f"### `{page.stem}`" in manual
-        seen = text[text.index("## Errors that it must see") :]
+        seen = text[text.index("## Detected errors") :]
         assert NAMED.search(seen) and f"impactfem verify --only {page.stem}`" in seen
