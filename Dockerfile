@@ -1,5 +1,5 @@
 # docker build -t impactfem .
-# docker run --rm -v "$PWD":/work impactfem run /work/towers.toml --out /work/runs/towers
+# docker run --rm -v "$PWD":/work --user "$(id -u):$(id -g)" impactfem run towers.toml
 FROM debian:12-slim
 RUN apt-get update -qq && apt-get install -qq -y --no-install-recommends ca-certificates && rm -rf /var/lib/apt/lists/*
 COPY . /opt/impactfem
