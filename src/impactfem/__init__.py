@@ -12,9 +12,13 @@ import sys
 
 # `python -m` puts the working folder first among the folders of modules. Python sets this word
 # while it looks for the module that -m names.
-if sys.argv[:1] == ["-m"] and not sys.flags.safe_path:
+if sys.argv[:1] == ["-m"] and not getattr(sys.flags, "safe_path", False):
     del sys.path[0]
 
+
+from impactfem.system.interpreter import check_interpreter
+
+check_interpreter()  # before any import that an old Python or a missing package breaks
 
 from importlib import import_module
 from importlib.metadata import version
@@ -25,9 +29,9 @@ from impactfem.system.packages import leave_out_user_site
 
 leave_out_user_site()  # before any package is imported that is not Python's own
 
-from impactfem.system.cache import place_caches  # noqa: E402
-from impactfem.system.parallel import act_alone_in_a_step, settle_threads  # noqa: E402
-from impactfem.system.settings import ignore_settings_files  # noqa: E402
+from impactfem.system.cache import place_caches
+from impactfem.system.parallel import act_alone_in_a_step, settle_threads
+from impactfem.system.settings import ignore_settings_files
 
 if TYPE_CHECKING:
     from impactfem.study import check as check

@@ -44,6 +44,7 @@ from impactfem.stages.pounding.checks import distance_check
 from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.files import LARGEST_FORCES, unreadable
 from impactfem.system.log import LOGGER
+from impactfem.system.packages import require_packages
 
 T = TypeVar("T")
 
@@ -74,6 +75,7 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
         case, faults, left_out = read_case(source)
         found, readable = None, not faults
         if case is not None:
+            require_packages(three_d=bool(case.structures))
             stages = {one.name for one in asked_stages(case, stage)} if not faults else set()
             # Forces of another program may be missing for stages that do not read them.
             given = transient_files(case.transient) if case.transient is not None else ()

@@ -11,14 +11,13 @@ import sys
 from importlib.machinery import PathFinder
 from pathlib import Path
 
-from impactfem.system.errors import printable
+from impactfem.system.errors import ImpactfemError, printable
+from impactfem.system.interpreter import FENICSX, STORES, interpreter_fault, missing_modules
 
 _LOGGER = logging.getLogger("impactfem")  # as in `impactfem.system.log`
 DEBIAN = "/usr/lib/"
 """Where Debian has Python packages; those of an administrator's pip are in /usr/local."""
-OF_DEBIAN = (
-    *("basix", "dolfinx", "ffcx", "h5py", "mpi4py", "netCDF4", "petsc4py", "slepc4py", "ufl"),
-)
+OF_DEBIAN = tuple(sorted((*FENICSX, *STORES)))
 """Packages that must come from one source, as they share compiled libraries or formats."""
 
 
@@ -81,3 +80,18 @@ def warn_of_foreign_packages() -> None:
                 name,
                 printable(file),
             )
+
+
+def require_packages(*, three_d: bool) -> None:
+    """Check that the packages of a run can be found, before anything is computed.
+
+    Args:
+        three_d: Whether the run needs FEniCSx, for a 3D model.
+
+    Raises:
+        ImpactfemError: Packages are missing; the message names them and the remedy.
+    """
+    missing = missing_modules(*STORES, *(FENICSX if three_d else ()))
+    fault = interpreter_fault(tuple(sys.version_info[:2]), missing)
+    if fault is not None:
+        raise ImpactfemError(fault)
