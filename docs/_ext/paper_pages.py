@@ -1,4 +1,4 @@
-"""README, `paper-case.md` and `speed.md`, whose numbers are those of one run of the paper's case.
+"""Write README, `install.md`, `paper-case.md` and `speed.md` from numbers and public names.
 
 ``python docs/_ext/paper_pages.py RUN`` takes the numbers of the folder of a finished run of
 ``geometry/npp_pair.toml`` into ``npp_pair.json`` and writes the pages; without RUN it writes the
@@ -19,11 +19,14 @@ import jinja2
 from impactfem.report.overview import quantity
 from impactfem.report.page import compared_values, count, places
 
+sys.path.insert(0, str(Path(__file__).parent))
+from public_names import public_names
+
 __all__ = ["numbers", "pages"]
 EXTENSIONS = Path(__file__).parent
 ROOT = EXTENSIONS.parents[1]
 NUMBERS = EXTENSIONS / "npp_pair.json"
-PAGES = ("README.md", "docs/paper-case.md", "docs/speed.md")
+PAGES = ("README.md", "docs/install.md", "docs/paper-case.md", "docs/speed.md")
 """Made from the templates of the same names beside this module."""
 
 
@@ -73,7 +76,9 @@ def pages(content: Mapping[str, Any]) -> dict[Path, str]:
     """The text of each page.
 
     In the templates ``{{ v("frs.floor_8.peak", "m/s²", 3) }}`` is a result with three digits, and a
-    fourth argument the unit over the SI unit, such as 1e6 for MN.
+    fourth argument the unit over the SI unit, such as 1e6 for MN. ``{{ names.sources }}`` is the
+    shell line that gets the sources, ``{{ names.get_image }}`` the one for the container image, and
+    ``{{ names.note }}`` the sentence on names that are not public yet (`PublicNames`).
     """
     results = content["results"]
     manual = (ROOT / "docs" / "verification.md").read_text("utf-8")
@@ -83,6 +88,7 @@ def pages(content: Mapping[str, Any]) -> dict[Path, str]:
         value = results[name] / size
         return f"{value:,.{digits}g} {unit}".strip()
 
+    names = public_names()
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(EXTENSIONS),
         undefined=jinja2.StrictUndefined,
@@ -91,7 +97,7 @@ def pages(content: Mapping[str, Any]) -> dict[Path, str]:
     )
     return {
         ROOT / page: environment.get_template(f"{Path(page).name}.in").render(
-            **content, v=v, quantity=quantity, rows=rows
+            **content, v=v, quantity=quantity, rows=rows, names=names
         )
         for page in PAGES
     }
