@@ -24,11 +24,9 @@ ENVIRONMENT = yaml.safe_load((ROOT / "environment.yml").read_text(encoding="utf-
 # conda-forge's names of packages that have another one on PyPI.
 CONDA = {"gmsh": "python-gmsh", "matplotlib": "matplotlib-base"}
 PLACEHOLDER = re.compile(
-    r"URL-OF-|\bexample\.(org|com|net)\b|<your\b|\bYOUR[-_]|\b(OWNER|USER|ORG)/(REPO|[a-z]+)\b|"
-    r"\bghcr\.io/[a-z]",
-    re.IGNORECASE,
+    r"URL-OF-|\bexample\.(?:org|com|net)\b|<your\b|\bYOUR[-_]|\b(?:OWNER|USER)/|\bghcr\.io/[a-z]"
 )
-ALLOWED = ("tests/", "docs/_ext/licences")
+ALLOWED = ("tests/",)
 """Files in which addresses of examples are data of a test."""
 
 

@@ -53,8 +53,8 @@ class PublicNames:
         if not missing:
             return ""
         return (
-            f"No public address exists yet for: {', '.join(missing)}. Get the sources from your "
-            "contact at the project."
+            f"No public address exists yet for: {', '.join(missing)}. The steps below start from "
+            "a copy of the sources, a clone or an archive."
         )
 
 
