@@ -66,7 +66,7 @@ def test_an_error_of_a_script_keeps_its_traceback(tmp_path):
 
 @pytest.mark.parametrize(
     ("case", "names"),
-    [("sticks", ("netCDF4",)), ("solid", ("dolfinx",)), ("solid", ("petsc4py", "slepc4py"))],
+    [("sticks", ("netCDF4",)), ("solid", ("dolfinx", "ufl"))],
 )
 def test_packages_of_a_run(cases, case, names):
     assert_one_line(program(cases, names, "check", f"{case}.toml"), *names)
