@@ -11,6 +11,14 @@ from rich.console import Console
 from rich.table import Table
 
 from impactfem import __version__
+from impactfem.cli_help import (
+    Commands,
+    InvalidFileError,
+    counted,
+    ends_with,
+    judged,
+    verdict,
+)
 from impactfem.system import log
 from impactfem.system.errors import ImpactfemError, InputError, file_errors, printable
 from impactfem.system.packages import warn_of_foreign_packages
@@ -25,29 +33,37 @@ from impactfem.system.parallel import (
 )
 from impactfem.system.stop import advise, signals_answered
 
+RUN_CODES = "0 done, 1 a computation failed, 2 invalid input, 128 + n stopped by signal n."
 app = typer.Typer(
-    help="Earthquake pounding of adjacent buildings, and what it does to the equipment inside.",
+    cls=Commands,
+    help="Floor response spectra and anchor forces of equipment in buildings that pound in an "
+    "earthquake.",
+    epilog=ends_with(
+        "impactfem new towers && impactfem check towers.toml && impactfem run towers.toml",
+        "0 done, 1 a computation failed, 2 invalid input.",
+    ),
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
+BENCHMARKS = Path(__file__).parents[2] / "bench" / "suite.py"  # of the source tree alone
 PIPE_WIDTH = 160  # columns of a table that no terminal limits
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="The case file.")]
 LastStage = Annotated[
     str | None,
     typer.Option(
         metavar="STAGE",
-        help="Run this stage and those that it needs: building, reduce, calibrate, "
-        "pounding, ensemble, transient, device, design or report. All that the case has the input "
-        "for when left out.",
+        help="Last stage, with the stages that it needs: building, reduce, calibrate, "
+        "pounding, ensemble, transient, device, design or report. Default: all stages for which "
+        "the case has input.",
     ),
 ]
 NoFigures = Annotated[
     bool,
     typer.Option(
         "--no-figures",
-        help="Write results alone; the next run without this option adds tables, figures, report.",
+        help="Write results only; the next run without this option adds tables, figures, report.",
     ),
 ]
 
@@ -85,25 +101,23 @@ def _options(
     warn_of_separate_tasks()
 
 
-@app.command()
+@app.command(epilog=ends_with("impactfem run towers.toml --out runs/first", RUN_CODES))
 def run(
     context: typer.Context,
     case: CaseFile,
     stage: LastStage = None,
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder of the run; runs/<case name> when left out."),
+        typer.Option(metavar="DIR", help="Run folder. Default: runs/<case name>."),
     ] = None,
     resume: Annotated[
         bool,
         typer.Option(
             "--resume",
-            help="Go on with the run in DIR; refused where it holds none, or another case.",
+            help="Continue the run in DIR; an error if DIR holds no run, or a run of another case.",
         ),
     ] = False,
-    fresh: Annotated[
-        bool, typer.Option("--fresh", help="Compute finished stages again, too.")
-    ] = False,
+    fresh: Annotated[bool, typer.Option("--fresh", help="Compute finished stages again.")] = False,
     no_figures: NoFigures = False,
 ) -> None:
     """Run a case: finished stages with the same inputs are reused."""
@@ -113,7 +127,7 @@ def run(
     result = loop.run(case, out=out, stage=stage, resume=resume, fresh=fresh, draw=draw)
     if rank() != 0:
         return
-    heads = ("result", "value", "published", "unit", "ours is")
+    heads = ("result", "value", "published", "unit", "kind")
     table = Table(*heads, title=printable(str(result.folder / "summary.json")))
     for scalar in result.scalars:
         if (theirs := result.published.get(scalar.name)) is not None:
@@ -136,7 +150,13 @@ def run(
     _say(f"results: {result.folder}")
 
 
-@app.command()
+@app.command(
+    epilog=ends_with(
+        "impactfem sweep towers.toml --set 'contacts[0].gap=1 cm,2 cm,4 cm' "
+        "--show 'pounding.peak_force.*'",
+        RUN_CODES,
+    )
+)
 def sweep(
     case: CaseFile,
     settings: Annotated[
@@ -144,30 +164,32 @@ def sweep(
         typer.Option(
             "--set",
             metavar="KEY=VALUES",
-            help="A key of the case and its values, with commas between; start:stop:count is a "
-            "range, start:stop:count:log one of equal ratios. Once for each key.",
+            help="A key of the case and its values, separated by commas; start:stop:count is a "
+            "linear range, start:stop:count:log a logarithmic one. Repeat for each key.",
         ),
     ],
     zipped: Annotated[
-        bool, typer.Option("--zip", help="Keys run together, value by value.")
+        bool,
+        typer.Option("--zip", help="Combine the values one by one, not all with all."),
     ] = False,
     stage: LastStage = None,
     out: Annotated[
         Path | None,
-        typer.Option(
-            metavar="DIR", help="Folder of the sweep; runs/<case name>_sweep when left out."
-        ),
+        typer.Option(metavar="DIR", help="Folder of the sweep. Default: runs/<case name>_sweep."),
     ] = None,
     show: Annotated[
         str,
         typer.Option(
-            metavar="NAMES", help="Results to show, with commas between; * for any letters."
+            metavar="NAMES", help="Results to show, separated by commas; * matches any text."
         ),
     ] = "",
-    processes: Annotated[int, typer.Option(min=1, help="Variants that run at a time.")] = 1,
+    processes: Annotated[int, typer.Option(min=1, help="Number of variants at the same time.")] = 1,
     no_figures: NoFigures = False,
 ) -> None:
-    """Run a case over values of one key or several, into one table; also over ranks."""
+    """Run variants of a case into one table.
+
+    Each variant has other values of some keys. Also runs under mpirun.
+    """
     from impactfem import study
 
     advise("run again to go on")
@@ -189,7 +211,7 @@ def sweep(
         raise typer.Exit(1)
 
 
-@app.command()
+@app.command(epilog=ends_with("impactfem fit updating.toml updating_fit.toml", RUN_CODES))
 def fit(
     case: CaseFile,
     targets: Annotated[
@@ -198,11 +220,14 @@ def fit(
     ],
     out: Annotated[
         Path | None,
-        typer.Option(metavar="DIR", help="Folder of the fit; runs/<name of FIT> when left out."),
+        typer.Option(metavar="DIR", help="Folder of the fit. Default: runs/<name of FIT>."),
     ] = None,
-    processes: Annotated[int, typer.Option(min=1, help="Evaluations at a time.")] = 1,
+    processes: Annotated[int, typer.Option(min=1, help="Evaluations at the same time.")] = 1,
 ) -> None:
-    """Fit keys of a case to data, and say how well these determine them; also over ranks."""
+    """Fit keys of a case to measured data.
+
+    Reports how well the data determine each key. Also runs under mpirun.
+    """
     from impactfem import study
 
     advise("run again to go on")
@@ -213,27 +238,28 @@ def fit(
         _say(f"results: {', '.join(map(str, result.files))}")
 
 
-@app.command()
+@app.command(epilog=ends_with("impactfem report runs/towers"))
 def report(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The run folder.")],
 ) -> None:
-    """Make the report of a run again, from the files of its folder."""
+    """Make the report of a run again from the files of its folder."""
     from impactfem import study
 
     _say(f"report: {study.make_report(folder)}")
 
 
-@app.command()
+@app.command(epilog=ends_with("impactfem compare runs/fine runs/coarse --to 100"))
 def compare(
-    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of a run.")],
-    other: Annotated[
-        Path, typer.Argument(metavar="OTHER", help="The run that it is compared with.")
-    ],
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="The run folder.")],
+    other: Annotated[Path, typer.Argument(metavar="OTHER", help="The run folder to compare with.")],
     highest: Annotated[
-        float, typer.Option("--to", metavar="HZ", help="Highest frequency that is compared.")
+        float, typer.Option("--to", metavar="HZ", help="Highest frequency of the comparison.")
     ] = 100.0,
 ) -> None:
-    """Compare two runs of one 3D building, into the report of the first."""
+    """Compare two runs of one 3D building.
+
+    The report of the first run gets a section with the comparison.
+    """
     from impactfem import study
 
     tables, page = study.compare_runs(folder, other, highest)
@@ -242,43 +268,54 @@ def compare(
     _say(f"report: {page}")
 
 
-@app.command()
+@app.command(
+    epilog=ends_with("impactfem check towers.toml", "0 valid, also with warnings; 2 invalid.")
+)
 def check(
     case: CaseFile,
     fit: Annotated[
-        Path | None, typer.Option(metavar="FIT.toml", help="Check this fit of the case, too.")
+        Path | None, typer.Option(metavar="FIT.toml", help="Check this fit of the case as well.")
     ] = None,
 ) -> None:
-    """Check a case file and all files it names, and estimate what a run takes."""
+    """Validate a case and all its files; estimate the cost.
+
+    The cost is time, memory and disk space of a run. The last line is the verdict.
+    """
     from impactfem.case.motions import RestMotion
     from impactfem.run.check import checked
 
-    of_fit = ""
-    if fit is not None:  # first, as it tells the faults of both files
+    verdicts = []
+    if fit is not None:  # first: its errors are those of both files
         from impactfem.fit.evaluate import evaluate
         from impactfem.fit.plausibility import warn_of_far_targets, warn_of_implausible
         from impactfem.fit.problem import read_problem
 
-        problem = read_problem(case, fit, mesh=True)[0]
-        warn_of_implausible(problem)
-        if problem.level == "sticks":  # algebra, milliseconds
-            values = evaluate(problem, problem.start, Path()).values
-            warn_of_far_targets(problem, values)
-        of_fit = f"{fit}: good. {len(problem.keys)} keys, {len(problem.data)} data\n"
-    found, estimate = checked(case, mesh=True)
-    _say(of_fit, nl=False)
+        with judged(fit) as warnings:
+            problem = read_problem(case, fit, mesh=True)[0]
+            warn_of_implausible(problem)
+            if problem.level == "sticks":  # algebra, milliseconds
+                values = evaluate(problem, problem.start, Path()).values
+                warn_of_far_targets(problem, values)
+        keys, data = len(problem.keys), len(problem.data)
+        _say(f"{counted(keys, 'parameter')}, {counted(data, 'observation')}")
+        verdicts.append(verdict(fit, warnings))
+    with judged(case) as warnings:
+        found, estimate = checked(case, mesh=True)
     counts = (
         (len(found.buildings), "building"),
         (len(found.contacts), "contact pair"),
         (sum(not isinstance(one, RestMotion) for one in found.motions), "ground motion"),
     )
-    counted = ", ".join(f"{n} {name}{'' if n == 1 else 's'}" for n, name in counts)
-    _say(f"{case}: good. {counted}")
+    _say(", ".join(counted(n, name) for n, name in counts))
     for line in estimate.lines():
         _say(f"  {line}")
+    for line in (*verdicts, verdict(case, warnings)):
+        _say(line)
 
 
-@app.command()
+@app.command(
+    epilog=ends_with("impactfem new towers --with structure,devices", "0 done, 2 invalid.")
+)
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the new case.")],
     parts: Annotated[
@@ -286,42 +323,101 @@ def new(
         typer.Option(
             "--with",
             metavar="PARTS",
-            help="Parts in use from the start, with commas between, and those that they need: "
+            help="Active parts, separated by commas, with the parts that they need: "
             "structure, calibration, wall_impact, transient, devices, damping_cases, loads, "
             "ensemble or design.",
         ),
     ] = "",
     minimal: Annotated[
-        bool, typer.Option("--minimal", help="Without comments and optional keys.")
+        bool, typer.Option("--minimal", help="Omit comments and optional keys.")
     ] = False,
 ) -> None:
-    """Write a commented case file to start from."""
+    """Write a new case file with comments, and its tables."""
     from impactfem.case.template import write_new_case
 
     chosen = [part.strip() for part in parts.split(",") if part.strip()]
-    for path in write_new_case(name, chosen, minimal=minimal):
+    files = write_new_case(name, chosen, minimal=minimal)
+    for path in files:
         _say(f"wrote {path}")
+    _say(f"next: impactfem check {files[0]}")
 
 
-@app.command()
+@app.command(epilog=ends_with("impactfem examples two_frames my_case", "0 done, 2 invalid."))
+def examples(
+    name: Annotated[
+        str | None, typer.Argument(metavar="NAME", help="Case to copy. Default: list all.")
+    ] = None,
+    folder: Annotated[
+        Path | None,
+        typer.Argument(metavar="FOLDER", help="Folder of the copy. Default: its name."),
+    ] = None,
+) -> None:
+    """List the shipped cases, or copy one.
+
+    The copy has all files of the case. Nothing is overwritten.
+    """
+    from impactfem import examples as shipped
+
+    if name is None:
+        cases = shipped.examples()
+        widths = [max(len(getattr(one, of)) for one in cases) for of in ("name", "size")]
+        for one in cases:
+            _say(f"{one.name:<{widths[0]}}  {one.size:<{widths[1]}}  {one.title}")
+        _say("copy one: impactfem examples NAME [FOLDER]; 'impactfem check' estimates its run time")
+        return
+    files = shipped.copy_example(name, folder)
+    for path in files:
+        _say(f"wrote {path}")
+    _say(f"next: impactfem check {files[0]}")
+
+
+@app.command(
+    epilog=ends_with(
+        "impactfem explain contacts.gap\n"
+        "impactfem explain pounding.peak_force.floor_3 --run runs/towers\n"
+        "impactfem explain transient.points_per_cycle",
+        "0 found, 2 unknown name.",
+    )
+)
+def explain(
+    name: Annotated[
+        str,
+        typer.Argument(metavar="NAME", help="Key of a case or fit file, result, or check."),
+    ],
+    folder: Annotated[
+        Path | None,
+        typer.Option("--run", metavar="DIR", help="Run folder: show the value of the result."),
+    ] = None,
+) -> None:
+    """Print the reference entry of a key, a result or a check."""
+    from impactfem.explain import explain
+
+    _say("\n".join(explain(name, folder)))
+
+
+@app.command(
+    epilog=ends_with(
+        "impactfem verify --only newmark", "0 all within tolerance, 1 some are not, 2 invalid."
+    )
+)
 def verify(
     only: Annotated[
         str | None,
-        typer.Option(metavar="NAME", help="Only the benchmarks with this in their name."),
+        typer.Option(metavar="NAME", help="Only benchmarks whose name contains NAME."),
     ] = None,
     json_file: Annotated[
         Path | None, typer.Option("--json", metavar="FILE", help="Write the rows to this file.")
     ] = None,
-    full: Annotated[bool, typer.Option("--full", help="The heavy benchmarks, too.")] = False,
+    full: Annotated[bool, typer.Option("--full", help="Include slow benchmarks.")] = False,
     validation: Annotated[
         bool,
         typer.Option(
             "--validation",
-            help="Only the cases of geometry/validation, against other programs and experiments.",
+            help="Only the comparisons with other programs and experiments (geometry/validation).",
         ),
     ] = False,
 ) -> None:
-    """Compute the verification manual again on this machine."""
+    """Repeat the verification benchmarks on this machine."""
     from impactfem.verify import manual
 
     rows = manual.verify(only, json_file, full, validation)
@@ -332,23 +428,24 @@ def verify(
         raise typer.Exit(1)
 
 
-@app.command()
+@app.command(
+    hidden=not BENCHMARKS.is_file(),
+    epilog=ends_with("impactfem bench sticks spectra"),
+)
 def bench(
     groups: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[GROUP]...",
-            help="sticks, spectra; on the default mesh basis (factor, solves, orthogonalisation, "
-            "beside BLAS at its peak), wall, pounding (two buildings in 3D) and fit (by modes of a "
-            "3D model); on the paper-size mesh, some minutes each, building, transient, dampings "
-            "(the same with a basis for every damping case). The first two when left out.",
+            metavar="GROUP...",
+            help="Groups: sticks, spectra; basis, wall, pounding, fit (default mesh); building, "
+            "transient, dampings (paper-size mesh, some minutes each). Default: sticks, spectra.",
         ),
     ] = None,
     json_file: Annotated[
-        Path | None, typer.Option("--json", metavar="FILE", help="Write the figures to this file.")
+        Path | None, typer.Option("--json", metavar="FILE", help="Write the numbers to this file.")
     ] = None,
 ) -> None:
-    """Measure speed on this machine, as ratios in one run; needs a clone of the source tree."""
+    """Measure speed on this machine; needs a clone of the source tree."""
     from impactfem.system.files import in_source_tree
 
     sys.path.insert(0, str(in_source_tree("bench/suite.py").parents[1]))
@@ -360,9 +457,9 @@ def bench(
 def main() -> None:
     """Entry point: errors become one clear message each and an exit code, never a traceback.
 
-    Exit codes: 0 done, 1 a computation or check failed, 2 the input is not usable; 128 plus the
-    number of the signal that stopped it. Under `mpirun` a rank that fails alone takes the others
-    with it.
+    Exit codes: 0 done, 1 a computation or check failed, 2 the input is invalid; 128 plus the
+    number of the signal that stopped the program. Under `mpirun` a rank that fails alone stops
+    the others.
     """
     with signals_answered():
         try:
@@ -376,6 +473,8 @@ def main() -> None:
             if rank() == 0 or not together:
                 for line in error.faults if isinstance(error, InputError) else [error]:
                     print(f"error: {printable(str(line))}", file=sys.stderr)
+                if isinstance(error, InvalidFileError):
+                    print(printable(error.verdict), file=sys.stderr)
             if not together:
                 abort(exit_code(error))
             raise SystemExit(exit_code(error)) from None

@@ -45,11 +45,16 @@ def program(monkeypatch, capsys):
 def process():
     """Run the program as a process of its own, in a pipe."""
 
-    def run(*arguments, **options):
+    def run(*arguments, joined=False, **options):
+        err = subprocess.STDOUT if joined else subprocess.PIPE
         ended = subprocess.run(
-            [PROGRAM, *map(str, arguments)], capture_output=True, check=False, **options
+            [PROGRAM, *map(str, arguments)],
+            stdout=subprocess.PIPE,
+            stderr=err,
+            check=False,
+            **options,
         )
-        return Ended(ended.returncode, ended.stdout.decode(), ended.stderr.decode())
+        return Ended(ended.returncode, ended.stdout.decode(), (ended.stderr or b"").decode())
 
     return run
 

@@ -29,7 +29,11 @@ class TestBadInput:
         for command in ("run", "check"):
             ended = program(command, "small.toml")
             assert ended.code == 2 and ended.out == ""
-            lines = set(ended.err.splitlines())
+            *errors, last = ended.err.splitlines()
+            if command == "check":
+                count = f"{len(errors)} error{'s' if len(errors) > 1 else ''}"
+                assert last == f"small.toml: invalid, {count}"
+            lines = set(errors if command == "check" else [*errors, last])
             # The table is named twice, by two buildings: so is a table that is not there.
             assert len(lines) == (2 if "absent" in expected else 1)
             for line in lines:
@@ -84,6 +88,7 @@ class TestBadInput:
                 "--stage = 'roof': expected one of the stages building, reduce, calibrate, ",
             ),
             (["--stage", "sticks"], "report; sticks is called pounding now"),
+            (["--stage", "transiant"], "report; did you mean 'transient'?"),
             (
                 ["--resume", "--out", "nowhere"],
                 "command line: --resume = 'nowhere': expected a folder that holds a run",

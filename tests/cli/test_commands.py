@@ -10,10 +10,12 @@ import sys
 from pathlib import Path
 
 import pytest
+import typer.main
 
 from bench import suite
 from bench.suite import Figure
-from impactfem import __version__
+from docs.commands import faults as shell_faults
+from impactfem import __version__, cli
 from impactfem.case.template import PARTS
 from impactfem.run.stages import stage_names
 from impactfem.stages.pounding import stage as sticks
@@ -68,10 +70,12 @@ def test_check_of_a_fit(program, tmp_path):
         'result = "building.mass"\nvalue = "600 t"\ndeviation = "200 %"\n'
     )
     ended = program("check", case, "--fit", few)
-    assert ended.code == 0 and "1 keys, 1 data" in ended.out
+    assert ended.code == 0 and "1 parameter, 1 observation\n" in ended.out
+    assert re.fullmatch(rf"{few}: valid, \d+ warnings?", ended.out.splitlines()[-2])
     assert "warning: " in ended.err and "targets[0].deviation = '200 %': more than" in ended.err
     ended = program("check", case, "--fit", fit)
-    assert ended.code == 0 and ended.out.startswith(f"{fit}: good. 4 keys, 120 data\n{case}: good")
+    assert ended.code == 0 and ended.out.startswith("4 parameters, 120 observations\n")
+    assert ended.out.splitlines()[-2:] == [f"{fit}: valid", f"{case}: valid"]
     assert "warning" not in ended.err
 
 
@@ -106,7 +110,10 @@ def test_bench_without_the_source_tree(program, tmp_path, monkeypatch):
     assert "bench/suite.py is not there: this needs a clone of the source tree" in ended.err
 
 
-COMMANDS = ("run", "sweep", "report", "compare", "check", "new", "verify", "bench")
+COMMANDS = (
+    *("run", "sweep", "fit", "report", "compare", "check", "new", "examples", "explain"),
+    *("verify", "bench"),
+)
 
 
 class TestHelp:
@@ -119,6 +126,17 @@ class TestHelp:
     def test_each_command(self, program, command):
         ended = program(command, "--help")
         assert ended.code == 0 and re.match(f"Usage: .*impactfem {command} ", ended.out)
+        assert re.search(f"(?m)^ +Example:\\n +impactfem {command} ", ended.out)
+
+    def test_examples_are_commands_of_the_program(self, program):
+        for command in COMMANDS:
+            text = program(command, "--help").out.partition("Example:\n")[2]
+            lines = "\n".join(x for x in text.splitlines() if x.startswith("    impactfem "))
+            assert lines and not list(shell_faults(lines)), command
+        assert list(shell_faults("impactfem fit --nothing"))
+
+    def test_all_commands_are_tested(self):
+        assert set(typer.main.get_command(cli.app).commands) == set(COMMANDS)
 
     def test_stages_are_named(self, program):
         told = re.findall(r"\w+", program("run", "--help").out)
@@ -151,8 +169,18 @@ class TestHelp:
     def test_usage(self, program, tmp_path, monkeypatch, arguments):
         monkeypatch.chdir(tmp_path)
         ended = program(*arguments)
-        assert ended.code == 2 and "Error: " in ended.err and ended.out == ""
+        assert ended.code == 2 and "rror: " in ended.err and ended.out == ""
         assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("word", "near"), [("chek", "check"), ("explian", "explain"), ("examplse", "examples")]
+)
+def test_an_unknown_command(program, word, near):
+    ended = program(word, "towers.toml")
+    assert ended.code == 2 and ended.err.count("\n") == 1 and f"'{near}'" in ended.err
+    ended = program("qqqq")
+    assert ended.code == 2 and "run, sweep, fit" in ended.err
 
 
 class TestSweep:
@@ -207,13 +235,29 @@ class TestCheckAndNew:
         monkeypatch.chdir(tmp_path)
         ended = program("new", "mine")
         assert ended.code == 0
-        assert ended.out == "wrote mine.toml\nwrote mine_floors.csv\n"
+        wrote = "wrote mine.toml\nwrote mine_floors.csv\n"
+        assert ended.out == f"{wrote}next: impactfem check mine.toml\n"
         ended = program("check", "mine.toml")
         assert ended.code == 0
-        assert ended.out.startswith(
-            "mine.toml: good. 2 buildings, 3 contact pairs, 1 ground motion\n"
-        )
+        assert ended.out.startswith("2 buildings, 3 contact pairs, 1 ground motion\n")
+        assert ended.out.endswith("\nmine.toml: valid\n")
         assert names(tmp_path) == ["mine.toml", "mine_floors.csv"]
+
+    def test_the_verdict_comes_last(self, new_case, tmp_path, process):
+        """In one log of both streams: warnings, then the verdict with their number."""
+        name = new_case(tmp_path, ('gap = "2 cm"', 'gap = "2 m"')).name
+        ended = process("check", name, cwd=tmp_path, joined=True)
+        lines = ended.out.splitlines()
+        count = sum(line.startswith("warning: ") for line in lines)
+        assert ended.code == 0 and count > 1
+        assert lines[-1] == f"{name}: valid, {count} warnings"
+        first = next(k for k, line in enumerate(lines) if not line.startswith("warning: "))
+        assert not any(line.startswith("warning: ") for line in lines[first:])
+        wrong = tmp_path / "wrong"
+        wrong.mkdir()
+        new_case(wrong, ('gap = "2 cm"', 'gap = "2 kg"'))
+        ended = process("check", name, cwd=wrong, joined=True)
+        assert ended.code == 2 and ended.out.splitlines()[-1] == f"{name}: invalid, 1 error"
 
     def test_with_parts(self, program, tmp_path, monkeypatch, names):
         monkeypatch.chdir(tmp_path)

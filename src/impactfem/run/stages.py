@@ -1,5 +1,7 @@
 """The stages in order."""
 
+from difflib import get_close_matches
+
 from impactfem.case import Case
 from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.calibrate.stage import CALIBRATE
@@ -30,6 +32,8 @@ def check_stage_name(name: str | None) -> None:
         expected = f"expected one of the stages {', '.join(known)}"
         if name in RENAMED:
             expected += f"; {name} is called {RENAMED[name]} now"
+        elif near := get_close_matches(name.lower(), known, n=1):
+            expected += f"; did you mean '{near[0]}'?"
         raise InputError([Fault("command line", "--stage", name, expected)])
 
 

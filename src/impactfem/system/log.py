@@ -150,6 +150,24 @@ def quiet(*, warnings: bool = True) -> Iterator[None]:
 
 
 @contextmanager
+def counted_warnings() -> Iterator[list[str]]:
+    """Yield the warnings of the block, which are reported as usual."""
+    found: list[str] = []
+
+    def collect(record: logging.LogRecord) -> bool:
+        found.append(record.getMessage())
+        return False
+
+    collector = logging.Handler(logging.WARNING)
+    collector.addFilter(collect)
+    LOGGER.addHandler(collector)
+    try:
+        yield found
+    finally:
+        LOGGER.removeHandler(collector)
+
+
+@contextmanager
 def in_file_only() -> Iterator[set[str]]:
     """Reports go to files only while the block runs, but for lines of progress and for `-v`.
 
