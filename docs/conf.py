@@ -18,6 +18,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
+    "sphinx_design",
     "docstrings",
     "mathml",
 ]
@@ -46,6 +47,6 @@ html_theme = "furo"
 html_title = f"impactfem {release}"
 html_math_renderer = "mathml"
 html_static_path = ["_static"]
-html_css_files = ["math.css", "tables.css"]
+html_css_files = ["math.css", "tables.css", "pages.css"]
 html_copy_source = False
 html_show_sourcelink = False
