@@ -1,5 +1,6 @@
 """Checks as data: limits, sentence, row of checks.json, and the declarations of all stages."""
 
+import logging
 import math
 import re
 from pathlib import Path
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from impactfem.run.stages import stage_names
-from impactfem.stages.check import CRITERIA, Criterion, digits
+from impactfem.stages.check import CRITERIA, Criterion, digits, log_checks
 
 ROOT = Path(__file__).parents[2]
 
@@ -56,6 +57,33 @@ def test_a_value_just_beyond_its_limit_does_not_read_as_the_limit():
     assert "5.0001 %" in made(upper=0.05).check(0.050001).text
 
 
+@pytest.mark.parametrize(
+    ("value", "limits", "unit", "text"),
+    [
+        (8.9e-16, {"upper": 1e-9}, "", "= 8.9e-16 (at most 1e-9)"),
+        (0.12, {"upper": 0.5}, "% of the gap", "= 12 % of the gap (at most 50 %)"),
+        (7.0, {"lower": 16.0}, "", "= 7 (at least 16)"),
+        (1234.5, {"upper": 2e3}, "mm", "= 1234 mm (at most 2000 mm)"),
+        (9.9999, {"lower": 10.0}, "", "= 9.9999 (at least 10)"),
+        (math.nan, {"upper": 1.0}, "", "= nan (at most 1)"),
+        (1.2, {"lower": 0.9, "upper": 1.1}, "", "= 1.2 (allowed 0.9 to 1.1)"),
+    ],
+)
+def test_values_and_limits_in_the_sentence(value, limits, unit, text):
+    criterion = Criterion("tests.criterion", "q", unit, **limits)
+    del CRITERIA["tests.criterion"]
+    assert criterion.check(value).text == f"q {text}"
+
+
+def test_only_what_fails_is_a_warning(caplog):
+    checks = [made(**limits).check(1.0) for limits in ({"upper": 2.0}, {}, {"upper": 0.5})]
+    with caplog.at_level(logging.DEBUG, "impactfem"):
+        log_checks("B1/pounding", checks)
+    assert [record.levelname for record in caplog.records] == ["DEBUG", "DEBUG", "WARNING"]
+    starts = ["B1/pounding: ", "B1/pounding: ", "warning: B1/pounding: "]
+    assert all(map(str.startswith, caplog.messages, starts))
+
+
 def test_the_row_has_no_infinite_number():
     row = made(upper=0.05).check(np.nan, "floor 3").row("B1/pounding")
     assert (row["stage"], row["id"], row["place"]) == ("B1/pounding", "tests.criterion", "floor 3")
@@ -90,7 +118,7 @@ def unknown_keys(text, known):
 
 def test_every_limit_has_a_consequence_and_a_remedy_with_keys_that_exist():
     page = (ROOT / "docs" / "case-file.md").read_text("utf-8")
-    known = {ends(key) for key in re.findall(r'class="key" id="([^"]+)"', page)}
+    known = {ends(key) for key in re.findall(r'id="([^"]+)"', page)}
     assert len(CRITERIA) > 50
     for criterion in CRITERIA.values():
         assert criterion.id.partition(".")[0] in stage_names()
