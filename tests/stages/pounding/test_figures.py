@@ -162,6 +162,14 @@ def test_the_elevation_names_floors_and_accelerations(draw, tmp_path):
     assert f"{store.sizes['impact']}×" in text and "MN" in text and "gap 20 mm" in text
 
 
+@pytest.mark.parametrize(("name", "shown"), [("a rigid wall", True), ("along x", False)])
+def test_the_elevation_holds_its_rigid_wall(draw, tmp_path, name, shown):
+    """Names outside of the axes are not drawn; without a wall there is no such name."""
+    draw(CASES[name][0])
+    text = (tmp_path / "figures" / "elevation.svg").read_text(encoding="utf-8")
+    assert ("rigid wall" in text, "gap 20 mm" in text) == (shown, True)
+
+
 @pytest.mark.parametrize("hertz", [False, True])
 def test_the_law_of_figure_5(draw, tmp_path, hertz):
     """A spring and a dashpot are the picture of one law alone."""

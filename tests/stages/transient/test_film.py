@@ -62,6 +62,8 @@ def folder(transient_folder):
                 "floor_b": ("pair", [1]),
                 "normal": (("pair", "axis"), [normal]),
                 "gap": ("pair", [GAP]),
+                "relative_height_a": ("pair", [np.nan]),
+                "relative_height_b": ("pair", [np.nan]),
                 "offset_a": (("pair", "axis"), [reach]),
                 "offset_b": (("pair", "axis"), [-DEPTH * normal]),
                 "force": (("time", "pair"), force[:, None]),
@@ -91,8 +93,9 @@ def cast(folder, monkeypatch):
     def seen(**wanted):
         run, _ = folder(**wanted)
         handed = []
-        monkeypatch.setattr(film, "_frames", lambda *given: handed.append(given) or [])
-        monkeypatch.setattr(film, "_write", lambda *_, **__: None)
+        monkeypatch.setattr(film, "draw_frames", lambda shown: handed.append(shown) or [])
+        monkeypatch.setattr(film, "_write_mp4", lambda *_: None)
+        monkeypatch.setattr(film, "_write_gif", lambda *_: None)
         film.draw_film(run)
         return handed[0]
 
@@ -102,12 +105,13 @@ def cast(folder, monkeypatch):
 @pytest.mark.parametrize("direction", ["x", "y"])
 def test_the_gap_has_the_factor_of_the_displacements(cast, direction):
     """So that façades touch in the film when the gap is closed."""
-    (one, two), touches, _, factor, *_ = cast(direction=direction)
+    shown = cast(direction=direction)
+    (one, two), factor = shown.actors, shown.factor
     c = "xyz".index(direction)
     edge, face = one.floors.points[:, c].max(), two.floors.points[:, c].min()
     assert factor > 1.0 and face - edge == pytest.approx(factor * GAP, rel=1e-5)
     # The contact point is on the façade, at the height of the floor.
-    assert touches[0].place[[c, 2]] == pytest.approx([edge, 4.0], rel=1e-5)
+    assert shown.touches[0].place[[c, 2]] == pytest.approx([edge, 4.0], rel=1e-5)
     # Both façades are opposite to each other.
     across = 1 - c
     middles = [b.floors.points[:, across].mean() for b in (one, two)]
@@ -115,11 +119,33 @@ def test_the_gap_has_the_factor_of_the_displacements(cast, direction):
 
 
 def test_displacements_and_forces_are_those_of_the_stores(cast):
-    (_, two), touches, times, *_ = cast()
-    u = 0.03 * np.sin(2.0 * np.pi * times)
+    shown = cast()
+    _, two = shown.actors
+    u = 0.03 * np.sin(2.0 * np.pi * shown.times)
     np.testing.assert_allclose(two.floors.displacement[:, 0, 1], u, atol=1e-4)
     np.testing.assert_allclose(two.acceleration[:, 0], 9.0 * u, atol=1e-3)
-    assert touches[0].force.max() == 2e7 and touches[0].force[0] == 0.0
+    force = shown.touches[0].force
+    assert force.max() == 2e7 and force[0] == 0.0
+
+
+def test_a_contact_between_two_frames_is_in_the_later_one(folder):
+    run, _ = folder()
+    store = xr.load_dataset(run / "forces.nc")
+    store["force"][:] = 0.0
+    store["force"][1003, 0] = 5e6
+    pairs = film._pairs_of(store, "one")
+    with xr.open_dataset(run / "pounding.nc") as pounding:
+        (touch,) = film._touches(pairs, pounding, "one", store.time.values[990:1020:5])
+    assert touch.force.tolist() == [0.0, 0.0, 0.0, 5e6, 0.0, 0.0]
+
+
+def test_the_contact_of_a_storey_is_between_its_floors(folder):
+    run, times = folder()
+    store = xr.load_dataset(run / "forces.nc")
+    store["floor_a"][:], store["relative_height_a"][:] = 2, 0.25
+    with xr.open_dataset(run / "pounding.nc") as pounding:
+        (touch,) = film._touches(film._pairs_of(store, "one"), pounding, "one", times)
+    assert touch.place[2] == pytest.approx(4.0 + 0.25 * 4.0 + float(store.offset_a[0, 2]))
 
 
 def test_walls_move_linearly_between_floors():
@@ -150,7 +176,7 @@ def test_files(folder):
     lasts = re.search(r"Duration: 00:00:([0-9.]+)", about)
     assert float(lasts[1]) == pytest.approx(film.LASTS, abs=0.3)
     pictures = imageio.mimread(gif)
-    assert len(pictures) == len(times) and pictures[0].shape[:2] == (360, 480)
+    assert len(pictures) == len(times) and pictures[0].shape[:2] == (480, 640)
     first, last = (np.asarray(pictures[k][..., :3], dtype=float) for k in (0, -1))
     assert np.abs(first - last).mean() > 0.1
 
@@ -162,5 +188,5 @@ def test_no_encoder(tmp_path, monkeypatch):
     monkeypatch.setattr(imageio, "mimwrite", none)
     path = tmp_path / "film.mp4"
     with pytest.raises(ImpactfemError, match=r"No ffmpeg exe"):
-        film._write(path, [np.zeros((4, 4, 3), dtype=np.uint8)], format="FFMPEG")
+        film._write_mp4(path, [np.zeros((4, 4, 3), dtype=np.uint8)])
     assert not path.exists()

@@ -1,7 +1,6 @@
 """The elevation of the buildings with floor accelerations, gap and impacts: `elevation.svg`."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -17,13 +16,15 @@ from impactfem.plot.style import figure
 from impactfem.system.arrays import Array, Index
 
 GREY, ARROW = "0.35", "black"
-APART = 0.5
+APART = 0.6
 """Distance between two buildings in the figure, in parts of the mean width: the gap is not to
 scale, because it would be thinner than a line."""
 SLENDER = 0.35
 """Least width of a building in the figure, in parts of the largest height."""
 SLAB = 0.25
-"""Least thickness of a slab in the figure, in parts of the lowest storey height."""
+"""Thickness of the slabs in the figure, in parts of the lowest storey height."""
+LINE = 0.045
+"""Height of a line of text in the figure, in parts of the height of the buildings."""
 
 
 @dataclass(frozen=True)
@@ -93,15 +94,18 @@ def elevation_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None
         for one in drawn
     )
     with figure(path, (1, 1), (7.5, 4.8), caption, f"{seen}.") as (whole, (panel,)):
+        storeys = [np.diff(one.elevation.floors, prepend=one.elevation.base) for one in drawn]
+        thickness = SLAB * float(np.concatenate(storeys).min())
         for one in drawn:
-            _draw_building(panel, one, _of(peaks, one), scale)
-        _draw_pairs(panel, drawn, sticks, forces)
+            _draw_building(panel, one, _of(peaks, one), scale, thickness)
+        walls = _draw_pairs(panel, drawn, sticks, forces)
         low = min(one.elevation.base for one in drawn)
         high = max(one.elevation.top for one in drawn)
         panel.axhline(low, color="black", lw=2.0)
+        ends = [drawn[0].left, drawn[-1].right, *walls]
         room = 0.25 * (drawn[-1].right - drawn[0].left) / len(drawn)
-        panel.set(xlim=(drawn[0].left - room, drawn[-1].right + room), ylabel="z [m]")
-        panel.set(ylim=(low - 0.04 * (high - low), high + 0.12 * (high - low)), xticks=[])
+        panel.set(xlim=(min(ends) - room, max(ends) + room), ylabel="z [m]")
+        panel.set(ylim=(low - 0.07 * (high - low), high + 0.12 * (high - low)), xticks=[])
         panel.grid(False)
         label = f"peak floor acceleration along {direction} [m/s²]"
         whole.colorbar(ScalarMappable(scale, _colours()), ax=panel, label=label, shrink=0.8)
@@ -135,19 +139,20 @@ def _placed(sticks: xr.Dataset, forces: xr.Dataset) -> list[_Drawn]:
     return drawn
 
 
-def _draw_building(panel: Axes, drawn: _Drawn, peaks: xr.Dataset, scale: Normalize) -> None:
+def _draw_building(
+    panel: Axes, drawn: _Drawn, peaks: xr.Dataset, scale: Normalize, thickness: float
+) -> None:
     """Draw walls, and slabs in the colour of their peak acceleration, with its value."""
     one, width = drawn.elevation, drawn.right - drawn.left
     for x in (drawn.left, drawn.right):
         panel.plot([x, x], [one.base, one.floors[-1]], color=GREY, lw=1.2)
-    thickness = SLAB * float(np.diff(one.floors, prepend=one.base).min())
     colours = _colours()
     values = zip(one.floors, one.numbers, peaks["pfa"], peaks["pfa_free"], strict=True)
     for z, number, pfa, free in values:
         place, value = (drawn.left, z - thickness / 2.0), scale(float(pfa))
         slab = Rectangle(place, width, thickness, facecolor=colours(value), edgecolor=GREY, lw=0.6)
         panel.add_patch(slab)
-        text = f"{number}:  {float(pfa):.3g} ({float(free):.3g})"
+        text = f"{number}: {float(pfa):.3g} ({float(free):.3g})"
         # Letters on the slab: white on dark colours, black on light ones.
         look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7.0}
         ink = "white" if value < 0.6 else "black"
@@ -162,44 +167,58 @@ def _draw_building(panel: Axes, drawn: _Drawn, peaks: xr.Dataset, scale: Normali
     )
 
 
-def _draw_pairs(panel: Axes, drawn: list[_Drawn], sticks: xr.Dataset, forces: xr.Dataset) -> None:
-    """Draw an arrow pair at each contact that is closed by an impact, and the gaps at rest."""
+def _draw_pairs(
+    panel: Axes, drawn: list[_Drawn], sticks: xr.Dataset, forces: xr.Dataset
+) -> dict[float, float]:
+    """Draw an arrow at each contact pair with impacts, and the gaps at rest.
+
+    Returns:
+        Heights of the rigid walls by their places [m].
+    """
     along = str(sticks.attrs["elevation_direction"])
     by_name = {one.elevation.name: one for one in drawn}
     largest = float(sticks["impact_peak_force"].max()) if sticks.sizes["impact"] else 0.0
+    low = min(one.elevation.base for one in drawn)
+    line = LINE * (max(one.elevation.top for one in drawn) - low)
+    walls: dict[float, float] = {}
+    gaps: dict[tuple[float, float], list[float]] = {}
+    arrows: dict[tuple[float, float], list[tuple[float, float, int]]] = {}
     for k, name in enumerate(forces["pair"].values):
-        hits = sticks["impact_peak_force"].values[(sticks["impact_pair"] == name).values]
-        if not hits.size:
-            continue
         pair = forces.isel(pair=k)
         a = by_name[pair["building_a"].item()]
         b = by_name.get(pair["building_b"].item()) or _wall(
             a, float(pair["normal"].sel(axis=along))
         )
         left, right = sorted((a, b), key=lambda one: one.left)
-        z = _height(a.elevation, pair)
-        middle, half = 0.5 * (left.right + right.left), 0.5 * (right.left - left.right)
-        width = 0.8 + 2.2 * hits.max() / largest
         if b.elevation is a.elevation:
-            panel.axvline(b.left, color="black", lw=3.0)
-        for x in (left.right, right.left):
-            look = {"arrowstyle": "-|>", "color": ARROW, "lw": width, "shrinkA": 0, "shrinkB": 0}
-            start = middle + 0.15 * np.sign(x - middle) * half
-            panel.annotate("", (x, z), xytext=(start, z), arrowprops=look)
-        text = f"{1e-6 * hits.max():.3g} MN\n{hits.size}×"
-        panel.text(middle, z, text, ha="center", va="bottom", fontsize=7.0, linespacing=1.6)
-    for left, right in pairwise(drawn):
-        names = {left.elevation.name, right.elevation.name}
-        between = [
-            {str(forces[f"building_{side}"].values[k]) for side in "ab"} == names
-            for k in range(forces.sizes["pair"])
-        ]
-        gaps = 1e3 * sticks["pair_rest_gap"].values[between]
-        if gaps.size:
-            text = " to ".join(dict.fromkeys(f"{gap:.3g}" for gap in (gaps.min(), gaps.max())))
-            place = (0.5 * (left.right + right.left), left.elevation.base)
-            low: dict[str, Any] = {"xytext": (0, 4), "textcoords": "offset points", "ha": "center"}
-            panel.annotate(f"gap {text} mm", place, fontsize=7.5, **low)
+            walls[b.left] = a.elevation.top
+        sides = left.right, right.left
+        gaps.setdefault(sides, []).append(1e3 * float(sticks["pair_rest_gap"][k]))
+        hits = sticks["impact_peak_force"].values[(sticks["impact_pair"] == name).values]
+        if hits.size:
+            impacts = (_height(a.elevation, pair), float(hits.max()), hits.size)
+            arrows.setdefault(sides, []).append(impacts)
+    for sides, impacts in arrows.items():
+        middle, free = 0.5 * sum(sides), -np.inf
+        for z, force, count in sorted(impacts):
+            width = 0.8 + 2.2 * force / largest
+            look = {"arrowstyle": "<|-|>", "color": ARROW, "lw": width, "shrinkA": 0, "shrinkB": 0}
+            panel.annotate("", (sides[0], z), xytext=(sides[1], z), arrowprops=look)
+            # The texts of close pairs go above one another.
+            bottom = max(z + 0.25 * line, free)
+            free = bottom + line
+            text = f"{1e-6 * force:.3g} MN, {count}×"
+            panel.text(middle, bottom, text, ha="center", va="bottom", fontsize=7.0)
+    for sides, values in gaps.items():
+        ends = dict.fromkeys(f"{gap:.3g}" for gap in (min(values), max(values)))
+        under: dict[str, Any] = {"xytext": (0, -4), "textcoords": "offset points"}
+        under |= {"ha": "center", "va": "top", "fontsize": 7.5}
+        panel.annotate(f"gap {' to '.join(ends)} mm", (0.5 * sum(sides), low), **under)
+    for x, top in walls.items():
+        panel.plot([x, x], [low, top], color="black", lw=4.0)
+        over: dict[str, Any] = {"xytext": (0, 4), "textcoords": "offset points", "ha": "center"}
+        panel.annotate("rigid wall", (x, top), fontsize=7.5, **over)
+    return walls
 
 
 def _wall(building: _Drawn, normal: float) -> _Drawn:

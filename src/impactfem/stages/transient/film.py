@@ -6,8 +6,7 @@ when they touch in the computation. Between floors, displacements of walls and c
 height: only floors are recorded.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -15,58 +14,27 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from PIL import Image
 from scipy.spatial import cKDTree
 
-from impactfem.plot.floor_field import SIGNED, round_factor, signed_limits
-from impactfem.plot.scene import GHOST, OUTLINE, shell_nodes
+from impactfem.plot.floor_field import round_factor
+from impactfem.plot.scene import shell_nodes
 from impactfem.stages.stores import of_run, open_store, open_stores
+from impactfem.stages.transient.film_frames import SIZE, Actor, Film, Moving, Touch, draw_frames
 from impactfem.stages.transient.selection import main_impact
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import atomic
 
 NAME = "main_impact"
-SIZE = (960, 720)
-"""Width and height of the film [pixel]; the GIF has half of them."""
-LASTS = 5.0
+LASTS = 4.0
 """Duration of the film, whatever the time that it shows [s]."""
-WIDE = 0.06
+WIDE = 0.08
 """Largest displacement of a building in the film, over its height."""
-CUT = 0.02
-"""Part of the accelerations that is drawn in the last colours."""
-DOT = 0.02
-"""Radius of the mark of the largest contact force, over the height of the building."""
+INKS = 96
+"""Colours of the GIF: few colours make a small file."""
 SLAB = 0.3
 """Thickness of the floors of a stick [m]."""
-
-
-@dataclass(frozen=True, eq=False)
-class Moving:
-    """Polygons or lines whose points move."""
-
-    points: Array  #: at rest, shape (n, 3) [m]
-    cells: Index  #: numbers of their points: polygons, shape (m, k > 2), or lines, shape (m, 2)
-    displacement: Array  #: shape (n_t, n, 3) [m]
-
-
-@dataclass(frozen=True, eq=False)
-class Actor:
-    """A building of the film, at its place."""
-
-    name: str
-    floors: Moving
-    walls: Moving
-    bars: Moving  #: beams and columns
-    acceleration: Array  #: of the points of the floors along the shown direction, (n_t, n) [m/s2]
-
-
-@dataclass(frozen=True, eq=False)
-class Touch:
-    """A contact pair of the film."""
-
-    place: Array  #: its point on the building, at rest, shape (3,) [m]
-    force: Array  #: at the times of the frames, shape (n_t,) [N]
-    actor: int  #: number of the building with the point
 
 
 def draw_film(folder: Path) -> list[Path]:
@@ -86,7 +54,8 @@ def draw_film(folder: Path) -> list[Path]:
         return []
     with open_stores(folder) as opened:
         response = opened("transient.nc")
-        if main_impact(response) is None or not (folder / "transient_maps.nc").is_file():
+        impact = main_impact(response)
+        if impact is None or not (folder / "transient_maps.nc").is_file():
             return []
         maps, pounding, forces = (
             opened(f"{name}.nc") for name in ("transient_maps", "pounding", "forces")
@@ -115,14 +84,20 @@ def draw_film(folder: Path) -> list[Path]:
                     actors.append(_model(*stores, pounding, pairs, name, factor))
             else:
                 actors.append(_stick(pounding, pairs, name, times, actors[0], factor))
-        touches = _touches(pairs, pounding, own, times)
-        target = folder / "figures"
-        target.mkdir(exist_ok=True)
-        direction = str(response.attrs["shown_direction"])
-        pictures = list(_frames(actors, touches, times, factor, direction, height))
+        film = Film(
+            actors,
+            _touches(pairs, pounding, own, times),
+            times,
+            impact[0],
+            factor,
+            str(response.attrs["shown_direction"]),
+        )
+    target = folder / "figures"
+    target.mkdir(exist_ok=True)
+    frames = list(draw_frames(film))
     files = [target / f"{NAME}.mp4", target / f"{NAME}.gif"]
-    _write(files[0], pictures, format="FFMPEG", codec="libx264", macro_block_size=2)
-    _write(files[1], [one[::2, ::2] for one in pictures], format="GIF", loop=0)
+    _write_mp4(files[0], frames)
+    _write_gif(files[1], frames)
     return files
 
 
@@ -283,116 +258,53 @@ def _stick(
 
 
 def _touches(pairs: xr.Dataset, pounding: xr.Dataset, own: str, times: Array) -> list[Touch]:
-    """The contact points of the building with their forces."""
-    force = pairs["force"].sel(time=times, method="nearest").transpose("pair", "time").values
-    found = []
-    for k, row in enumerate(force):
-        side = "a" if pairs["building_a"].values[k] == own else "b"
+    """Return the contact points of the building with their largest forces of each frame."""
+    steps = np.searchsorted(pairs["time"].values, times - 1e-9)
+    steps = np.minimum(steps, pairs.sizes["time"] - 1)
+    force = pairs["force"].transpose("pair", "time").values
+    starts = np.minimum(np.append(steps[:1], steps[:-1] + 1), steps)
+    levels = pounding.isel(station=(pounding["station_building"] == own).values)
+    numbers, heights = levels["station_floor"].values, levels["elevation"].values
+    base = float(pounding["building_base"].sel(building=own))
+    touches = []
+    for k in range(pairs.sizes["pair"]):
         pair = pairs.isel(pair=k)
-        stations = pounding["station_building"] == own
-        at = stations & (pounding["station_floor"] == pair[f"floor_{side}"].item())
-        z = float(pounding["elevation"].values[at.values][0])
+        side = "a" if pair["building_a"].item() == own else "b"
+        floor = int(np.flatnonzero(numbers == pair[f"floor_{side}"].item())[0])
+        z, share = float(heights[floor]), float(pair[f"relative_height_{side}"])
+        if np.isfinite(share):  # on a storey
+            low = float(heights[floor - 1]) if floor else base
+            z = low + share * (z - low)
         axis = np.append(pounding["building_axis"].sel(building=own).values, z)
-        found.append(Touch(axis + pair[f"offset_{side}"].values, row, 0))
-    return found
+        largest = [force[k, i : j + 1].max() for i, j in zip(starts, steps, strict=True)]
+        touches.append(Touch(axis + pair[f"offset_{side}"].values, np.array(largest), 0))
+    return touches
 
 
-def _frames(
-    actors: Sequence[Actor],
-    touches: Sequence[Touch],
-    times: Array,
-    factor: float,
-    direction: str,
-    height: float,
-) -> Iterator[NDArray[np.uint8]]:
-    """Draw the frames, shape (rows, columns, 3)."""
-    import pyvista
-
-    scene = pyvista.Plotter(off_screen=True, window_size=list(SIZE))
-    scene.set_background("white")
-    every = np.abs(np.concatenate([one.acceleration.ravel() for one in actors]))
-    limits = signed_limits(float(np.quantile(every, 1.0 - CUT)) or 1.0)
-    bar: dict[str, Any] = {"title": f"acceleration, direction {direction} [m/s²]"}
-    bar |= {"color": "black", "vertical": False, "position_x": 0.25, "position_y": 0.02}
-    bar |= {"width": 0.5, "height": 0.07, "n_labels": 3}
-    bar |= {"title_font_size": 20, "label_font_size": 18}
-    drawn: list[tuple[Any, Moving]] = []
-    for one in actors:
-        slabs, walls, bars = (_mesh(part) for part in (one.floors, one.walls, one.bars))
-        slabs.point_data["acceleration"] = one.acceleration[0]
-        look = {"scalars": "acceleration", "cmap": SIGNED, "clim": limits, "copy_mesh": False}
-        scene.add_mesh(slabs, scalar_bar_args=bar, lighting=False, **look)
-        if len(one.walls.cells):
-            scene.add_mesh(walls, color=GHOST, opacity=0.35, copy_mesh=False)
-        if len(one.bars.cells):
-            scene.add_mesh(bars, color=OUTLINE, line_width=2.5, copy_mesh=False)
-        drawn += [(slabs, one.floors), (walls, one.walls), (bars, one.bars)]
-        top = one.floors.points.mean(axis=0)
-        top[2] = one.floors.points[:, 2].max() + 0.06 * height
-        words = {"shape": None, "show_points": False, "text_color": "black", "font_size": 20}
-        scene.add_point_labels([top], [one.name], **words)
-    _look_at(scene, actors)
-    largest = max((float(one.force.max()) for one in touches), default=0.0)
-    total = np.sum([one.force for one in touches], axis=0)
-    start = times[int(np.argmax(total > 0.0))]
-    marks: list[Any] = []
-    for k, time in enumerate(times):
-        for mesh, part in drawn:
-            mesh.points = part.points + factor * part.displacement[k]
-        for one, (mesh, _) in zip(actors, drawn[::3], strict=True):
-            mesh.point_data["acceleration"] = one.acceleration[k]
-        for mark in marks:
-            scene.remove_actor(mark, render=False)
-        marks = []
-        for touch in touches:
-            if touch.force[k] > 0.01 * largest:
-                floors = actors[touch.actor].floors
-                near = int(np.argmin(((floors.points - touch.place) ** 2).sum(axis=1)))
-                place = touch.place + factor * floors.displacement[k, near]
-                size = DOT * height * (touch.force[k] / largest) ** 0.5
-                ball = pyvista.Sphere(radius=size, center=place)
-                marks.append(scene.add_mesh(ball, color="black", render=False))
-        text = (
-            f"t = {time:.4f} s, {1e3 * (time - start):+.1f} ms from first contact; "
-            f"contact force {1e-6 * total[k]:.1f} MN\n"
-            f"displacements and gap x {factor:g}; black: contact"
-        )
-        scene.add_text(text, position="upper_left", font_size=11, color="black", name="text")
-        yield np.asarray(scene.screenshot(return_img=True), dtype=np.uint8)
-    scene.close()
-
-
-def _mesh(part: Moving) -> Any:
-    import pyvista
-
-    if part.cells.shape[1] > 2:
-        return pyvista.PolyData.from_regular_faces(part.points, part.cells)
-    lines = np.insert(part.cells, 0, 2, axis=1)
-    return pyvista.PolyData(part.points, lines=lines.ravel())
-
-
-def _look_at(scene: Any, actors: Sequence[Actor]) -> None:
-    """Look along the façades, from above."""
-    first, second = (one.floors.points.mean(axis=0) for one in (actors[0], actors[-1]))
-    way = second - first if len(actors) > 1 else np.array([0.0, 1.0, 0.0])
-    way[2] = 0.0
-    way /= np.linalg.norm(way)
-    scene.enable_parallel_projection()
-    scene.view_vector((way[1] + 0.25 * way[0], -way[0] + 0.25 * way[1], 0.3), (0.0, 0.0, 1.0))
-    scene.camera.zoom(0.95)
-
-
-def _write(path: Path, pictures: Sequence[NDArray[np.uint8]], **look: Any) -> None:
+def _write_mp4(path: Path, frames: Sequence[NDArray[np.uint8]]) -> None:
     import imageio.v2 as imageio
 
-    look["fps"] = max(1.0, len(pictures) / LASTS)
-    if look["format"] == "FFMPEG":
-        look |= {"pixelformat": "yuv420p", "ffmpeg_log_level": "error"}
-        look["output_params"] = ["-crf", "23", "-movflags", "+faststart"]
+    look: dict[str, Any] = {"format": "FFMPEG", "codec": "libx264", "macro_block_size": 2}
+    look |= {"fps": max(1.0, len(frames) / LASTS), "pixelformat": "yuv420p"}
+    look |= {"ffmpeg_log_level": "error"}
+    look["output_params"] = ["-crf", "23", "-movflags", "+faststart"]
     with atomic(path) as temporary, TemporaryDirectory() as work:
         whole = Path(work) / path.name  # imageio finds the format by the end of the name
         try:
-            imageio.mimwrite(whole, list(pictures), **look)
+            imageio.mimwrite(whole, list(frames), **look)
         except RuntimeError as error:  # what imageio raises without ffmpeg
             raise ImpactfemError(f"cannot write {path}: {error}") from error
         temporary.write_bytes(whole.read_bytes())
+
+
+def _write_gif(path: Path, frames: Sequence[NDArray[np.uint8]]) -> None:
+    """Write frames of half the size, with the same few colours in all of them."""
+    half = (SIZE[0] // 2, SIZE[1] // 2)
+    small = [Image.fromarray(frame).resize(half, Image.Resampling.BOX) for frame in frames]
+    sheet = np.concatenate([np.asarray(frame) for frame in small[:: max(1, len(small) // 8)]])
+    inks = Image.fromarray(sheet).quantize(INKS)
+    first, *others = (frame.quantize(palette=inks, dither=Image.Dither.NONE) for frame in small)
+    lasts = round(1e3 * LASTS / len(frames))
+    look: dict[str, Any] = {"save_all": True, "append_images": others, "loop": 0}
+    with atomic(path) as temporary:
+        first.save(temporary, format="GIF", duration=lasts, **look)

@@ -25,8 +25,13 @@ there, which would take twenty times as long over all nodes."""
 SNAPSHOTS = (0.0, 0.5, 1.0)
 """Times of the wave pictures, from the start to the end of the main impact."""
 BEFORE, AFTER = 0.01, 0.03
-"""What the frames of the wave show before and after the main impact [s]."""
-MOST_FRAMES = 60
+"""Time before and after the main impact that the film shows in slow motion [s]."""
+SWAY = 0.3
+"""Time before and after it in which the film shows how the buildings move [s]."""
+MOST_FRAMES = 40
+"""Largest number of frames of the slow motion."""
+SWAY_FRAMES = 15
+"""Number of frames before the slow motion, and after it."""
 
 
 _WAVE = "wave_node component"
@@ -144,15 +149,18 @@ def floor_maps(
 
 
 def _times(main_impact: tuple[float, float] | None, loads: Loads) -> tuple[Index, Index]:
-    """Return the time steps of the snapshots and of the film, at most `MOST_FRAMES`."""
+    """Return the time steps of the snapshots and of the frames of the film."""
     if main_impact is None:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     start, end = main_impact
     pictures = [start + share * (end - start) for share in SNAPSHOTS]
-    times = np.array([*pictures, start - BEFORE, end + AFTER])
+    times = np.array([*pictures, start - BEFORE, end + AFTER, start - SWAY, end + SWAY])
     nearest = np.rint(times / loads.time_step).astype(np.int64)
-    *chosen, begin, last = np.clip(nearest, 0, len(loads.ground) - 1)
-    return np.unique(chosen), np.arange(begin, last + 1, -(-(last - begin + 1) // MOST_FRAMES))
+    *chosen, begin, last, first, final = np.clip(nearest, 0, len(loads.ground) - 1)
+    slow = np.arange(begin, last + 1, -(-(last - begin + 1) // MOST_FRAMES))
+    parts = [(first, begin), (slow[-1], final)]
+    sway = [np.rint(np.linspace(*ends, SWAY_FRAMES + 1)).astype(np.int64) for ends in parts]
+    return np.unique(chosen), np.unique(np.concatenate([sway[0], slow, sway[1]]))
 
 
 @all_blas_threads()
