@@ -11,6 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -20,7 +21,16 @@ from scipy.spatial import cKDTree
 from impactfem.plot.floor_field import round_factor
 from impactfem.plot.scene import shell_nodes
 from impactfem.stages.stores import of_run, open_store, open_stores
-from impactfem.stages.transient.film_frames import SIZE, Actor, Film, Moving, Touch, draw_frames
+from impactfem.stages.transient.film_frames import (
+    COLOURS,
+    CONTACT,
+    SIZE,
+    Actor,
+    Film,
+    Moving,
+    Touch,
+    draw_frames,
+)
 from impactfem.stages.transient.selection import main_impact
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import ImpactfemError
@@ -31,8 +41,8 @@ LASTS = 4.0
 """Duration of the film, whatever the time that it shows [s]."""
 WIDE = 0.08
 """Largest displacement of a building in the film, over its height."""
-INKS = 96
-"""Colours of the GIF: few colours make a small file."""
+INKS = 160
+"""Colours of the GIF in addition to those of the scale and of the contacts."""
 SLAB = 0.3
 """Thickness of the floors of a stick [m]."""
 
@@ -302,7 +312,10 @@ def _write_gif(path: Path, frames: Sequence[NDArray[np.uint8]]) -> None:
     half = (SIZE[0] // 2, SIZE[1] // 2)
     small = [Image.fromarray(frame).resize(half, Image.Resampling.BOX) for frame in frames]
     sheet = np.concatenate([np.asarray(frame) for frame in small[:: max(1, len(small) // 8)]])
-    inks = Image.fromarray(sheet).quantize(INKS)
+    fixed = [*mpl.colormaps[COLOURS](np.linspace(0.0, 1.0, 64)), mpl.colors.to_rgba(CONTACT)]
+    colours = [round(255.0 * part) for colour in fixed for part in colour[:3]]
+    inks = Image.new("P", (1, 1))
+    inks.putpalette(Image.fromarray(sheet).quantize(INKS).getpalette()[: 3 * INKS] + colours)
     first, *others = (frame.quantize(palette=inks, dither=Image.Dither.NONE) for frame in small)
     lasts = round(1e3 * LASTS / len(frames))
     look: dict[str, Any] = {"save_all": True, "append_images": others, "loop": 0}

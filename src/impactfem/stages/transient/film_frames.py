@@ -20,18 +20,18 @@ from impactfem.system.arrays import Array, Index
 
 SIZE = (1280, 960)
 """Width and height of a frame [pixel]; the GIF has half of them."""
-COLOURS = "viridis_r"
+COLOURS = "magma_r"
 """Perceptually uniform; light slabs have small accelerations."""
 HEAD, FOOT, SIDE = 0.13, 0.13, 0.04
 """Free parts of the frame: above and below the buildings, and at each side."""
 CUT = 0.02
 """Part of the accelerations that is drawn in the last colour."""
-TURN, RISE = 0.3, 0.35
+TURN, RISE = 0.12, 0.35
 """Direction of the view: from along the façades towards the first building, and from above."""
 LETTERS = 26
 """Height of the letters [pixel]."""
-CONTACT = "#d62728"
-RING = 0.022
+CONTACT, GROUND = "#0072b2", "#e4e4e4"
+DOT = 0.012
 """Radius of the mark of the largest contact force, over the width of the frame."""
 LEAST = 0.01
 """Least contact force that is marked, over the largest."""
@@ -101,6 +101,7 @@ def draw_frames(film: Film) -> Iterator[NDArray[np.uint8]]:
             scene.add_mesh(bars, color=OUTLINE, line_width=3.0, copy_mesh=False)
         parts = (actor.floors, actor.walls, actor.bars, rims)
         drawn += list(zip((slabs, walls, bars, edges), parts, strict=True))
+    scene.add_mesh(_ground(film), color=GROUND, lighting=False)
     view = _look_at(scene, film)
     scale = _colour_scale(end, film.direction)
     for k in range(len(film.times)):
@@ -108,6 +109,7 @@ def draw_frames(film: Film) -> Iterator[NDArray[np.uint8]]:
             mesh.points = part.points + film.factor * part.displacement[k]
         for actor, (mesh, _) in zip(film.actors, drawn[::4], strict=True):
             mesh.point_data["acceleration"] = np.abs(actor.acceleration[k])
+        scene.render()
         frame = Image.fromarray(np.asarray(scene.screenshot(return_img=True), dtype=np.uint8))
         frame.paste(scale, ((SIZE[0] - scale.width) // 2, SIZE[1] - scale.height))
         _write_on(frame, film, view, k)
@@ -133,6 +135,20 @@ def _rims(floors: Moving) -> Moving:
     return Moving(floors.points, lines[counts == 1], floors.displacement)
 
 
+def _ground(film: Film) -> Any:
+    """Return a plate below the buildings, wider than they are by a tenth."""
+    import pyvista
+
+    points = np.concatenate([actor.floors.points for actor in film.actors])
+    ends = [points, *(actor.bars.points for actor in film.actors if actor.bars.points.size)]
+    base = min(float(part[:, 2].min()) for part in ends)
+    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+    more = 0.1 * float((high - low).min())
+    (x0, y0), (x1, y1) = low - more, high + more
+    corners = np.array([[x0, y0, base], [x1, y0, base], [x1, y1, base], [x0, y1, base]])
+    return pyvista.PolyData.from_regular_faces(corners, np.array([[0, 1, 2, 3]]))
+
+
 def _look_at(scene: Any, film: Film) -> Picture:
     """Look along the façades, from above, so that the buildings fill the frame in all frames."""
     first, last = (film.actors[k].floors.points.mean(axis=0) for k in (0, -1))
@@ -150,6 +166,8 @@ def _look_at(scene: Any, film: Film) -> Picture:
                 moved = part.points + film.factor * part.displacement
                 flat = moved.reshape(-1, 3)
                 places += [flat @ right, flat @ up]
+    ground = np.asarray(_ground(film).points)
+    places += [ground @ right, ground @ up]
     x, y = np.concatenate(places[::2]), np.concatenate(places[1::2])
     reach = [np.array([x.min(), y.min()]), np.array([x.max(), y.max()])]
     room = np.array([1.0 - 2.0 * SIDE, 1.0 - HEAD - FOOT]) * SIZE
@@ -216,9 +234,8 @@ def _write_on(frame: Image.Image, film: Film, view: Picture, k: int) -> None:
             floors = film.actors[touch.actor].floors
             near = int(np.argmin(((floors.points - touch.place) ** 2).sum(axis=1)))
             x, y = view.place((touch.place + film.factor * floors.displacement[k, near])[None])[0]
-            radius = RING * SIZE[0] * float(touch.force[k] / largest) ** 0.5
-            box = (x - radius, y - radius, x + radius, y + radius)
-            pen.ellipse(box, outline=CONTACT, width=5)
+            radius = DOT * SIZE[0] * float(touch.force[k] / largest) ** 0.5
+            pen.ellipse((x - radius, y - radius, x + radius, y + radius), fill=CONTACT)
 
 
 @cache
