@@ -184,7 +184,7 @@ def _look_at(scene: Any, film: Film) -> Picture:
     scene.camera.position = tuple(centre + far * away)
     scene.camera.parallel_scale = 0.5 * SIZE[1] / scale
     scene.renderer.reset_camera_clipping_range()
-    scene.enable_anti_aliasing("ssaa")
+    scene.enable_anti_aliasing("msaa")
     corner = (middle[0] - 0.5 * SIZE[0] / scale, middle[1] + 0.5 * SIZE[1] / scale)
     return Picture(np.zeros((SIZE[1], SIZE[0], 3), dtype=np.uint8), right, up, corner, scale)
 
