@@ -17,6 +17,16 @@ GAP, DEPTH = 0.02, 4.0
 """Gap of the pair, and distance of the façade of the neighbour from its axis [m]."""
 
 
+_EMPTY = film.Moving(np.zeros((0, 3)), np.zeros((0, 3), dtype=int), np.zeros((1, 0, 3)))
+_PLAN = [[0.0, 0.0, 4.0], [8.0, 0.0, 4.0], [8.0, 6.0, 4.0], [0.0, 6.0, 4.0]]
+BOX = film.Actor(
+    "box",
+    film.Moving(np.array(_PLAN), np.array([[0, 1, 2, 3]]), np.zeros((1, 4, 3))),
+    *(_EMPTY, _EMPTY, np.zeros((1, 4))),
+)
+"""A building of one slab of 8 m x 6 m."""
+
+
 @pytest.fixture
 def folder(transient_folder):
     """A run of building "one" with a neighbour "two" of one floor beyond its impact edge."""
@@ -158,6 +168,16 @@ def test_walls_move_linearly_between_floors():
     assert moved[0, :, 2] == pytest.approx([0.0, 0.0, 0.0, 0.25, 0.5, 0.5])
 
 
+def test_a_rigid_wall_is_a_plate_at_the_gap(folder):
+    run, _ = folder()
+    forces = xr.load_dataset(run / "forces.nc")
+    assert film._plates(forces, BOX, 10.0) == []
+    forces["building_b"][:] = ""
+    (plate,) = film._plates(forces, BOX, 10.0)
+    assert plate[:, 1] == pytest.approx([6.0 + 10.0 * GAP] * 4)
+    assert np.ptp(plate, axis=0)[0] == pytest.approx(8.0)
+
+
 def test_nothing_is_drawn_without_impact(folder):
     run, _ = folder(loads=())
     assert film.draw_film(run) == []
@@ -177,7 +197,8 @@ def test_files(folder):
     assert float(lasts[1]) == pytest.approx(film.LASTS, abs=0.3)
     pictures = imageio.mimread(gif)
     assert len(pictures) == len(times) and pictures[0].shape[:2] == (480, 640)
-    first, last = (np.asarray(pictures[k][..., :3], dtype=float) for k in (0, -1))
+    buildings = slice(90, 400)  # rows without texts
+    first, last = (np.asarray(pictures[k][buildings, :, :3], dtype=float) for k in (0, -1))
     assert np.abs(first - last).mean() > 0.1
 
 

@@ -74,20 +74,24 @@ def draw_film(folder: Path) -> list[Path]:
         pairs = _pairs_of(forces, own)
         if not pairs.sizes["pair"] or not times.size:
             return []
+        neighbours = _neighbours(pairs, own)
         other_models = {
             name: place
-            for name in _neighbours(pairs, own)
+            for name in neighbours
             if pounding["building_model"].sel(building=name) == "structure"
             if (place := _folder_of(run, name)) is not None
         }
         waiting = (pounding["building_model"] == "structure").sum() > 1 + len(other_models)
         if waiting:
             return []
-        height = float(np.ptp(maps["node_position"].values[:, 2]))
+        shown = pounding["station_building"].isin([own, *neighbours]).values
+        stations = pounding.isel(station=shown).sel(time=times, method="nearest")
+        height = float(stations["elevation"].max() - pounding["building_base"].min())
         moved = float(np.linalg.norm(maps["frame_displacement"].values, axis=-1).max())
+        moved = max(moved, float(abs(stations["displacement"]).max()))
         factor = max(1.0, round_factor(moved, WIDE * height))
         actors = [_model(opened("building.nc"), maps, pounding, pairs, own, factor)]
-        for name in _neighbours(pairs, own):
+        for name in neighbours:
             if name in other_models:
                 with open_stores(other_models[name]) as theirs:
                     stores = theirs("building.nc"), theirs("transient_maps.nc")
@@ -96,6 +100,7 @@ def draw_film(folder: Path) -> list[Path]:
                 actors.append(_stick(pounding, pairs, name, times, actors[0], factor))
         film = Film(
             actors,
+            _plates(pairs, actors[0], factor),
             _touches(pairs, pounding, own, times),
             times,
             impact[0],
@@ -265,6 +270,24 @@ def _stick(
         Moving(np.array(columns), bars, np.concatenate(u_c, axis=1)),
         np.concatenate(a_f, axis=1),
     )
+
+
+def _plates(pairs: xr.Dataset, first: Actor, factor: float) -> list[Array]:
+    """Return the corners of the rigid walls next to the building, shape (4, 3) each [m]."""
+    walls = pairs.isel(pair=(pairs["building_b"] == "").values)
+    normals, gaps = walls["normal"].transpose("pair", "axis").values, walls["gap"].values
+    points = np.concatenate([first.floors.points, first.bars.points, first.walls.points])
+    low, high = points[:, 2].min(), first.floors.points[:, 2].max()
+    plates = []
+    for normal in np.unique(np.round(normals, 9), axis=0):
+        gap = float(gaps[(abs(normals - normal) < 1e-8).all(axis=1)].min())
+        across = np.array([-normal[1], normal[0], 0.0])
+        away = float((first.floors.points @ normal).max()) + factor * gap
+        ends = [(first.floors.points @ across).min(), (first.floors.points @ across).max()]
+        foot, head = np.array([0.0, 0.0, low]), np.array([0.0, 0.0, high])
+        plan = [away * normal + end * across for end in ends]
+        plates.append(np.array([*(p + foot for p in plan), *(p + head for p in plan[::-1])]))
+    return plates
 
 
 def _touches(pairs: xr.Dataset, pounding: xr.Dataset, own: str, times: Array) -> list[Touch]:

@@ -71,6 +71,7 @@ class Film:
     """What the frames show."""
 
     actors: Sequence[Actor]
+    plates: Sequence[Array]  #: corners of rigid walls, shape (4, 3) [m]
     touches: Sequence[Touch]
     times: Array  #: of the frames [s]
     start: float  #: of the main impact [s]
@@ -101,7 +102,9 @@ def draw_frames(film: Film) -> Iterator[NDArray[np.uint8]]:
             scene.add_mesh(bars, color=OUTLINE, line_width=3.0, copy_mesh=False)
         parts = (actor.floors, actor.walls, actor.bars, rims)
         drawn += list(zip((slabs, walls, bars, edges), parts, strict=True))
-    scene.add_mesh(_ground(film), color=GROUND, lighting=False)
+    for corners in (_ground(film), *film.plates):
+        plate = pyvista.PolyData.from_regular_faces(corners, np.array([[0, 1, 2, 3]]))
+        scene.add_mesh(plate, color=GROUND, lighting=False)
     view = _look_at(scene, film)
     scale = _colour_scale(end, film.direction)
     for k in range(len(film.times)):
@@ -135,49 +138,40 @@ def _rims(floors: Moving) -> Moving:
     return Moving(floors.points, lines[counts == 1], floors.displacement)
 
 
-def _ground(film: Film) -> Any:
-    """Return a plate below the buildings, wider than they are by a tenth."""
-    import pyvista
-
+def _ground(film: Film) -> Array:
+    """Return the corners of a plate below the buildings, wider than they are by a tenth."""
     points = np.concatenate([actor.floors.points for actor in film.actors])
-    ends = [points, *(actor.bars.points for actor in film.actors if actor.bars.points.size)]
-    base = min(float(part[:, 2].min()) for part in ends)
-    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+    bars = [actor.bars.points for actor in film.actors if actor.bars.points.size]
+    base = min(float(part[:, 2].min()) for part in (points, *bars, *film.plates))
+    every = np.concatenate([points, *film.plates])[:, :2]
+    low, high = every.min(axis=0), every.max(axis=0)
     more = 0.1 * float((high - low).min())
     (x0, y0), (x1, y1) = low - more, high + more
-    corners = np.array([[x0, y0, base], [x1, y0, base], [x1, y1, base], [x0, y1, base]])
-    return pyvista.PolyData.from_regular_faces(corners, np.array([[0, 1, 2, 3]]))
+    return np.array([[x0, y0, base], [x1, y0, base], [x1, y1, base], [x0, y1, base]])
 
 
 def _look_at(scene: Any, film: Film) -> Picture:
-    """Look along the façades, from above, so that the buildings fill the frame in all frames."""
-    first, last = (film.actors[k].floors.points.mean(axis=0) for k in (0, -1))
-    way = last - first if len(film.actors) > 1 else np.array([0.0, 1.0, 0.0])
+    """Look along the façades, from above, so that the buildings are whole in all frames."""
+    bodies = [actor.floors.points for actor in film.actors] + list(film.plates)
+    way = bodies[-1].mean(axis=0) - bodies[0].mean(axis=0)
     way[2] = 0.0
-    way /= np.linalg.norm(way)
+    way = way / np.linalg.norm(way) if way.any() else np.array([0.0, 1.0, 0.0])
     if way[0] + way[1] < 0.0:  # x or y points to the right
         way = -way
     view = np.array([way[1] - TURN * way[0], -way[0] - TURN * way[1], RISE])
     right, up = screen_axes(view)
-    places = []
-    for actor in film.actors:
-        for part in (actor.floors, actor.bars, actor.walls):
-            if part.points.size:
-                moved = part.points + film.factor * part.displacement
-                flat = moved.reshape(-1, 3)
-                places += [flat @ right, flat @ up]
-    ground = np.asarray(_ground(film).points)
-    places += [ground @ right, ground @ up]
-    x, y = np.concatenate(places[::2]), np.concatenate(places[1::2])
-    reach = [np.array([x.min(), y.min()]), np.array([x.max(), y.max()])]
+    parts = [part for actor in film.actors for part in (actor.floors, actor.walls, actor.bars)]
+    moved = [(one.points + film.factor * one.displacement).reshape(-1, 3) for one in parts]
+    every = np.concatenate([*moved, _ground(film), *film.plates])
+    flat = np.stack([every @ right, every @ up])
+    low, high = flat.min(axis=1), flat.max(axis=1)
     room = np.array([1.0 - 2.0 * SIDE, 1.0 - HEAD - FOOT]) * SIZE
-    scale = float((room / (reach[1] - reach[0])).min())
-    middle = 0.5 * (reach[0] + reach[1])
+    scale = float((room / (high - low)).min())
+    middle = 0.5 * (low + high)
     middle[1] += 0.5 * (HEAD - FOOT) * SIZE[1] / scale
     away = view / np.linalg.norm(view)
-    points = np.concatenate([actor.floors.points for actor in film.actors])
-    centre = middle[0] * right + middle[1] * up + (points @ away).mean() * away
-    far = 4.0 * float(np.ptp(points, axis=0).max())
+    centre = middle[0] * right + middle[1] * up + (every @ away).mean() * away
+    far = 4.0 * float(np.ptp(every, axis=0).max())
     scene.enable_parallel_projection()
     scene.camera.up = (0.0, 0.0, 1.0)
     scene.camera.focal_point = tuple(centre)

@@ -154,13 +154,14 @@ def _times(main_impact: tuple[float, float] | None, loads: Loads) -> tuple[Index
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
     start, end = main_impact
     pictures = [start + share * (end - start) for share in SNAPSHOTS]
-    times = np.array([*pictures, start - BEFORE, end + AFTER, start - SWAY, end + SWAY])
+    times = np.array([*pictures, start - BEFORE, end + AFTER])
     nearest = np.rint(times / loads.time_step).astype(np.int64)
-    *chosen, begin, last, first, final = np.clip(nearest, 0, len(loads.ground) - 1)
+    *chosen, begin, last = np.clip(nearest, 0, len(loads.ground) - 1)
     slow = np.arange(begin, last + 1, -(-(last - begin + 1) // MOST_FRAMES))
-    parts = [(first, begin), (slow[-1], final)]
-    sway = [np.rint(np.linspace(*ends, SWAY_FRAMES + 1)).astype(np.int64) for ends in parts]
-    return np.unique(chosen), np.unique(np.concatenate([sway[0], slow, sway[1]]))
+    step = max(1, round(SWAY / SWAY_FRAMES / loads.time_step))
+    sway = step * np.arange(1, SWAY_FRAMES + 1)
+    frames = np.concatenate([begin - sway[::-1], slow, slow[-1] + sway])
+    return np.unique(chosen), frames[(frames >= 0) & (frames < len(loads.ground))]
 
 
 @all_blas_threads()
