@@ -14,163 +14,106 @@
 # %% [markdown]
 # # First steps
 #
-# What this notebook teaches: to check a case file, to run it from Python, and to look at what came
-# out. The case is that of two buildings which pound during an earthquake, as **stick models**: a
-# mass for each floor, a Timoshenko beam for each storey, and a contact law between the facing
-# floors. It takes some seconds; the 3D building comes in the other notebooks.
+# What this notebook teaches: validate a case file, run it, read results by name, and plot impact
+# forces, gaps and floor response spectra. The case is the template of `impactfem new`: two
+# three-storey buildings as stick models, 2 cm apart.
 
 # %% tags=["parameters"]
-case_file = "../geometry/npp_pair.toml"  # the case
-folder = "../runs/first_steps"  # where the results go
+folder = "../runs/first_steps"  # of the case file and the run
+changes = {}  # keys of the case with other values
 
 # %%
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-from impactfem import study
-from impactfem.study import open_run
-from impactfem.system import log
-from impactfem.system.errors import InputError
+import impactfem
+from impactfem.case.template import write_new_case
 
-log.set_up(verbose=False)  # what the program says, as on the command line
+case_file = Path(folder) / "towers.toml"
+case_file.parent.mkdir(parents=True, exist_ok=True)
+if not case_file.exists():
+    write_new_case(case_file, minimal=True)
 
 # %% [markdown]
-# ## Check
+# ## Validate
 #
-# `study.check` reads the case file and all that it names, and computes nothing. What comes back
-# holds every value in SI.
+# `impactfem.load` reads a case file. `set` changes a key in memory; the file stays as it is.
+# `impactfem.check` validates all values and returns them in SI.
 
 # %%
-case = study.check(Path(case_file))
-print(case.title)
-for building in case.buildings:
+case = impactfem.load(case_file)
+for key, value in changes.items():
+    case.set(key, value)
+values = impactfem.check(case)
+print(values.title)
+for building in values.buildings:
     mass = sum(floor.mass for floor in building.floors)
-    print(f"building {building.name}: {len(building.floors)} floors, {mass / 1e3:.0f} t")
-for name, law in case.contact_laws.items():
-    print(f"contact law {name}: {law.type}, stiffness {law.stiffness:.3g} N/m")
-gaps = sorted({contact.gap for contact in case.contacts})
-print(f"{len(case.contacts)} contact pairs, gap {', '.join(f'{1e2 * gap:g} cm' for gap in gaps)}")
-motion = case.motions[0]
-print(f"ground motion along {motion.direction}: {motion.type}")
+    print(f"{building.name}: {len(building.floors)} floors, {1e-3 * mass:.0f} t")
 
 # %% [markdown]
-# A case file with mistakes is refused, and every mistake is named at once. A case may also say
-# only what differs from another one (`extends`); here two values are wrong on purpose.
+# Invalid input raises `InputError` with all faults: file, key, value and expected value.
 
 # %%
-Path(folder).mkdir(parents=True, exist_ok=True)
-wrong = Path(folder) / "wrong.toml"
-wrong.write_text(
-    f'''extends = "{Path(case_file).resolve()}"
-[pounding]
-time_step = "0.3 kg"
-[spectra]
-damping = ["500 %"]
-'''
-)
+wrong = impactfem.load(case_file)
+wrong.set("pounding.time_step", "0.3 kg").set("spectra.damping", ["500 %"])
 try:
-    study.check(wrong)
-except InputError as error:
+    wrong.check()
+except impactfem.study.InputError as error:
     for fault in error.faults:
         print(fault)
 
 # %% [markdown]
 # ## Run
 #
-# `study.run` runs the stages of the case up to the one that is named; the stage `pounding` is the
-# pounding of the stick models. A second call with the same inputs reads what the first one has
-# written.
+# `stage="pounding"` ends the run after the stick models. A stage with unchanged input is not
+# computed again.
 
 # %%
-done = study.run(Path(case_file), out=Path(folder) / "run", stage="pounding")
-run = open_run(done.folder)
-print("stores:", ", ".join(run.stores))
+run = impactfem.run(case, out=Path(folder) / "run", stage="pounding")
+print(run)
 
 # %% [markdown]
 # ## Results by name
 #
-# `summary.json` has every scalar result in SI units, with the published value where there is one.
+# `value` returns a scalar result in SI. `table` selects results by patterns. `to_dataframe` returns
+# all scalar results for pandas.
 
 # %%
-top = max(case.buildings[0].floors, key=lambda floor: floor.floor).floor
-print(
-    run.table(
-        "motion.pga",
-        f"pounding.peak_force.floor_{top}",
-        "pounding.main_impact_*",
-        f"frs.floor_{top}.*",
-        "pounding.required_separation",
-    ).as_text()
-)
+print(f"largest impact force: {1e-6 * run.value('pounding.main_impact_force'):.2f} MN")
+print(run.table("pounding.impacts", "pounding.main_impact_*", "pounding.required*").as_text())
+
+# %%
+run.to_dataframe().filter(like="sticks.west.frequency", axis=0)[["value", "unit"]].head(6)
+
+# %% [markdown]
+# ## Plots
+#
+# A plot returns matplotlib axes. The gap of the decisive pair is negative during contact.
+
+# %%
+figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.4), layout="constrained")
+run.plot.gap(ax=left)
+run.plot.floor_spectrum("west", 3, ax=right)
+plt.show()
 
 # %% [markdown]
 # ## Histories
 #
-# The stores are NetCDF files that xarray opens; their dimensions have names. First the force
-# between the buildings: it is zero but for some milliseconds at each impact.
+# The stores of a run are xarray data sets with units: here the impact forces, positive in
+# compression, 60 ms before and after the largest one.
 
 # %%
-force = run.forces.force  # time, pair [N]
+force = run.forces["force"]
 pair = str(force.max("time").idxmax("pair").values)
-at = float(force.sel(pair=pair).idxmax("time"))
-
-figure, (whole, close) = plt.subplots(1, 2, figsize=(10, 3.2), layout="constrained")
-touched = [str(name) for name in force.pair.values if force.sel(pair=name).any()]
-for name in reversed(touched):
-    whole.plot(force.time, 1e-6 * force.sel(pair=name), lw=0.8, label=name)
-whole.set(xlabel="time [s]", ylabel="impact force [MN]", title="contact pairs that touched")
-whole.legend(fontsize=8)
-main = force.sel(pair=pair, time=slice(at - 0.02, at + 0.02))
-close.plot(1e3 * (main.time - at), 1e-6 * main, marker=".", ms=4)
-close.set(
-    xlabel=f"time after {at:.3f} s [ms]", ylabel="impact force [MN]", title=f"main impact, {pair}"
-)
-plt.show()
-print(f"largest force {1e-6 * float(main.max()):.1f} MN between {pair} at {at:.3f} s")
-
-# %% [markdown]
-# ## Floor response spectra
-#
-# A floor response spectrum (FRS) gives, over the eigenfrequency of an oscillator that stands on
-# the floor, its largest pseudo-acceleration: what a light device there has to bear. Names that end
-# in `_free` belong to the run without contact. Pounding raises the spectrum at high frequencies.
-# Near the first modes, where the buildings sway, it may even lower it: they hold each other up.
-
-# %%
-sticks = run.pounding
-station = f"{case.buildings[0].name}.floor_{top}"
-direction = sticks.attrs["shown_direction"]
-damping = float(sticks.damping[0])
-there = {"station": station, "direction": direction, "damping": damping}
-psa, free = sticks.psa.sel(there), sticks.psa_free.sel(there)
-
-figure, axes = plt.subplots(figsize=(6.5, 3.6), layout="constrained")
-axes.semilogx(psa.frequency, psa, color="#D55E00", label="with pounding")
-axes.semilogx(free.frequency, free, color="#0072B2", ls="--", label="without")
-axes.set(
-    xlabel="frequency [Hz]",
-    ylabel="pseudo-acceleration [m/s²]",
-    title=f"{station}, along {direction}, damping {100 * damping:g} %",
-)
-axes.grid(alpha=0.3)
+peak = float(force.sel(pair=pair).idxmax("time"))
+near = force.sel(time=slice(peak - 0.06, peak + 0.06))
+figure, axes = plt.subplots(figsize=(6.5, 3.2), layout="constrained")
+for name in near["pair"].values:
+    axes.plot(1e3 * (near["time"] - peak), 1e-6 * near.sel(pair=name), label=str(name))
+axes.set(xlabel=f"time after {peak:.3f} s [ms]", ylabel="impact force [MN]")
 axes.legend()
 plt.show()
 
-above = psa.where(psa.frequency > 10.0, drop=True)
-at = float(above.idxmax("frequency"))
-print(f"peak above 10 Hz: {float(above.max()):.1f} m/s² at {at:.0f} Hz")
-ratio = psa / free
-at = float(ratio.idxmax("frequency"))
-print(f"with pounding over without: {float(ratio.max()):.1f} at {at:.0f} Hz")
-
 # %%
 run.close()
-
-# %% [markdown]
-# ## Where to go next
-#
-# - `read_a_run.py` reads the 3D results of a finished run and draws two figures of the paper again.
-# - `own_building.py` makes a case of your own: a building, a mesh and a record.
-# - `damping_study.py` varies the damping, up to the force on the anchors of a pump.
-# - `contact_law.py` brings in a contact law of your own.
