@@ -20,7 +20,7 @@ from impactfem.plot.floor_field import COLOURS
 from impactfem.plot.scene import show
 from impactfem.plot.style import BLUE, GREEN, ORANGE, own_style
 from impactfem.stages.stores import names_of
-from impactfem.stages.transient.pictures import colour_scale, field_picture
+from impactfem.stages.transient.pictures import colour_scale, field_picture, plain_ticks
 from impactfem.stages.transient.selection import of_kind
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.own_process import in_own_process
@@ -140,11 +140,14 @@ class RunPlots:
             label = f"pseudo-acceleration at {float(values['frequency']):.3g} Hz"
         scale = colour_scale(values.values)
         picture = in_own_process(field_picture, run.folder, scale(values.values).filled(np.nan))
-        panel = _axes(ax)
+        rows, columns = picture.image.shape[:2]
+        panel = _axes(ax, (5.0 * columns / rows + 1.5, 5.0))
         show(panel, picture)
         name = str(run.transient.attrs["building"])
         panel.set_title(name)
-        bar = panel.figure.colorbar(ScalarMappable(scale, COLOURS), ax=panel, shrink=0.7)
+        place: dict[str, Any] = {"shrink": 0.7, "panchor": False}
+        bar = panel.figure.colorbar(ScalarMappable(scale, COLOURS), ax=panel, **place)
+        plain_ticks(bar, scale)
         bar.set_label(f"{label}, direction {direction} [m/s²]")
         return panel
 
@@ -165,10 +168,10 @@ class RunPlots:
         return name
 
 
-def _axes(ax: Axes | None) -> Axes:
+def _axes(ax: Axes | None, size: tuple[float, float] = (7.0, 4.0)) -> Axes:
     if ax is not None:
         return ax
     import matplotlib.pyplot as plt
 
     with own_style(**{"figure.dpi": 100.0}):
-        return plt.subplots(figsize=(7.0, 4.0), layout="constrained")[1]
+        return plt.subplots(figsize=size, layout="constrained")[1]

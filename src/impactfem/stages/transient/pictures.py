@@ -8,14 +8,17 @@ import xarray as xr
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import LogNorm, Normalize
-from matplotlib.ticker import LogLocator
+from matplotlib.ticker import LogLocator, StrMethodFormatter
 
 from impactfem.plot.floor_field import COLOURS
 from impactfem.plot.scene import (
+    GHOST,
+    OUTLINE,
     SHADING,
     Picture,
     add_ghost,
     balls,
+    beam_grid,
     corners,
     impact_view,
     keys,
@@ -23,6 +26,7 @@ from impactfem.plot.scene import (
     plotter,
     render,
     screen_axes,
+    shell_grid,
     show,
     surface,
 )
@@ -93,9 +97,17 @@ def field_picture(folder: Path, values: Array) -> Picture:
         floors = pyvista.PolyData.from_regular_faces(points, maps["floor_triangle_node"].values)
         floors.point_data["value"] = values
         scene = plotter()
-        add_ghost(scene, building)
+        scene.enable_depth_peeling(12)
+        # Without the slabs of the mesh, which would be grey on the colours.
+        walls = surface(shell_grid(building, "storey"))
+        if walls.n_cells:
+            scene.add_mesh(walls, color=GHOST, opacity=0.35)
+        columns = beam_grid(building, "column")
+        if columns.n_cells:
+            scene.add_mesh(columns, color=OUTLINE, line_width=2.0)
         look = {"scalars": "value", "cmap": COLOURS, "clim": (0.0, 1.0), "lighting": False}
         scene.add_mesh(floors, show_scalar_bar=False, **look)
+        scene.add_mesh(corners(floors), color=OUTLINE, line_width=1.0)
         return render(scene, building["node_position"].values, impact_view(building))
 
 
@@ -216,12 +228,18 @@ def _stack(path: Path, grids: Grids, edges: dict[int, Array], label: str, captio
             note(axes[0], picture, mark, f"floor {floor}")
         place: dict[str, Any] = {"location": "bottom", "shrink": 0.5, "aspect": 30, "pad": 0.02}
         bar = drawn.colorbar(ScalarMappable(scale, COLOURS), ax=axes[0], **place)
-        if isinstance(scale, LogNorm):
-            bar.set_ticks(LogLocator(subs=(1.0, 2.0, 5.0)))
-            bar.ax.xaxis.set_major_formatter("{x:g}")
-            bar.ax.minorticks_off()
+        plain_ticks(bar, scale)
         bar.set_label(label)
     return path
+
+
+def plain_ticks(bar: Any, scale: Normalize) -> None:
+    """Write the values of a logarithmic colour bar at 1, 2 and 5 times powers of ten."""
+    if isinstance(scale, LogNorm):
+        bar.set_ticks(LogLocator(subs=(1.0, 2.0, 5.0)))
+        bar.formatter = StrMethodFormatter("{x:g}")
+        bar.update_ticks()
+        bar.minorticks_off()
 
 
 def colour_scale(values: Array) -> Normalize:
