@@ -76,7 +76,7 @@ plt.show()
 # %% [markdown]
 # ## Impact force and required gap
 #
-# Every scalar result of the pounding has a value for each motion.
+# Each scalar result has a value for each motion. Squares are the 16th, 50th and 84th percentiles.
 
 # %%
 values = ensemble["value"].to_pandas()
