@@ -70,7 +70,7 @@ for name, text in tables.items():
 # ## The floor table
 #
 # One row for each floor: its mass with moments of inertia, and the section of the storey below it.
-# Here the mass is 1 t/m². The sections are start values, which the calibration below changes so that
+# Here the mass is 1 t/m². The sections are start values, changed by the calibration below so that
 # the stick has the first frequency of the 3D model.
 
 # %%
