@@ -45,7 +45,7 @@ print(run)
 # ## Floor spectra
 #
 # The probes of `transient.nc` are points of the 3D building: `centre_K` at the mass centre of
-# floor K, `edge_K` in the middle of its struck edge, and `line_N` across one floor.
+# floor K, `edge_K` in the middle of its edge on the impact side, and `line_N` across one floor.
 
 # %%
 transient = run.transient
@@ -55,7 +55,8 @@ psa = transient["psa"].sel(component=direction).isel(damping=0).sel(frequency=sl
 edges = psa.isel(probe=(psa["probe_kind"] == "edge").values)
 
 figure, axes = plt.subplots(figsize=(7, 3.8), layout="constrained")
-for name in edges["probe"].values:
+order = edges.max("frequency").argsort().values[::-1]
+for name in edges["probe"].values[order[:3]]:  # the floors with the largest peaks
     floor = int(edges["probe_floor"].sel(probe=name))
     (line,) = axes.semilogx(edges["frequency"], edges.sel(probe=name), label=f"edge, floor {floor}")
     centre = psa.sel(probe=f"centre_{floor}")
@@ -116,9 +117,8 @@ scene = pyvista.Plotter(off_screen=True, window_size=(900, 800))
 scene.set_background("white")
 scene.add_mesh(walls, color="lightgrey", opacity=0.15)
 title = f"Sa at {float(at['frequency']):.1f} Hz [m/s²]"
-scene.add_mesh(
-    floors, scalars="psa", cmap="viridis", lighting=False, scalar_bar_args={"title": title}
-)
+bar = {"title": title, "vertical": True, "title_font_size": 20, "position_x": 0.85}
+scene.add_mesh(floors, scalars="psa", cmap="viridis", lighting=False, scalar_bar_args=bar)
 scene.add_axes()
 scene.view_vector((1.0, 1.4, 0.7), viewup=(0.0, 0.0, 1.0))
 picture = scene.screenshot(return_img=True)

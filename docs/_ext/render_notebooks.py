@@ -27,7 +27,7 @@ PAGES = ROOT / "docs" / "notebooks"
 FILM = ROOT / "docs" / "figures" / "pounding.gif"
 WIDTH, THUMBNAIL = 900, 320
 """Largest width of a picture, and width of a thumbnail [pixel]."""
-COLOURS = 128
+COLOURS = 255
 FIRST = {"film_of_both_buildings": 2, "read_a_run": 2, "own_building": 2}
 """Number of the picture in the thumbnail; the first one by default."""
 

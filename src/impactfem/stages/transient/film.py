@@ -39,7 +39,7 @@ from impactfem.system.files import atomic
 NAME = "main_impact"
 LASTS = 4.0
 """Duration of the film, whatever the time that it shows [s]."""
-WIDE = 0.08
+WIDE = 0.12
 """Largest displacement of a building in the film, over its height."""
 INKS = 160
 """Colours of the GIF in addition to those of the scale and of the contacts."""
