@@ -196,8 +196,8 @@ def _draw_pairs(
         gaps.setdefault(sides, []).append(1e3 * float(sticks["pair_rest_gap"][k]))
         hits = sticks["impact_peak_force"].values[(sticks["impact_pair"] == name).values]
         if hits.size:
-            impacts = (_height(a.elevation, pair), float(hits.max()), hits.size)
-            arrows.setdefault(sides, []).append(impacts)
+            arrow = (_height(a.elevation, pair), float(hits.max()), hits.size)
+            arrows.setdefault(sides, []).append(arrow)
     for sides, impacts in arrows.items():
         middle, free = 0.5 * sum(sides), -np.inf
         for z, force, count in sorted(impacts):

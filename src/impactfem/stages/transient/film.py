@@ -338,7 +338,8 @@ def _write_gif(path: Path, frames: Sequence[NDArray[np.uint8]]) -> None:
     fixed = [*mpl.colormaps[COLOURS](np.linspace(0.0, 1.0, 64)), mpl.colors.to_rgba(CONTACT)]
     colours = [round(255.0 * part) for colour in fixed for part in colour[:3]]
     inks = Image.new("P", (1, 1))
-    inks.putpalette(Image.fromarray(sheet).quantize(INKS).getpalette()[: 3 * INKS] + colours)
+    scene = Image.fromarray(sheet).quantize(INKS).getpalette() or []
+    inks.putpalette(scene[: 3 * INKS] + colours)
     first, *others = (frame.quantize(palette=inks, dither=Image.Dither.NONE) for frame in small)
     lasts = round(1e3 * LASTS / len(frames))
     look: dict[str, Any] = {"save_all": True, "append_images": others, "loop": 0}
