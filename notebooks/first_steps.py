@@ -38,7 +38,7 @@ if not case_file.exists():
 # %% [markdown]
 # ## Validate
 #
-# `impactfem.load` reads a case file. `set` changes a key in memory; the file stays as it is.
+# `impactfem.load` reads a case file. `set` changes a key in memory; the file is not changed.
 # `impactfem.check` validates all values and returns them in SI.
 
 # %%

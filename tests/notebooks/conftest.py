@@ -1,4 +1,4 @@
-"""Notebooks from their text, run from top to bottom in a kernel of their own."""
+"""Notebooks from their text, run from top to bottom in a separate kernel."""
 
 import ast
 import os
@@ -65,7 +65,7 @@ def execute():
         path = name if isinstance(name, Path) else NOTEBOOKS / f"{name}.py"
         notebook = with_parameters(jupytext.read(path, fmt="py:percent"), parameters)
         with TemporaryDirectory(prefix="kernel") as own:
-            # Through sockets in a folder of its own, whose name is short enough for them: nobody
+            # Through sockets in a separate folder, whose name is short enough for them: nobody
             # else can reach the kernel, and nothing is written to the home of the user.
             known = _ThisPython()
             known.program = PLAIN if plain else STRICT

@@ -50,7 +50,7 @@ SLAB = 0.3
 def draw_film(folder: Path) -> list[Path]:
     """Draw the main impact of a building and its neighbours as mp4 and GIF into `figures/`.
 
-    Run it in a process of its own, as `draw_pictures`. Nothing is drawn without an impact on the
+    Run it in a separate process, as `draw_pictures`. Nothing is drawn without an impact on the
     building, or if a neighbour with a 3D model comes later in the run.
 
     Args:
