@@ -38,18 +38,7 @@ QUOTED = re.compile(r"“[^”]*”|«[^»]*»|\"[^\"\n]*\"")
 """Quotations of sources."""
 
 # Pages that still have banned words. The list only shrinks.
-WAITING = {
-    "README.md",
-    "docs/first-row.md",
-    "docs/index.md",
-    "docs/licences.md",
-    "docs/notebooks.md",
-    "docs/second-case.md",
-    "notebooks/contact_law.py",
-    "notebooks/damping_study.py",
-    "notebooks/own_building.py",
-    "notebooks/read_a_run.py",
-}
+WAITING: set[str] = set()
 
 
 def files():

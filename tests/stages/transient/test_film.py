@@ -58,6 +58,8 @@ def folder(transient_folder):
                 "station_building": ("station", list(buildings)),
                 "station_floor": ("station", list(floors)),
                 "elevation": ("station", [4.0, 8.0, 12.0, 4.0]),
+                "rigid_below": ("station", [0.4, 0.4, 0.4, 0.4]),
+                "rigid_above": ("station", [0.1, 0.1, 0.1, 0.1]),
                 "building": ["one", "two"],
                 "building_model": ("building", ["stick", "stick"]),
             },
@@ -155,7 +157,8 @@ def test_the_contact_of_a_storey_is_between_its_floors(folder):
     store["floor_a"][:], store["relative_height_a"][:] = 2, 0.25
     with xr.open_dataset(run / "pounding.nc") as pounding:
         (touch,) = film._touches(film._pairs_of(store, "one"), pounding, "one", times)
-    assert touch.place[2] == pytest.approx(4.0 + 0.25 * 4.0 + float(store.offset_a[0, 2]))
+    # Between 4.1 and 7.6 m, the rigid ends of storey 2.
+    assert touch.place[2] == pytest.approx(4.1 + 0.25 * 3.5 + float(store.offset_a[0, 2]))
 
 
 def test_walls_move_linearly_between_floors():

@@ -298,6 +298,7 @@ def _touches(pairs: xr.Dataset, pounding: xr.Dataset, own: str, times: Array) ->
     starts = np.minimum(np.append(steps[:1], steps[:-1] + 1), steps)
     levels = pounding.isel(station=(pounding["station_building"] == own).values)
     numbers, heights = levels["station_floor"].values, levels["elevation"].values
+    below, above = levels["rigid_below"].values, levels["rigid_above"].values
     base = float(pounding["building_base"].sel(building=own))
     touches = []
     for k in range(pairs.sizes["pair"]):
@@ -306,8 +307,9 @@ def _touches(pairs: xr.Dataset, pounding: xr.Dataset, own: str, times: Array) ->
         floor = int(np.flatnonzero(numbers == pair[f"floor_{side}"].item())[0])
         z, share = float(heights[floor]), float(pair[f"relative_height_{side}"])
         if np.isfinite(share):  # on a storey
-            low = float(heights[floor - 1]) if floor else base
-            z = low + share * (z - low)
+            # Heights count in the flexible part of the storey, between its rigid ends.
+            low = float(heights[floor - 1] + above[floor - 1]) if floor else base
+            z = low + share * (z - float(below[floor]) - low)
         axis = np.append(pounding["building_axis"].sel(building=own).values, z)
         largest = [force[k, i : j + 1].max() for i, j in zip(starts, steps, strict=True)]
         touches.append(Touch(axis + pair[f"offset_{side}"].values, np.array(largest), 0))
