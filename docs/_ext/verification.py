@@ -59,7 +59,8 @@ reference, computed value, deviation, tolerance and source. Eleven benchmarks ha
 A deviation is relative to the reference. "abs" marks the difference in the unit of the row, used
 if the reference is zero or a bound. "short" marks the shortfall below a lower bound. Tolerances
 are set by the expected error: rounding for exact methods, the printed digits for published
-values, the known order of the error for a mesh or a time step. The last digits differ between
+values, the known order of the error for a mesh or a time step. The docstring of each benchmark
+in `src/impactfem/verify` derives its reference and its tolerance. The last digits differ between
 machines.
 
 To regenerate this page:
@@ -160,8 +161,9 @@ def tables(entries: Sequence[Entry], folder: Path) -> dict[Path, str]:
 
 
 def description(name: str) -> str:
-    """Heading and description of a benchmark."""
-    return f"### `{name}`\n\n{_as_markdown(inspect.getdoc(_known()[name]) or '')}\n\n"
+    """Heading and first paragraph of the description of a benchmark."""
+    text = (inspect.getdoc(_known()[name]) or "").partition("\n\n")[0]
+    return f"### `{name}`\n\n{_as_markdown(text)}\n\n"
 
 
 def _known() -> dict[str, Any]:
