@@ -87,7 +87,7 @@ def test_only_what_fails_is_a_warning(caplog):
 def test_the_row_has_no_infinite_number():
     row = made(upper=0.05).check(np.nan, "floor 3").row("B1/pounding")
     assert (row["stage"], row["id"], row["place"]) == ("B1/pounding", "tests.criterion", "floor 3")
-    assert (row["value"], row["lower"], row["upper"]) == (None, None, 0.05)
+    assert (row["value"], row["lower"], row["upper"]) == (None, None, 5.0)
     assert (row["passed"], row["severity"]) == (False, "limited")
     assert made().check(1.0).row("pounding")["severity"] == "information"
 

@@ -117,16 +117,19 @@ class Check:
         return words
 
     def row(self, stage: str) -> dict[str, Any]:
-        """Return the check of a stage as an entry of ``checks.json``."""
+        """Return the check of a stage as an entry of ``checks.json``; numbers are in the unit."""
         of = self.criterion
-        known = self.value is not None and math.isfinite(self.value)
+
+        def shown(value: float | None) -> float | None:
+            return None if value is None or not math.isfinite(value) else self._scale() * value
+
         return {
             "stage": stage,
             "id": of.id,
             "quantity": of.quantity,
-            "value": self.value if known else None,
-            "lower": self.lower if math.isfinite(self.lower) else None,
-            "upper": self.upper if math.isfinite(self.upper) else None,
+            "value": shown(self.value),
+            "lower": shown(self.lower),
+            "upper": shown(self.upper),
             "unit": of.unit,
             "place": self.place,
             "detail": self.detail,
