@@ -211,7 +211,9 @@ def test_the_exit_code_of_a_mutated_case(good, tmp_path, monkeypatch, capsys):
     assert call(monkeypatch, capsys, "check", case)[0] == 0
     (tmp_path / "records" / "record.csv").write_bytes(b"\xff\xfe\x00")
     code, shown = call(monkeypatch, capsys, "check", case)
-    assert code == 2 and all(line.startswith("error: ") for line in shown.splitlines())
+    *errors, verdict = shown.splitlines()
+    assert code == 2 and errors and all(line.startswith("error: ") for line in errors)
+    assert "invalid" in verdict
     assert str(tmp_path) in shown
 
 

@@ -10,12 +10,12 @@ from impactfem.verify.shells import beams
 @pytest.mark.parametrize(
     ("name", "seen"),
     [
-        ("A", ("width", "depth", "axis", "beside")),
-        ("I1", ("depth", "beside")),
+        ("A", ("width", "depth", "axis", "next to")),
+        ("I1", ("depth", "next to")),
         ("I2", ("width",)),
-        ("J", ("twist", "beside")),
+        ("J", ("twist", "next to")),
         ("k1", ("width",)),
-        ("k2", ("depth", "beside")),
+        ("k2", ("depth", "next to")),
     ],
 )
 def test_a_wrong_section_is_seen_where_it_counts(failed, wrong, name, seen):
@@ -49,7 +49,7 @@ def test_full_integration_of_the_shear_is_seen(failed, monkeypatch, own_cache):
     monkeypatch.setattr(beam, "REDUCED", 4)
     quantities = failed(beams.beam_cantilevers())
     assert sum("width" in q or "depth" in q for q in quantities) == 6
-    assert not [q for q in quantities if ("axis, beam" in q and "beside" not in q) or "twist" in q]
+    assert not [q for q in quantities if ("axis, beam" in q and "next to" not in q) or "twist" in q]
 
 
 def test_half_of_the_rotary_inertia_is_seen(failed, wrong, own_cache):
