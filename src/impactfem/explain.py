@@ -97,7 +97,7 @@ def explain(name: str, run: Path | None = None) -> list[str]:
     """
     asked = name.strip().strip("`'\"")
     summary = _summary(run) if run is not None else {}
-    found = [*_check(asked), *_keys(asked), *_result(asked, summary)]
+    found = [*_check(asked), *_keys(asked), *_result(asked, summary)] or _information(asked)
     if not found:
         expected = "expected a key of a case or fit file, a result of summary.json, or a check"
         near = _nearest(asked, summary)
@@ -132,6 +132,18 @@ def _check(asked: str) -> list[str]:
     page = CHECKS_PAGE.removeprefix("docs/")
     text = _wrapped(f"  {sections[word][1]}", 2)
     return [f"{asked}: check of results", *text, f"  see      {page}#{word}"]
+
+
+def _information(asked: str) -> list[str]:
+    """The quantity of a check without limits, which cannot fail, by its id."""
+    # Imported here: all stages declare their criteria.
+    import impactfem.run.stages  # noqa: F401
+    from impactfem.stages.check import CRITERIA
+
+    criterion = CRITERIA.get(asked.rpartition("/")[2])
+    if criterion is None:
+        return []
+    return [f"{asked}: for information, without limits", f"  {criterion.quantity}"]
 
 
 def _keys(asked: str) -> list[str]:

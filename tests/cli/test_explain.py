@@ -38,6 +38,7 @@ DOCS = Path(__file__).parents[2] / "docs"
         ("device.fy.detailed.no_impact", ["result of summary.json", "unit     N"]),
         ("device.mx.rsa.impact", ["unit     N m"]),
         ("reduce.transfer_function_error", [": check", "#transfer-function-error"]),
+        ("pounding.motion_criteria", ["without limits", "SRP 3.7.1"]),
         ("pounding.steps_per_impact", [": check", "points_per_impact", "#steps-per-impact"]),
         ("B2/pounding.steps_per_impact", [": check"]),
         ("steps-per-impact", [": check"]),

@@ -437,7 +437,7 @@ def spectra_figure(run: RunFiles, spectra: list[Spectrum]) -> Path | None:
         return None
     caption = (
         "Governing floor response spectra with impact (solid) and without impact (dashed). "
-        "Hatched: frequencies above the resolved band. "
+        + ("Hatched: above the resolved band. " if any(p.hatched for p in panels) else "")
         + " ".join(f"({'ab'[k]}) {panel.title}." for k, panel in enumerate(panels))
     )
     size = (5.5 * len(panels), 3.3)
@@ -484,7 +484,7 @@ def _curve(spectrum: xr.DataArray, label: str, colour: str, dash: str) -> Curve:
 
 def _panel(curves: list[Curve], title: str, resolved_end: float) -> Panel:
     """Return a panel of spectra that is hatched above the resolved band."""
-    axes: dict[str, Any] = {"log": "x", "bottom": 0.0, "legend": "upper left"}
+    axes: dict[str, Any] = {"log": "x", "bottom": 0.0, "legend": "best"}
     last = max(float(curve.x[-1]) for curve in curves)
     if last > resolved_end:
         axes["hatched"] = (resolved_end, last)

@@ -52,7 +52,7 @@ MOTION_PEAK = Criterion(
     lower=PEAK[0],
     upper=PEAK[1],
     consequence="The motion does not represent its target at high frequencies",
-    remedy="Use another motions.seed",
+    remedy="Set motions.pga to the peak ground acceleration of the spectrum of the motion",
 )
 PASSAGE = Criterion(
     "pounding.wave_passage",
