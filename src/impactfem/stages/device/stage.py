@@ -95,8 +95,8 @@ ANCHOR_NODES = Criterion(
 )
 NET_TENSION = Criterion(
     "device.net_tension",
-    "largest net tension of an anchor",
-    "kN",
+    "net tension of the most highly loaded anchor, with any damping",
+    "kN/n",
     upper=0.0,
     consequence="The weight does not hold the equipment down: it needs anchors in tension",
     remedy="Compare the tension with the capacity of the anchors",
@@ -164,7 +164,8 @@ def _checks_of(store: xr.Dataset, name: str) -> list[Check]:
         checks.append(NET_TENSION.check(place=name, detail="the weight of the device is not known"))
     else:
         tension = float(store["net_tension"].sel(device=name).max())
-        checks.append(NET_TENSION.check(1e-3 * tension, name, pulled))
+        with_own_damping = pulled.partition(": ")[2]
+        checks.append(NET_TENSION.check(1e-3 * tension, name, with_own_damping))
     imbalance = store["imbalance"].sel(device=name)
     if not imbalance.notnull().any():
         detail = "the device has no free spring"
