@@ -119,7 +119,7 @@ FLOOR_INERTIA = Criterion(
     "%",
     upper=INERTIA,
     consequence="The stick and the 3D model twist or rock at different frequencies",
-    remedy="Give the floor table the moments of inertia in tables/floors.csv",
+    remedy="Give the floor table the moments of inertia in tables/building_floor_inertias.csv",
 )
 MASS_CENTRE = Criterion(
     "building.mass_centre_distance",
