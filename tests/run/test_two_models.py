@@ -217,7 +217,7 @@ def test_run(tmp_path, edited):
             opened.of("C")
     assert any(text.startswith("restitution of") for _, text in result.key_results)
     log = (folder / "run.log").read_text(encoding="utf-8")
-    assert log.count("transient: step") == 1  # before the first stage, for both
+    assert log.count("transient: time steps in a cycle") == 1  # before the first stage, for both
     page = (folder / "report.html").read_text()
     assert all(title in page for title in ("The 3D model: A", "The 3D model: B", "Devices: B"))
     assert loop.run(path, out=folder).reused == labels
