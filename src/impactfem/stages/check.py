@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -31,6 +31,8 @@ Severity = Literal["invalid", "limited", "information"]
 """What a failed check means: do not use the results it names; use them within the limit that it
 states; or nothing, as it has no limits."""
 
+PROGRAM_FAULT = "Report this as a fault of the program"
+"""Remedy of a check that no input can fail."""
 CRITERIA: dict[str, Criterion] = {}
 """Every declared criterion by its id; `impactfem.run.stages` imports all stages."""
 
@@ -87,8 +89,8 @@ class Check:
     value: float | None  #: in the unit of the criterion; nan where it could not be computed
     place: str = ""  #: building, floor, direction or frequency of the value
     detail: str = ""  #: further numbers, or a reason
-    lower: float = field(default=-math.inf)  #: least value that passes
-    upper: float = field(default=math.inf)  #: largest value that passes
+    lower: float = -math.inf  #: least value that passes
+    upper: float = math.inf  #: largest value that passes
 
     @property
     def id(self) -> str:

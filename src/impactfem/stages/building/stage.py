@@ -14,7 +14,7 @@ from impactfem.case.usual import PERIOD_PER_STOREY
 from impactfem.stages.building.pictures import draw_pictures
 from impactfem.stages.building.tables import building_tables
 from impactfem.stages.building.targets import from_structure
-from impactfem.stages.check import Check, Criterion
+from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
 from impactfem.stages.inputs import published_values
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import number_of, open_store
@@ -85,7 +85,7 @@ MASS_BALANCE = Criterion(
     upper=MASS,
     severity="invalid",
     consequence="The masses of the floors are not those of the 3D model",
-    remedy="Report this as a fault of the program",
+    remedy=PROGRAM_FAULT,
 )
 MODE_RESIDUAL = Criterion(
     "building.mode_residual",
@@ -93,7 +93,7 @@ MODE_RESIDUAL = Criterion(
     upper=RESIDUAL,
     severity="invalid",
     consequence="The modes are not converged",
-    remedy="Report this as a fault of the program",
+    remedy=PROGRAM_FAULT,
 )
 BENDING_MODES = Criterion(
     "building.bending_modes",

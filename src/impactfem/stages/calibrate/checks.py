@@ -6,7 +6,7 @@ from pathlib import Path
 import xarray as xr
 
 from impactfem.stages.calibrate.selection import MODEL, STICK, impacts_of
-from impactfem.stages.check import Check, Criterion
+from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
 from impactfem.stages.stores import open_store, time_step
 from impactfem.system.scalar import values_of
 
@@ -20,7 +20,7 @@ UNEVENNESS = Criterion(
     upper=1e-6,
     severity="invalid",
     consequence="The floor is not displaced as a whole",
-    remedy="Report this as a fault of the program",
+    remedy=PROGRAM_FAULT,
 )
 RESTITUTION = Criterion("calibrate.restitution", "restitution ε of the impact on the rigid wall")
 STICK_DELAY = Criterion("calibrate.stick_delay", "delay of the impact of the stick", "ms")
@@ -39,7 +39,7 @@ COMPLEMENTARITY = Criterion(
     upper=1e-9,
     severity="invalid",
     consequence="The unilateral contact is not solved",
-    remedy="Report this as a fault of the program",
+    remedy=PROGRAM_FAULT,
 )
 ENERGY = Criterion(
     "calibrate.energy_residual",
@@ -47,7 +47,7 @@ ENERGY = Criterion(
     upper=1e-9,
     severity="invalid",
     consequence="The time stepping does not conserve energy",
-    remedy="Report this as a fault of the program",
+    remedy=PROGRAM_FAULT,
 )
 GAINED = Criterion(
     "calibrate.energy_gained",
@@ -55,7 +55,7 @@ GAINED = Criterion(
     upper=1e-9,
     severity="invalid",
     consequence="Contact adds energy",
-    remedy="Report this as a fault of the program",
+    remedy=PROGRAM_FAULT,
 )
 BASIS = Criterion(
     "calibrate.basis_error",

@@ -11,7 +11,7 @@ from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.selection import impulses_of_run, with_contact_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
-from impactfem.stages.check import Check, Criterion
+from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
 from impactfem.stages.design.figures import design_figures
 from impactfem.stages.design.products import (
     design_products_of,
@@ -127,7 +127,7 @@ FORCE_DIFFERENCE = Criterion(
     upper=SAME,
     severity="invalid",
     consequence="Spectra of the ensemble in 3D belong to other impacts",
-    remedy="Report this as a fault of the program",
+    remedy=PROGRAM_FAULT,
 )
 
 

@@ -16,7 +16,7 @@ from impactfem.stages.calibrate.selection import (
     with_contact_of_run,
 )
 from impactfem.stages.calibrate.stage import CALIBRATE
-from impactfem.stages.check import Check, Criterion
+from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
 from impactfem.stages.device.figures import device_figures
 from impactfem.stages.device.selection import LOADS, Load, anchor_of, direction, loaded, restitution
 from impactfem.stages.device.tables import device_tables
@@ -107,7 +107,7 @@ IMBALANCE_AT_ANCHOR = Criterion(
     upper=IMBALANCE,
     severity="invalid",
     consequence="The forces on the anchors are wrong",
-    remedy="Report this as a fault of the program",
+    remedy=PROGRAM_FAULT,
 )
 BASIS_ERROR = Criterion(
     "device.basis_error",

@@ -12,6 +12,7 @@ from impactfem.case.contact_checks import allowed
 from impactfem.motion.from_case import PEAK
 from impactfem.stages.check import (
     HALVED,
+    PROGRAM_FAULT,
     QUIET,
     Check,
     Criterion,
@@ -31,7 +32,6 @@ LEFT = 0.01
 """Relative displacement that the ground may keep between two buildings, over the least gap."""
 ELASTIC = 1e-9
 """Dissipation over time stepping error up to which contact laws are elastic."""
-REPORT = "Report this as a fault of the program"
 
 MOTION_CRITERIA = Criterion("pounding.motion_criteria", "satisfied criteria of SRP 3.7.1")
 MOTION_SPECTRUM = Criterion(
@@ -84,7 +84,7 @@ ENERGY = Criterion(
     upper=1e-9,
     severity="invalid",
     consequence="The time stepping does not conserve energy",
-    remedy=REPORT,
+    remedy=PROGRAM_FAULT,
 )
 STEPS = Criterion(
     "pounding.steps_per_impact",
@@ -114,7 +114,7 @@ COMPLEMENTARITY = Criterion(
     upper=1e-10,
     severity="invalid",
     consequence="The unilateral contact is not solved",
-    remedy=REPORT,
+    remedy=PROGRAM_FAULT,
 )
 CONTACT_ENERGY = Criterion(
     "pounding.contact_energy",

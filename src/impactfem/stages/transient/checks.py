@@ -10,6 +10,7 @@ from impactfem.coupling.force_history import ForceHistory
 from impactfem.coupling.given_forces import AGREES, largest_disagreement
 from impactfem.stages.check import (
     POINTS,
+    PROGRAM_FAULT,
     Check,
     Criterion,
     end_check,
@@ -45,7 +46,7 @@ NUMBERS = {
         upper=1e-9,
         severity="invalid",
         consequence="The loads of the 3D model do not have the impulses of the impacts",
-        remedy="Report this as a fault of the program",
+        remedy=PROGRAM_FAULT,
     ),
     "band_max": Criterion(
         "transient.error_estimate",
@@ -61,7 +62,7 @@ NUMBERS = {
         upper=1e-9,
         severity="invalid",
         consequence="The time stepping does not conserve energy",
-        remedy="Report this as a fault of the program",
+        remedy=PROGRAM_FAULT,
     ),
     "reduced_against_full": Criterion(
         "transient.reduced_against_full",
