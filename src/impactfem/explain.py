@@ -95,12 +95,12 @@ def explain(name: str, run: Path | None = None) -> list[str]:
     Raises:
         InputError: The name is unknown; with the nearest name. Or the folder has no results.
     """
-    asked = name.strip().strip("`'\"")
+    query = name.strip().strip("`'\"")
     summary = _summary(run) if run is not None else {}
-    found = [*_check(asked), *_keys(asked), *_result(asked, summary)] or _information(asked)
+    found = [*_check(query), *_keys(query), *_result(query, summary)] or _information(query)
     if not found:
         expected = "expected a key of a case or fit file, a result of summary.json, or a check"
-        near = _nearest(asked, summary)
+        near = _nearest(query, summary)
         raise InputError(
             [Fault("command line", "NAME", name, near or f"{expected}; see 'impactfem --help'")]
         )
@@ -122,33 +122,33 @@ def slug(heading: str) -> str:
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
 
 
-def _check(asked: str) -> list[str]:
+def _check(query: str) -> list[str]:
     """The section of a check, by its id; the stage before its name may be left out."""
     sections = checks()
     # `B2/pounding.steps_per_impact` or `Steps per impact`
-    word = slug(re.split(r"[/:.]\s*", asked)[-1].replace("_", " "))
+    word = slug(re.split(r"[/:.]\s*", query)[-1].replace("_", " "))
     if word not in sections:
         return []
     page = CHECKS_PAGE.removeprefix("docs/")
     text = _wrapped(f"  {sections[word][1]}", 2)
-    return [f"{asked}: check of results", *text, f"  see      {page}#{word}"]
+    return [f"{query}: check of results", *text, f"  see      {page}#{word}"]
 
 
-def _information(asked: str) -> list[str]:
+def _information(query: str) -> list[str]:
     """The quantity of a check without limits, which cannot fail, by its id."""
     # Imported here: all stages declare their criteria.
     import impactfem.run.stages  # noqa: F401
     from impactfem.stages.check import CRITERIA
 
-    criterion = CRITERIA.get(asked.rpartition("/")[2])
+    criterion = CRITERIA.get(query.rpartition("/")[2])
     if criterion is None:
         return []
-    return [f"{asked}: for information, without limits", f"  {criterion.quantity}"]
+    return [f"{query}: for information, without limits", f"  {criterion.quantity}"]
 
 
-def _keys(asked: str) -> list[str]:
+def _keys(query: str) -> list[str]:
     """The entries of a key, of the case file before the fit file."""
-    parts = tuple(re.findall(r'"[^"]*"|[^.\[\]"\s]+', re.sub(r"\[\d+\]", "", asked)))
+    parts = tuple(re.findall(r'"[^"]*"|[^.\[\]"\s]+', re.sub(r"\[\d+\]", "", query)))
     lines: list[str] = []
     for kind, entries in _entries().items():
         costs = {k: cost for k, one in enumerate(entries) if (cost := _cost(one.path, parts)) >= 0}
@@ -162,7 +162,7 @@ def _keys(asked: str) -> list[str]:
             alike.setdefault((one.name, one.value, one.default, one.text), []).append(one)
         names = dict.fromkeys(one.name for one in best)
         if len(alike) > MOST_ENTRIES and len(names) > 1:
-            lines.append(f"{asked}: several keys of the {kind} have this name")
+            lines.append(f"{query}: several keys of the {kind} have this name")
             lines += [f"  {one}" for one in names]
             continue
         before = None
@@ -291,18 +291,18 @@ class _Walk:
                 yield from self._table(head, own, definition, first, inside)
 
 
-def _result(asked: str, summary: dict[str, dict[str, Any]]) -> list[str]:
+def _result(query: str, summary: dict[str, dict[str, Any]]) -> list[str]:
     """The entry of a result: what it is, its unit, and its value in a run."""
-    entry = summary.get(asked)
+    entry = summary.get(query)
     text = None
     # Results of a further building with a 3D model have its name behind the first word.
-    alike = asked.replace(".no_impact", ".impact")
-    for name in dict.fromkeys((asked, alike, re.sub(r"^(\w+)\.[\w-]+\.", r"\1.", alike))):
+    alike = query.replace(".no_impact", ".impact")
+    for name in dict.fromkeys((query, alike, re.sub(r"^(\w+)\.[\w-]+\.", r"\1.", alike))):
         text = text or next((about for one, about in _results() if one.fullmatch(name)), None)
     if entry is None and text is None:
         return []
-    unit = unit_of(asked) if entry is None else entry["unit"]
-    lines = [f"{asked}: result of summary.json"]
+    unit = unit_of(query) if entry is None else entry["unit"]
+    lines = [f"{query}: result of summary.json"]
     lines.append(f"  unit     {'none (a ratio or a number)' if unit == '-' else unit}")
     if entry is not None:
         value = "none in this run" if entry["value"] is None else f"{entry['value']:.6g}"
@@ -376,11 +376,11 @@ def _summary(run: Path) -> dict[str, dict[str, Any]]:
         raise InputError([Fault("command line", "--run", str(run), expected)]) from error
 
 
-def _nearest(asked: str, summary: dict[str, dict[str, Any]]) -> str:
+def _nearest(query: str, summary: dict[str, dict[str, Any]]) -> str:
     """Words that name the nearest known names."""
     keys = [one.name for entries in _entries().values() for one in entries]
     known = dict.fromkeys([*checks(), *summary, *keys])
-    bare = re.sub(r"\[\d+\]", "", asked)
+    bare = re.sub(r"\[\d+\]", "", query)
     near = get_close_matches(bare, known, n=3, cutoff=0.6)
     near = near or get_close_matches(slug(bare.replace("_", " ")), known, n=3, cutoff=0.6)
     return f"unknown name; did you mean {' or '.join(map(repr, near))}?" if near else ""

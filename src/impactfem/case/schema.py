@@ -170,6 +170,6 @@ def column(info: FieldInfo) -> tuple[str, str, str]:
         words, unit = leaf.phrase.replace(" in quotes", ""), ""
     if info.is_required():
         return words, unit, "**required**"
-    # A default that is not a number stands for something else: the description says what.
+    # The description says what a default means that is not a number.
     none = info.default is None or info.default != info.default
     return words, unit, "optional" if none else f"default `{info.default:g}`"
