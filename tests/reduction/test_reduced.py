@@ -121,7 +121,8 @@ def test_residual(membrane, krylov, damping, later):
         rounding = 1e-13 * np.abs(model.K @ (made.V @ reduced.coordinates @ z)).max()
         scale = np.abs(r).max()
         formula = away * (shifted @ made.Q @ (reduced.tail @ z))
-        assert np.abs(r - formula).max() < rounding + 1e-11 * scale
+        # Kernels of BLAS round the products differently: up to 1.5e-12 of r beyond K x is known.
+        assert np.abs(r - formula).max() < rounding + 5e-12 * scale
         norm = np.sqrt(np.sum(r.conj() * np.linalg.solve(shifted, r), axis=0).real)
         assert norms[k] == pytest.approx(norm, rel=1e-10, abs=rounding)
         if k == 30:
