@@ -76,7 +76,7 @@ PACKAGES = {
     },
     "study": {"case", "fit", "run", "stages"},
     "cli_help": {"case"},
-    "explain": {"case", "fit"},
+    "explain": {"case", "fit", "run", "stages"},
     "examples": {"case", "fit"},
     "cli": {"case", "cli_help", "examples", "explain", "fit", "run", "study", "verify"},
     "__main__": {"cli"},
