@@ -27,7 +27,7 @@ NAMES = {"mass_coefficient", "stiffness_coefficient", "law_frequency", "law_rati
 BOUND = {"transfer_bound"}
 """The rigorous bound is known of Rayleigh damping alone."""
 ROUNDING = {"complementarity", "imbalance", "energy_residual", "impulse_error"}
-ROUNDING |= {"contact_energy_defect", "calibration.energy_gained"}
+ROUNDING |= {"contact_energy_defect", "energy_gained"}
 """Residuals that are rounding themselves, and a small difference of large energies (2e-10).
 
 Unilateral contact does no work, so the energy that it gains is rounding, too.

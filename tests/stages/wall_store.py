@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from impactfem.stages.calibrate.store import OUTPUTS
+from impactfem.stages.calibrate.store import OUTPUTS, calibration_scalars
 from impactfem.stages.stores import dataset
-from impactfem.system.scalar import Scalar
+from impactfem.system.scalar import with_scalars
 
 Hits = dict[int, tuple[tuple[float, float, float], ...]]
 WALL_STEP = 0.5e-3
@@ -23,10 +23,7 @@ STICK_HITS = {
     8: ((0.2054, 0.0165, 780e3), (0.4502, 0.016, 37e3)),
 }
 DAMPINGS = {"own": (0.838, 1.06e-3), "under-damped": (0.838, 2.12e-4), "over-damped": (0.559, 3e-3)}
-WALL_SCALARS = {
-    "epsilon": 2.0 / 3.0,
-    "xi_c": 0.128,
-    "K_Ceq": 1.2e11,
+WALL_NUMBERS = {
     "stick_delay": 5.1e-3,
     "stick_impulse_ratio": 0.975,
     "stick_duration_ratio": 1.03,
@@ -36,6 +33,7 @@ WALL_SCALARS = {
     "penetration": 8e-5,
     "basis_error": 0.003,
     "start_unevenness": 2e-11,
+    "second_impulse": 37e3,
 }
 
 
@@ -51,8 +49,8 @@ class WantedWall:
     dampings: int = 3  #: number of damping cases
     durations: tuple[float, ...] = (0.016, 0.015, 0.017)  #: of their first impacts [s]
     numerical: float = 0.0  #: what the time stepping takes of the energy [J]
-    #: Scalars that differ from `WALL_SCALARS`; None for one that does not exist.
-    scalars: dict[str, float | None] = field(default_factory=dict)
+    #: Single results that differ from `WALL_NUMBERS`.
+    numbers: dict[str, float] = field(default_factory=dict)
     pull: str = "whole_floor"  #: how the floor was drawn aside
 
 
@@ -79,9 +77,8 @@ def calibrate_store(asked):
         "impulse": [800e3, 912e3, 672e3],
         "approach_velocity": [APPROACH] * 3,
     }
-    scalars = [
-        Scalar(f"calibration.{k}", v, "-") for k, v in (WALL_SCALARS | asked.scalars).items()
-    ]
+    numbers = WALL_NUMBERS | asked.numbers
+    residual = numbers.pop("complementarity")
     values = {
         **histories,
         "time": time,
@@ -94,6 +91,9 @@ def calibrate_store(asked):
         "damped_energy": damped,
         "numerical_energy": numerical,
         "contact_work": contact,
+        "complementarity": np.full(len(time), residual),
+        "impacts": [len(asked.hits[floor]) for floor in floors],
+        **numbers,
         "constraint_floor": np.repeat(floors, len(EDGE)),
         "constraint_position": np.tile(EDGE, len(floors)),
         "constraint_length": np.tile(length, len(floors)),
@@ -110,7 +110,8 @@ def calibrate_store(asked):
         "displacement_at_start": -0.02,
         "pull": asked.pull,
     }
-    return dataset(OUTPUTS, values, attributes=attributes, scalars=scalars)
+    store = dataset(OUTPUTS, values, attributes=attributes)
+    return with_scalars(store, calibration_scalars(store))
 
 
 def _histories(time, hits, prefix):

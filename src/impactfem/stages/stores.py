@@ -41,6 +41,7 @@ class Output:
     unit: str = ""
     long_name: str = ""  #: what it is, where its name does not say it
     label: bool = False  #: whether it says what the entries of its dimension are
+    shown: str = ""  #: unit in tables; "" for the SI unit
 
 
 def dataset(
@@ -67,7 +68,7 @@ def dataset(
             array = np.array(value, dtype=object)
         elif array.dtype.kind == "f" and array.size and not output.unit:
             raise ValueError(f"{name} is declared without a unit")
-        about = {"units": output.unit, "long_name": output.long_name}
+        about = {"units": output.unit, "long_name": output.long_name, "shown": output.shown}
         about["note"] = (notes or {}).get(name, "")
         about = {key: text for key, text in about.items() if text}
         fields[name] = xr.Variable(output.dims.split(), array, about)

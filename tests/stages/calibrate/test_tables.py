@@ -33,7 +33,7 @@ def impacts(folder):
 
 
 def test_values_beside_published_ones(wall_folder):
-    folder = wall_folder(scalars={"second_impulse": None})
+    folder = wall_folder(numbers={"second_impulse": math.nan})
     published = {"calibration.second_impulse": 37e3, "calibration.K_Ceq": 1e11}
     found = rows(wall_tables(folder, published)[0])
     # Published ones first, in the order of the stage.
@@ -41,12 +41,11 @@ def test_values_beside_published_ones(wall_folder):
     assert float(found[0]["over published"]) == pytest.approx(1.2)
     assert (found[1]["value"], found[1]["over published"]) == ("", "")
     assert all(row["published"] == "" for row in found[2:])
-    assert len(found) == 13
 
 
 def test_a_published_zero_has_no_ratio(wall_folder):
-    folder = wall_folder(scalars={"floor_6.impacts": 1.0})
-    row = rows(wall_tables(folder, {"calibration.floor_6.impacts": 0.0})[0])[0]
+    folder = wall_folder()
+    row = rows(wall_tables(folder, {"calibration.floor_8.impacts": 0.0})[0])[0]
     assert (row["value"], row["published"], row["over published"]) == ("1.0", "0.0", "")
 
 
@@ -66,7 +65,6 @@ def test_impacts_of_all_floors(wall_folder):
     assert float(main["rebound [m/s]"]) == pytest.approx(0.1)
     assert float(main["epsilon [-]"]) == pytest.approx(800e3 / (3e6 * 0.16) - 1.0, rel=5e-3)
     assert (main["pulses"], main["over"]) == ("1", "yes")
-    assert float(main["steps"]) == pytest.approx(32.0)
     second = found["stick", "8", "2"]
     assert float(second["start [s]"]) == pytest.approx(0.4502, abs=1e-9)
     assert float(second["impulse [kN s]"]) == pytest.approx(37.0, rel=2e-3)
@@ -176,17 +174,12 @@ def test_all_is_well(wall_folder):
 
 def test_how_a_floor_starts(wall_folder):
     """Held as a whole it is even; a load displaces it unevenly."""
-    (check,) = missed(wall_folder(scalars={"start_unevenness": 0.2}))
+    (check,) = missed(wall_folder(numbers={"start_unevenness": 0.2}))
     assert (name_of(check), check.value) == ("start_unevenness", 0.2)
-    folder = wall_folder(pull="even_load", scalars={"start_unevenness": 0.2})
+    folder = wall_folder(pull="even_load", numbers={"start_unevenness": 0.2})
     first, second, *_ = wall_checks(folder)
     assert first.passed is None and "0.2; pull = even_load" in first.detail
     assert name_of(second) == "restitution"
-
-
-def test_a_store_without_the_error_of_the_basis(wall_folder):
-    found = wall_checks(wall_folder(scalars={"basis_error": None}))
-    assert [name_of(check) for check in found] == [name for name in IDS if name != "basis_error"]
 
 
 CUT_SHORT = {6: (), 7: (), 8: ((0.2003, 0.016, 800e3), (0.595, 0.016, 100e3))}
@@ -195,11 +188,11 @@ CUT_SHORT = {6: (), 7: (), 8: ((0.2003, 0.016, 800e3), (0.595, 0.016, 100e3))}
 @pytest.mark.parametrize(
     ("wanted", "name", "value"),
     [
-        ({"scalars": {"complementarity": 1e-6}}, "complementarity", 1e-6),
-        ({"scalars": {"energy_residual": 1e-3}}, "energy_residual", 1e-3),
-        ({"scalars": {"energy_gained": 1e-4}}, "energy_gained", 1e-4),
-        ({"scalars": {"basis_error": 0.02}}, "basis_error", 0.02),
-        ({"scalars": {"penetration": 2e-3}}, "penetration", 0.2),
+        ({"numbers": {"complementarity": 1e-6}}, "complementarity", 1e-6),
+        ({"numbers": {"energy_residual": 1e-3}}, "energy_residual", 1e-3),
+        ({"numbers": {"energy_gained": 1e-4}}, "energy_gained", 1e-4),
+        ({"numbers": {"basis_error": 0.02}}, "basis_error", 0.02),
+        ({"numbers": {"penetration": 2e-3}}, "penetration", 0.2),
         ({"durations": (0.016, 0.007, 0.017)}, "steps_per_impact", 14.0),
         ({"hits": CUT_SHORT}, "contact_at_end", 1.0),
     ],
@@ -222,7 +215,7 @@ def test_too_few_steps_of_the_stick(wall_folder):
 
 
 def test_a_stick_that_is_before_the_3d_model(wall_folder):
-    found = wall_checks(wall_folder(scalars={"stick_delay": -2e-3}))
+    found = wall_checks(wall_folder(numbers={"stick_delay": -2e-3}))
     assert (name_of(found[3]), found[3].value) == ("stick_delay", pytest.approx(-2.0))
 
 

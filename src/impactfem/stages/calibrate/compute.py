@@ -32,6 +32,7 @@ from impactfem.stages.calibrate.impact import (
 )
 from impactfem.system.arrays import Array, Index
 from impactfem.system.log import Step
+from impactfem.system.quantity import quantity, results
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +68,7 @@ class DampedRun:
     penalty: PenaltyParameters  #: ε, ξ_c and K_Ceq from the top one of them
 
 
-@dataclass(frozen=True, eq=False)
+@results
 class CalibrationStudy:
     """What the stage computed."""
 
@@ -77,6 +78,54 @@ class CalibrationStudy:
     cases: tuple[DampedRun, ...]  #: the experiment by damping; that of the building's own first
     stick: WallHistory  #: histories of the stick with the penalty parameters of the first one
     comparison: WallComparison  #: stick and 3D model at the top one of the floors that may hit
+
+    def _dissipated(self, energy: Array) -> float:
+        """Growth of an energy during the first impact with the building's own damping [J]."""
+        impact = self.cases[0].impacts[-1].first_complete()
+        return float(energy[impact.last] - energy[impact.first - 1])
+
+    @property
+    @quantity("J", "energy dissipated by the contact nodes in the first impact", shown="kJ")
+    def contact_dissipation(self) -> float:
+        """Energy that the contact nodes lose in the first impact; it falls with mesh and step."""
+        return -self._dissipated(self.cases[0].run.contact.energy.contact)
+
+    @property
+    @quantity("J", "energy dissipated in the first impact, damping and contact", shown="kJ")
+    def energy_dissipated(self) -> float:
+        """Energy that damping, time stepping and contact take in the first impact."""
+        energy = self.cases[0].run.contact.energy
+        return self._dissipated(energy.damped + energy.numerical) + self.contact_dissipation
+
+    @property
+    @quantity("-", "residual of the energy balance")
+    def energy_residual(self) -> float:
+        """Residual of the energy balance of the first damping case."""
+        return self.cases[0].run.contact.energy.residual
+
+    @property
+    @quantity("-", "energy gained by the contact")
+    def energy_gained(self) -> float:
+        """Largest work of the contact within a step over the largest energy."""
+        return self.cases[0].run.contact.energy.gained
+
+    @property
+    @quantity("m", "largest penetration of a contact point", shown="mm")
+    def penetration(self) -> float:
+        """Largest penetration of a contact point."""
+        return float(self.cases[0].run.contact.penetration.max())
+
+    @property
+    @quantity("-", "error estimate of the reduced model, transfer functions")
+    def basis_error(self) -> float:
+        """Error estimate of the reduced 3D model."""
+        return self.model.difference
+
+    @property
+    @quantity("-", "largest departure of the displaced slab from its displacement")
+    def start_unevenness(self) -> float:
+        """Largest departure of the displaced slab from its displacement before the release."""
+        return self.model.uneven
 
 
 def prepare(case: Case, mesh_file: Path) -> Prepared:

@@ -12,12 +12,13 @@ import numpy as np
 from impactfem.coupling.restitution import kelvin_voigt_phase, kelvin_voigt_xi
 from impactfem.stages.calibrate.experiment import SEPARATION, WallHistory
 from impactfem.system.errors import SolutionError
+from impactfem.system.quantity import quantity, results, si
 
 THRESHOLD = 1e-6
 """Forces up to this part of the largest one of all floors are those of a solver's residual [-]."""
 
 
-@dataclass(frozen=True)
+@results
 class WallImpact:
     """One impact of one floor."""
 
@@ -25,26 +26,40 @@ class WallImpact:
     mass: float  #: its mass M [kg]
     first: int  #: index of the first time with a force
     last: int  #: index of the last time with a force
-    pulses: int  #: number of pulses that were taken together
-    start: float  #: time when the gap closed [s]
-    end: float  #: time when it opened again [s]
-    impulse: float  #: time integral of the force over the impact, ∫ F dt [N s]
-    #: Largest value that the integral has on its way, P of the paper's equation 5 [N s]; above
-    #: `impulse` when the force pulls at the end.
-    largest_impulse: float
-    peak_force: float  #: largest force [N]
-    approach: float  #: velocity u̇⁻ of the mass centre at the last time before the force [m/s]
-    #: Velocity of the mass centre at the first time after it, away from the wall [m/s].
-    rebound: float
-    work: float  #: energy that the force took from the motion of the mass centre, ∫ F du [J]
-    complete: bool  #: whether the force is seen to be over before the window ends
+    start: float = si("s", "start, gap closes", name="impact_time")
+    end: float = si("s", "end, gap opens", name="impact_end")
+    #: Above `impulse`, ∫ F dt over the impact, if the force pulls at the end.
+    largest_impulse: float = si(
+        "N s", "impulse, largest value P of ∫ F dt (equation 5)", shown="kN s", name="impulse"
+    )
+    impulse: float = si(
+        "N s", "at end, impulse over the whole impact", shown="kN s", name="impulse_at_end"
+    )
+    peak_force: float = si("N", "peak, largest force", shown="MN")
+    #: At the last time before the force.
+    approach: float = si(
+        "m/s",
+        "approach, velocity u̇⁻ of the mass centre before the impact",
+        name="approach_velocity",
+    )
+    #: At the first time after the force.
+    rebound: float = si(
+        "m/s", "rebound, velocity of the mass centre after the impact", name="rebound_velocity"
+    )
+    work: float = si("J", "work, ∫ F du on the mass centre", shown="kJ")
+    pulses: int = si("", "pulses, force pulses joined to this impact")
+    complete: bool = si("", "over, the impact ends within the window")
 
     @property
+    @quantity("s", "duration, Δt_c of the impact", shown="ms", name="impact_duration")
     def duration(self) -> float:
         """Duration Δt_c [s]."""
         return self.end - self.start
 
     @property
+    @quantity(
+        "-", "epsilon, restitution by the largest impulse (equation 5)", name="impact_epsilon"
+    )
     def epsilon(self) -> float:
         """Restitution ε = P / (M u̇⁻) - 1, P the largest impulse (paper, equation 5) [-].
 
@@ -189,13 +204,13 @@ def _steps_to_wall(near: float, far: float, limits: tuple[float, float], unknown
     return float(np.clip(near / (far - near), *limits)) if far > near else unknown
 
 
-@dataclass(frozen=True)
+@results
 class PenaltyParameters:
     """What makes a mass on Kelvin-Voigt contact behave like the floor at the wall."""
 
-    epsilon: float  #: restitution ε [-]
-    xi_c: float  #: damping ratio at contact ξ_c [-]
-    K_Ceq: float  #: penalty stiffness [N/m]
+    epsilon: float = si("-", "epsilon, restitution coefficient ε (equation 5)")
+    xi_c: float = si("-", "xi_c, damping ratio of the contact (equation 4)")
+    K_Ceq: float = si("N/m", "K_Ceq, contact stiffness (equation 6)")
     tension: bool  #: whether the contact may pull at its end
 
 
@@ -251,29 +266,59 @@ def penalty_parameters(
     return PenaltyParameters(epsilon, xi_c, K_Ceq, tension)
 
 
-@dataclass(frozen=True)
+@results
 class WallComparison:
-    """How the stick differs from the model it stands for, at one floor."""
+    """Differences between the stick and the 3D model at one floor."""
 
     stick: FloorImpacts  #: impacts of the stick's floor
-    model: FloorImpacts  #: impacts of the model's floor
-    #: Largest displacement away from the wall after the first impact, the stick's over the model's,
-    #: less 1 [-]; None when one of them does not swing back behind its position at rest and turn
-    #: there within its window.
-    rebound_overshoot: float | None
-    #: The same of the largest displacement towards the wall after that [-]; None when one of them
-    #: has not turned again by the end of its window.
-    return_overshoot: float | None
+    model: FloorImpacts  #: impacts of the 3D model's floor
+    #: None if one of them does not swing back behind its position at rest and turn there.
+    rebound_overshoot: float | None = si(
+        "-", "rebound overshoot, displacement after the impact, stick / 3D - 1"
+    )
+    #: None if one of them has not turned again by the end of the window.
+    return_overshoot: float | None = si(
+        "-", "return overshoot, displacement on the return to the wall, stick / 3D - 1"
+    )
 
     @property
+    @quantity(
+        "s", "delay, first impact of the stick after that of the 3D model", name="stick_delay"
+    )
     def delay(self) -> float:
-        """First impact of the stick less that of the model, positive when later [s]."""
+        """First impact of the stick less that of the 3D model, positive if later [s]."""
         return self.stick.first_complete().start - self.model.first_complete().start
 
-    def ratio(self, quantity: str) -> float:
-        """A quantity of the stick's first impact over the model's, by its name in `WallImpact`."""
-        stick, model = (getattr(of.first_complete(), quantity) for of in (self.stick, self.model))
-        return float(stick / model)
+    @property
+    @quantity("-", "impulse ratio, first impact, stick / 3D")
+    def stick_impulse_ratio(self) -> float:
+        """Largest impulse of the first impact, stick / 3D model [-]."""
+        stick, model = self.stick.first_complete(), self.model.first_complete()
+        return stick.largest_impulse / model.largest_impulse
+
+    @property
+    @quantity("-", "duration ratio, first impact, stick / 3D")
+    def stick_duration_ratio(self) -> float:
+        """Duration of the first impact, stick / 3D model [-]."""
+        return self.stick.first_complete().duration / self.model.first_complete().duration
+
+    @property
+    @quantity("N s", "second impulse, stick", shown="kN s")
+    def second_impulse(self) -> float | None:
+        """Impulse of the stick's second impact [N s]; None without one in the window."""
+        return self.stick.second.largest_impulse if self.stick.second else None
+
+    @property
+    @quantity("s", "second impact, stick")
+    def second_impact_time(self) -> float | None:
+        """Time of the stick's second impact [s]; None without one in the window."""
+        return self.stick.second.start if self.stick.second else None
+
+    @property
+    @quantity("N s", "second impulse, 3D model", shown="kN s")
+    def second_impulse_3d(self) -> float | None:
+        """Impulse of the second impact of the 3D model [N s]; None without one in the window."""
+        return self.model.second.largest_impulse if self.model.second else None
 
 
 def compare(

@@ -4,17 +4,19 @@ Displacements and velocities are those of the mass centres, positive towards the
 the floors away from it. What begins with `stick_` is of the stick, the rest of the 3D model.
 """
 
-import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from impactfem.stages.calibrate.compute import CalibrationStudy
 from impactfem.stages.calibrate.experiment import WallHistory
+from impactfem.stages.calibrate.impact import PenaltyParameters, WallComparison, WallImpact
+from impactfem.stages.results import outputs, scalars, value, values
 from impactfem.stages.stores import Output, damping_outputs, damping_values, dataset
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar
+from impactfem.system.scalar import Scalar, with_scalars
 
 OUTPUTS = {
     "time": Output("time", "s"),
@@ -41,13 +43,11 @@ OUTPUTS = {
     "constraint_force": Output("step constraint", "N"),
     "case": Output("case", "", "damping, that of the building first"),
     **damping_outputs("case"),
-    "epsilon": Output("case", "-", "restitution by equation 5"),
-    "xi_c": Output("case", "-", "damping ratio of the contact by equation 4"),
-    "K_Ceq": Output("case", "N/m", "stiffness of the contact by equation 6"),
-    "impact_time": Output("case", "s", "first impact of the top floor"),
-    "impact_duration": Output("case", "s", "of the same impact"),
-    "impulse": Output("case", "N s", "of the same impact, the largest on its way"),
-    "approach_velocity": Output("case", "m/s", "before the same impact"),
+    **outputs(PenaltyParameters, "case"),
+    **outputs(WallImpact, "case"),
+    "impacts": Output("floor", "", "number of impacts"),
+    **outputs(CalibrationStudy),
+    **outputs(WallComparison),
 }
 
 
@@ -59,7 +59,7 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
     # Forces of the constraints matter, and are not zero, in the first impact only.
     near = slice(max(0, impacts[0].first - 5), impacts[0].last + 6)
     floors = np.array(experiment.floors)
-    values = {
+    results = {
         "time": contact.time,
         "floor": floors,
         "floor_mass": prepared.mass,
@@ -78,13 +78,11 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
         "constraint_force": contact.force[near],
         "case": [case.name for case in cases],
         **damping_values([case.damping for case in cases]),
-        **{
-            name: [getattr(c.penalty, name) for c in cases] for name in ("epsilon", "xi_c", "K_Ceq")
-        },
-        "impact_time": [impact.start for impact in impacts],
-        "impact_duration": [impact.duration for impact in impacts],
-        "impulse": [impact.largest_impulse for impact in impacts],
-        "approach_velocity": [impact.approach for impact in impacts],
+        **values(PenaltyParameters, (case.penalty for case in cases)),
+        **values(WallImpact, impacts),
+        "impacts": [floor.number for floor in cases[0].impacts],
+        **value(study),
+        **value(study.comparison),
     }
     attributes = {
         "title": study.case.title,
@@ -99,8 +97,8 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
         "pull": experiment.pull,
         "stick_contact_update": study.case.pounding.update,
     }
-    scalars = calibration_scalars(study)
-    write_netcdf(path, dataset(OUTPUTS, values, attributes=attributes, scalars=scalars))
+    store = dataset(OUTPUTS, results, attributes=attributes)
+    write_netcdf(path, with_scalars(store, calibration_scalars(store)))
 
 
 def _histories(history: WallHistory, prefix: str) -> dict[str, Any]:
@@ -108,74 +106,14 @@ def _histories(history: WallHistory, prefix: str) -> dict[str, Any]:
     return {f"{prefix}{name}": getattr(history, name) for name in names}
 
 
-def calibration_scalars(study: CalibrationStudy) -> list[Scalar]:
-    """All scalars of the stage."""
-    main, experiment, model = study.cases[0], study.prepared.experiment, study.model
-    impact, penalty, contact = main.impacts[-1].first_complete(), main.penalty, main.run.contact
-    energy, comparison, top = contact.energy, study.comparison, f"floor {experiment.floors[-1]}"
-    # From the last time before the first impact to its end.
-    before, end = impact.first - 1, impact.last
-    taken = energy.damped + energy.numerical
-    by_contact = float(energy.contact[before] - energy.contact[end])
-    dissipated = float(taken[end] - taken[before]) + by_contact
-    again, again_3d = comparison.stick.second, comparison.model.second
-    none = "no second impact within the window"
-    of_stick = "of the stick" if again else f"{none}, stick"
-    of_model = "of the 3D model" if again_3d else f"{none}, 3D model"
-    by_equation_5 = f"by the impulse: equation 5 of Bodnar et al. 2022, {top}"
-    lost = "by the damping of the building and the contact, during the first impact"
-    at_nodes = "of that: the energy of the contact nodes, which falls with mesh and step"
-    overshoot = "displacement of the stick after the impact over that of the 3D model, less 1"
-    on_return = "the same on its return to the wall"
-    unevenness = (
-        f"largest departure of the slab of floor {experiment.displaced_floor} from its "
-        f"displacement before the release, over it; pull = {experiment.pull}"
-    )
-    rows: list[tuple[str, float | None, str, str]] = [
-        ("impact_time", impact.start, "s", f"first impact, {top}"),
-        ("impact_duration", impact.duration, "s", top),
-        ("impulse", impact.largest_impulse, "N s", top),
-        ("approach_velocity", impact.approach, "m/s", f"mass centre, {top}"),
-        ("epsilon", penalty.epsilon, "-", by_equation_5),
-        ("xi_c", penalty.xi_c, "-", "by ε: equation 4"),
-        ("K_Ceq", penalty.K_Ceq, "N/m", "by ε and the duration: equation 6"),
-        ("peak_force", impact.peak_force, "N", top),
-        ("energy_dissipated", dissipated, "J", lost),
-        ("energy_dissipated.contact", by_contact, "J", at_nodes),
+def calibration_scalars(store: xr.Dataset) -> list[Scalar]:
+    """Return the scalars of the stage: the building's own damping, floors, further dampings."""
+    own, further = store.isel(case=0), store.isel(case=slice(1, None))
+    return [
+        *scalars(own, "calibration.{variable}", "impact_time impact_duration impulse peak_force"),
+        *scalars(own, "calibration.{variable}", "approach_velocity epsilon xi_c K_Ceq"),
+        *scalars(store, "calibration.floor_{floor}.{variable}", "impacts"),
+        *scalars(store, "calibration.{variable}", "stick_delay second_impulse second_impact_time"),
+        *scalars(store, "calibration.{variable}", "energy_dissipated basis_error"),
+        *scalars(further, "calibration.{variable}.{case}", "epsilon K_Ceq"),
     ]
-    for found in main.impacts:
-        first = found.impacts[0] if found.impacts else None
-        name = f"floor_{found.floor}"
-        note = "" if first else f"no impact; nearest {1e3 * found.closest:.4g} mm"
-        rows += [
-            (f"{name}.impacts", float(found.number), "-", note),
-            (f"{name}.impact_time", first.start if first else None, "s", note),
-            (f"{name}.impact_duration", first.duration if first else None, "s", note),
-            (f"{name}.impulse", first.largest_impulse if first else None, "N s", note),
-        ]
-    rows += [
-        ("stick_delay", comparison.delay, "s", "of the stick's first impact"),
-        ("second_impulse", again.largest_impulse if again else None, "N s", of_stick),
-        ("second_impact_time", again.start if again else None, "s", of_stick),
-        ("second_impulse_3d", again_3d.largest_impulse if again_3d else None, "N s", of_model),
-        ("stick_impulse_ratio", comparison.ratio("largest_impulse"), "-", "stick over 3D"),
-        ("stick_duration_ratio", comparison.ratio("duration"), "-", "stick over 3D"),
-        ("rebound_overshoot", comparison.rebound_overshoot, "-", overshoot),
-        ("return_overshoot", comparison.return_overshoot, "-", on_return),
-        ("basis_vectors", float(len(model.eigenvalue)), "-", ""),
-        ("basis_error", model.difference, "-", "transfer functions"),
-        ("start_unevenness", model.uneven, "-", unevenness),
-        ("constraints", float(len(model.floor_of)), "-", ""),
-        ("complementarity", float(contact.residual.max()), "-", "residual"),
-        ("penetration", float(contact.penetration.max()), "m", ""),
-        ("energy_residual", energy.residual, "-", ""),
-        ("energy_gained", energy.gained, "-", "by the contact"),
-    ]
-    for one in study.cases[1:]:
-        α, β = one.damping.coefficients
-        note = "" if math.isnan(α) else f"α = {α:.4g} 1/s, β = {β:.4g} s"
-        rows += [
-            (f"epsilon.{one.name}", one.penalty.epsilon, "-", note),
-            (f"K_Ceq.{one.name}", one.penalty.K_Ceq, "N/m", note),
-        ]
-    return [Scalar(f"calibration.{name}", value, unit, note) for name, value, unit, note in rows]

@@ -6,9 +6,18 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from impactfem.plot.table import Cell, Table, beside_published, columns_of, heads, write_tables
+from impactfem.plot.table import (
+    FACTORS,
+    Cell,
+    Table,
+    beside_published,
+    columns_of,
+    write_tables,
+)
+from impactfem.stages.calibrate.impact import WallImpact
 from impactfem.stages.calibrate.selection import MODEL, STICK, damping_ratios, half_wave, impacts_of
-from impactfem.stages.stores import open_store, time_step
+from impactfem.stages.results import item_cells
+from impactfem.stages.stores import open_store
 from impactfem.system.scalar import scalars_of
 
 PRINTED = "printed"
@@ -27,36 +36,18 @@ def wall_tables(folder: Path, published: Mapping[str, float]) -> list[Path]:
 
 
 def _impacts(store: xr.Dataset) -> Table:
-    """All impacts by floor; a floor without one has a row that says how near it came."""
-    # The impulse is the largest on its way and that at the end, the peak that of the force; `over`
-    # says whether the impact ends in the window.
+    """All impacts by floor; a floor without an impact has a row with its smallest distance."""
+    heads, _ = item_cells(WallImpact, (), FACTORS)
     rows: list[tuple[Cell, ...]] = []
     for kind, which in (("3D", MODEL), ("stick", STICK)):
-        for found in reversed(impacts_of(store, which)):
-            closest = 1e3 * found.closest
-            if not found.impacts:
-                rows.append((kind, found.floor, 0, *[None] * 11, closest))
-            for number, one in enumerate(found.impacts, start=1):
-                impulses = (1e-3 * one.largest_impulse, 1e-3 * one.impulse)
-                speeds = (one.approach, one.rebound)
-                epsilon = one.epsilon if np.isfinite(one.epsilon) else None
-                over = "yes" if one.complete else "no"
-                rows.append(
-                    (
-                        *(kind, found.floor, number, one.start, 1e3 * one.duration, *impulses),
-                        *(1e-6 * one.peak_force, *speeds, epsilon, one.pulses),
-                        *(one.duration / time_step(store), over, closest),
-                    )
-                )
-    columns = heads(
-        "model; floor; impact; start [s]; duration [ms]; impulse [kN s]; at end [kN s]; peak [MN]; "
-        "approach [m/s]; rebound [m/s]; epsilon [-]; pulses; steps; over; nearest [mm]"
-    )
-    title = (
-        f"Impacts of the floors of building {store.attrs['building']} on the rigid wall, 3D and "
-        "stick; epsilon by the largest impulse, negative where the impulse is below the momentum"
-    )
-    return Table("wall_impacts", title, columns, tuple(rows))
+        for floor in reversed(impacts_of(store, which)):
+            _, cells = item_cells(WallImpact, floor.impacts, FACTORS)
+            for number, row in enumerate(cells or [(None,) * len(heads)], start=1):
+                impact = number if floor.impacts else 0
+                rows.append((kind, floor.floor, impact, 1e3 * floor.closest, *row))
+    places = (("model", ""), ("floor", ""), ("impact", ""), ("nearest", "mm"))
+    title = f"Impacts of the floors of building {store.attrs['building']} on the rigid wall"
+    return Table("wall_impacts", title, (*places, *heads), tuple(rows))
 
 
 def _dampings(store: xr.Dataset, published: Mapping[str, float]) -> Table:
