@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import jinja2
+import pandas
 
 from impactfem.report.overview import quantity
 from impactfem.report.page import compared_values, count, places
@@ -62,8 +63,13 @@ def numbers(run: Path) -> dict[str, Any]:
         for place in found
     ]
     shown = "".join((EXTENSIONS / f"{Path(page).name}.in").read_text("utf-8") for page in PAGES)
+    results = {one["name"]: one["value"] for one in summary}
+    ensemble = pandas.read_csv(run / "tables" / "ensemble.csv", index_col="result")
+    for label, column in (("p05", "5 %"), ("median", "50 %"), ("p95", "95 %")):
+        percentiles = ensemble[column].to_dict()
+        results |= {f"ensemble.{label}.{name}": value for name, value in percentiles.items()}
     return {
-        "results": {one["name"]: one["value"] for one in summary if f'"{one["name"]}"' in shown},
+        "results": {name: value for name, value in results.items() if f'"{name}"' in shown},
         "counts": kinds,
         "items": items,
         "seconds": seconds,

@@ -134,7 +134,7 @@ def test_the_stage_and_its_store(study, tmp_path):
     found = run_sticks(study.case, ready=(study.calibration, again))
     assert found.main_impact.peak_force == pytest.approx(study.main_impact.peak_force, rel=1e-6)
     assert found.floors.pfa == pytest.approx(study.floors.pfa, rel=1e-6)
-    assert found.steps_of_law == pytest.approx(study.steps_of_law, rel=1e-6)
+    assert found.steps_per_impact_min == pytest.approx(study.steps_per_impact_min, rel=1e-6)
     write_sticks(tmp_path / "pounding.nc", found, "")
     with xr.open_dataset(tmp_path / "pounding.nc", engine="netcdf4") as store:
         assert set(store.pair_law.values) == {"again"}

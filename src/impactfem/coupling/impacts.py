@@ -13,12 +13,13 @@ from impactfem.case.facing import Facing
 from impactfem.coupling.pounding import Pair, Response
 from impactfem.sticks.element import rigid_link
 from impactfem.system.arrays import Array
+from impactfem.system.quantity import quantity, results, si
 
 LASTING = 5e-3
 """Half of a period of 100 Hz [s], up to which 3D models are compared with full order."""
 
 
-@dataclass(frozen=True)
+@results
 class Impact:
     """One impact of one pair: a run of steps with a contact force."""
 
@@ -26,33 +27,36 @@ class Impact:
     index: int  #: its index in the system
     first: int  #: index of the first time with a force
     last: int  #: index of the last time with a force
-    start: float  #: time when the gap closed, interpolated [s]
-    end: float  #: time when the force ended, interpolated [s]
-    peak_time: float  #: time of the largest force [s]
-    peak_force: float  #: largest force [N]
-    impulse: float  #: time integral of the force [N s]
-    penetration: float  #: largest penetration [m]
-    approach: float  #: speed of approach at the last time before the force, positive [m/s]
-    #: Speed of separation at the first time after it, positive when they part [m/s].
-    separation: float
-    #: Energy that the contact law took over the impact, by the work of the force [J].
-    dissipated: float
-    #: What the time stepping took besides the law: minus the work of the force on the buildings,
-    #: less what the law takes along the same motion [J]; positive when energy was lost, negative
-    #: when it was added.
-    defect: float
+    start: float = si("s", "first contact, interpolated time", name="first_contact")
+    end: float = si("s", "end, interpolated time at which the force ends")
+    peak_time: float = si("s", "peak at, time of the largest force")
+    peak_force: float = si("N", "peak force", shown="MN")
+    impulse: float = si("N s", "impulse, time integral of the force", shown="kN s")
+    penetration: float = si("m", "penetration, largest of the impact", shown="mm")
+    #: At the last time before the force, positive.
+    approach: float = si("m/s", "approach, velocity before the impact")
+    #: At the first time after the force, positive if the points separate.
+    separation: float = si("m/s", "separation, velocity after the impact")
+    dissipated: float = si("J", "energy dissipated, work of the contact law", shown="kJ")
+    #: Minus the work of the force on the buildings, less what the law takes along the same motion.
+    defect: float = si(
+        "J", "defect of the scheme, energy lost (negative: added) by time stepping", shown="kJ"
+    )
 
     @property
+    @quantity("s", "duration", shown="ms")
     def duration(self) -> float:
         """Duration of the impact [s]."""
         return self.end - self.start
 
     @property
+    @quantity("-", "steps, computed times with a force")
     def steps(self) -> int:
         """Number of computed times with a force."""
         return self.last - self.first + 1
 
     @property
+    @quantity("-", "restitution")
     def restitution(self) -> float:
         """Speed of separation over speed of approach [-]; nan for a contact that begins at rest.
 
@@ -132,16 +136,19 @@ def _crossing(dt: float, i: int, j: int, gap: Array) -> float:
 VERTICAL = 1e-6  # a normal with a smaller horizontal part is vertical
 
 
-@dataclass(frozen=True)
+@results
 class Separation:
     """How far two points come together when nothing holds them, against their gap."""
 
     pair: Pair
-    #: Gap that would have prevented contact, the largest approach without contact [m].
-    required: float
-    touched: bool  #: whether the points touch with contact
+    #: The largest approach without contact.
+    required: float = si(
+        "m", "required, gap that avoids contact", shown="mm", name="required_separation"
+    )
+    touched: bool = si("", "touched, the points touch in the run with contact")
 
     @property
+    @quantity("m", "margin, gap less required separation", shown="mm")
     def margin(self) -> float:
         """Gap less the required separation [m]; negative where pounding is to be expected."""
         return self.pair.gap - self.required
@@ -157,27 +164,26 @@ def separations(free: Response, response: Response) -> list[Separation]:
     ]
 
 
-@dataclass(frozen=True)
+@results
 class ImpactCheck:
     """What an impact demands of the buildings while it lasts."""
 
     impact: Impact
-    #: Peak force over the bearing area [Pa]; nan where the area is not known.
-    bearing_pressure: float
-    #: That over the lower compressive strength of the two buildings [-]; nan where none is known.
-    bearing_ratio: float
-    #: Largest elastic storey shear along the normal's horizontal part in the two sticks [N]; nan
-    #: for a vertical normal, and where both buildings pound in 3D.
-    storey_shear: float
-    #: Largest shear over the shear area of its storey, n_x² A_vx + n_y² A_vy [Pa].
-    shear_stress: float
-    #: Largest shear stress over the mean tensile strength of the concrete [-]; above 1 the storey
-    #: cracks in shear, and linear analysis overrates its stiffness; nan where no strength is known.
-    cracking_ratio: float
-    #: Speed of separation of the two buildings over that of approach, each that of the centre of
-    #: mass of all its floors, along the normal [-]; nan where they do not approach, at a wall, and
-    #: beyond 0 to 1, where other forces move them.
-    building_restitution: float
+    #: Peak force over the bearing area; nan if the area is not known.
+    bearing_pressure: float = si("Pa", "mean bearing pressure", shown="MPa")
+    #: nan if neither building has a compressive strength; the lower one counts.
+    bearing_ratio: float = si("-", "over strength, bearing pressure / compressive strength")
+    #: Elastic, along the horizontal part of the normal, in the two sticks; nan for a vertical
+    #: normal, and if both buildings pound in 3D.
+    storey_shear: float = si("N", "largest storey shear, during the impact", shown="MN")
+    #: Shear over n_x² A_vx + n_y² A_vy of its storey.
+    shear_stress: float = si("Pa", "shear stress, largest of a storey", shown="MPa")
+    #: Above 1 the storey cracks in shear, and linear analysis overestimates its stiffness; nan if
+    #: no strength is known.
+    cracking_ratio: float = si("-", "over tensile strength, shear stress / mean tensile strength")
+    #: Velocities are those of the centres of mass of all floors, along the normal; nan if the
+    #: buildings do not approach, at a wall, and beyond 0 to 1, where other forces move them.
+    building_restitution: float = si("-", "of the whole buildings, restitution")
 
 
 def impact_checks(

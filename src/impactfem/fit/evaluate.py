@@ -18,14 +18,13 @@ from impactfem.fit.pieces import Pieces, read_off
 from impactfem.fit.problem import STICK_MODES, Problem, sensor_nodes
 from impactfem.run.sweep import run_variant
 from impactfem.run.variants import write_case
-from impactfem.stages.pounding.scalars import mode_rows
+from impactfem.stages.pounding.store import scalars_of_modes
 from impactfem.stages.stores import open_store
 from impactfem.sticks.modes import modes
 from impactfem.system.arrays import Array
 from impactfem.system.errors import SolutionError
 from impactfem.system.log import in_file_only
 from impactfem.system.parallel import alone
-from impactfem.system.scalar import Scalar
 
 if TYPE_CHECKING:
     from impactfem.fit.modal import View
@@ -121,7 +120,7 @@ def _sticks(problem: Problem, case: Case, pieces: Pieces) -> None:
     bare = case.model_copy(update={"contacts": ()})  # contact laws may wait for a calibration
     sticks = system_of(bare, calibration_of(case)).sticks
     found = [modes(stick) for stick in sticks]
-    pieces.scalars |= {row[0]: Scalar(*row) for row in mode_rows(case, sticks, found)}
+    pieces.scalars |= {one.name: one for one in scalars_of_modes(case, sticks, found)}
     for target in measured:
         k = [stick.name for stick in sticks].index(target.building)
         building = case.building(target.building)

@@ -42,7 +42,8 @@ from impactfem.run.stages import asked_stages
 from impactfem.run.variants import COMMAND_LINE, Axis, Variant, check_variants, in_si
 from impactfem.stages.building.targets import RESULTS, SHOWN_BENDING, from_structure
 from impactfem.stages.inputs import program_key
-from impactfem.stages.pounding.scalars import DEMANDS, MAIN_IMPACT, MEASURES
+from impactfem.stages.pounding.scalars import DEMANDS, MAIN_IMPACT
+from impactfem.stages.pounding.store import MOTION_OUTPUTS, OUTPUTS
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.scalar import of_building
@@ -453,9 +454,11 @@ def _of_run(target: ScalarTarget, case: Case) -> list[tuple[str, Any, str]]:
 
 def _units(case: Case) -> dict[str, str]:
     """SI units of results by their names, as far as they are known without a run."""
-    units = {f"motion.{name}": unit for name, (_, unit) in MEASURES.items()}
-    units |= {f"pounding.main_impact_{name}": unit for name, (_, unit) in MAIN_IMPACT.items()}
-    units |= {f"pounding.{name}_max": unit for name, unit in DEMANDS.items()}
+    motions = {name: one.unit for name, one in MOTION_OUTPUTS.items() if one.dims == "motion"}
+    units = {f"motion.{name}": unit for name, unit in motions.items() if unit}
+    for entry in f"{MAIN_IMPACT} {DEMANDS}".split():
+        word, _, variable = entry.partition("=")
+        units[f"pounding.{word}"] = OUTPUTS[variable].unit
     for view in case.views:
         counts = {"frequency": SHOWN_BENDING, "effective_mass": SHOWN_BENDING}
         counts["floor_mass"] = len(case.building(view.modelled.building).floors)

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
@@ -31,6 +31,7 @@ from impactfem.spectra import Method, ResponseSpectra, logarithmic_frequencies, 
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, ImpactfemError, InputError
 from impactfem.system.log import LOGGER, quiet
+from impactfem.system.quantity import quantity, results
 
 RECORD_DAMPING = 0.05  # of the spectrum that describes a record, by custom
 RIGID = 33.0  # Hz: a spectrum that ends here or above ends at the peak ground acceleration
@@ -48,7 +49,7 @@ LEFT_OUT = 0.1
 SPECTRUM_RANGE = (0.2, 100.0, 200)  # lowest and highest frequency [Hz], points a decade
 
 
-@dataclass(frozen=True, eq=False)
+@results
 class GroundMotion:
     """One component of the ground motion, with its response spectrum at one damping.
 
@@ -64,6 +65,43 @@ class GroundMotion:
     misfit: Misfit | None
     acceptance: Acceptance | None = None
     target_pga: float | None = None  #: ordinate of the target at zero period, if known [m/s2]
+
+    @property
+    @quantity("m/s2", "largest spectral acceleration")
+    def sa_max(self) -> float:
+        """Largest ordinate of the response spectrum [m/s2]."""
+        return float(self.spectrum.psa[0, 0].max())
+
+    @property
+    @quantity("Hz", "frequency of the largest spectral acceleration")
+    def sa_max_frequency(self) -> float:
+        """Frequency of the largest ordinate [Hz]."""
+        return float(self.spectrum.frequency[self.spectrum.psa[0, 0].argmax()])
+
+    @property
+    @quantity("-", "misfit to the target, root mean square of ratio - 1")
+    def misfit_rms(self) -> float | None:
+        """Root mean square of the ratio to the target less 1; None without a target."""
+        return None if self.misfit is None else self.misfit.rms
+
+    @property
+    @quantity("-", "largest ratio to the target, at the matched frequencies")
+    def misfit_largest(self) -> float | None:
+        """Largest ratio to the target; None without a target."""
+        return None if self.misfit is None else self.misfit.largest_ratio
+
+    @property
+    @quantity("-", "smallest ratio to the target, at the matched frequencies")
+    def misfit_smallest(self) -> float | None:
+        """Smallest ratio to the target; None without a target."""
+        return None if self.misfit is None else self.misfit.smallest_ratio
+
+    @property
+    @quantity("-", "peak ground acceleration / that of the target")
+    def pga_over_target(self) -> float | None:
+        """Peak ground acceleration over that of the target; None without a target."""
+        known = self.misfit is not None and self.target_pga is not None
+        return self.measures.pga / self.target_pga if known and self.target_pga else None
 
     @property
     def history(self) -> tuple[int, float, Array]:

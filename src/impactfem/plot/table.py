@@ -23,6 +23,8 @@ Cell = str | float | int | None
 FACTORS = {
     "kN s": 1e-3,
     "kJ": 1e-3,
+    "kPa": 1e-3,
+    "MJ": 1e-6,
     "t": 1e-3,
     "MN": 1e-6,
     "MN m": 1e-6,
@@ -124,14 +126,14 @@ def heads(text: str) -> tuple[tuple[str, str], ...]:
 
 
 def columns_of(
-    store: xr.Dataset, name: str, title: str, columns: Iterable[tuple[str, str, str]]
+    store: xr.Dataset, name: str, title: str, columns: Iterable[str | tuple[str, str, str]]
 ) -> Table:
     """A table of variables of a store that share one dimension.
 
-    A column is a variable, its heading, and the unit in which it is shown: one of `FACTORS`, or
-    that of the store.
+    A column is a variable with the heading and unit of its declaration; or a variable, its heading,
+    and the unit in which it is shown: one of `FACTORS`, or that of the store.
     """
-    chosen = tuple(columns)
+    chosen = [(one, *declared(store[one])) if isinstance(one, str) else one for one in columns]
     cells: list[list[Cell]] = []
     for variable, _, unit in chosen:
         values, factor = store[variable].values, FACTORS.get(unit, 1.0)
@@ -145,6 +147,12 @@ def columns_of(
         cells.append(column)
     header = tuple((heading, unit) for _, heading, unit in chosen)
     return Table(name, title, header, tuple(zip(*cells, strict=True)))
+
+
+def declared(variable: xr.DataArray) -> tuple[str, str]:
+    """Heading and unit of a column, from the declaration of a variable."""
+    heading = variable.attrs.get("long_name", str(variable.name)).partition(",")[0]
+    return heading, variable.attrs.get("shown", variable.attrs.get("units", ""))
 
 
 def write_tables(folder: Path, tables: Iterable[Table]) -> list[Path]:

@@ -9,6 +9,7 @@ import numpy as np
 from impactfem.records.recording import Recording
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
+from impactfem.system.quantity import results, si
 
 STANDARD_GRAVITY = 9.80665  # m/s2, by definition
 
@@ -94,7 +95,7 @@ class Accelerogram:
         return self.scaled(pga / peak)
 
 
-@dataclass(frozen=True)
+@results
 class Measures:
     """Measures of the strength of a ground motion, peaks at its samples.
 
@@ -102,14 +103,14 @@ class Measures:
     that is zero throughout; velocity and displacement of the end are those at the last sample.
     """
 
-    pga: float  #: [m/s2]
-    time_of_pga: float  #: [s]
-    pgv: float  #: [m/s]
-    pgd: float  #: [m]
-    arias: float  #: [m/s]
-    duration_5_95: float  #: [s]
-    end_velocity: float  #: [m/s]
-    end_displacement: float  #: [m]
+    pga: float = si("m/s2", "peak ground acceleration")
+    time_of_pga: float = si("s", "time of the peak ground acceleration")
+    pgv: float = si("m/s", "peak ground velocity")
+    pgd: float = si("m", "peak ground displacement")
+    arias: float = si("m/s", "Arias intensity", name="arias_intensity")
+    duration_5_95: float = si("s", "significant duration, 5 to 95 % of the Arias intensity")
+    end_velocity: float = si("m/s", "velocity at the end")
+    end_displacement: float = si("m", "displacement at the end")
 
 
 def measures(accelerogram: Accelerogram) -> Measures:

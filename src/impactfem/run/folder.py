@@ -41,7 +41,7 @@ from impactfem.stages.stores import open_store
 from impactfem.system.errors import CONTROL, Fault, InputError
 from impactfem.system.files import NO_LOCKS, remove_parts
 from impactfem.system.log import LOGGER
-from impactfem.system.scalar import alone
+from impactfem.system.scalar import alone, scalars_of
 
 if TYPE_CHECKING:
     from impactfem.run.plots import RunPlots
@@ -275,18 +275,29 @@ class Run:
         shared = self._building and name in SHARED
         return (self.folder.parent if shared else self.folder) / STORES[name]
 
+    @cached_property
+    def details(self) -> dict[str, Entry]:
+        """The scalar results of the results files by name, also those not in `summary.json`."""
+        scalars = (
+            scalar
+            for name in self.stores
+            if "result" in (store := getattr(self, name)).dims
+            for scalar in scalars_of(store)
+        )
+        return {one.name: Entry(one.name, one.value, one.unit, None, one.note) for one in scalars}
+
     def value(self, name: str) -> float:
-        """A scalar result in SI.
+        """A scalar result in SI, of `summary.json` or of a results file.
 
         InputError where there is none of this name, or it has no value.
         """
-        entry = self.summary.get(name)
+        entry = self.summary.get(name) or self.details.get(name)
         if entry is not None and entry.value is not None:
             return entry.value
         if entry is not None:
             expected = f"the result has no value in this run. {entry.note}".strip()
         else:
-            near = get_close_matches(name, self.summary, n=1)
+            near = get_close_matches(name, [*self.summary, *self.details], n=1)
             expected = "expected the name of a result" + (
                 f"; did you mean '{near[0]}'?" if near else ""
             )

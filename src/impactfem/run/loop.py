@@ -467,9 +467,7 @@ def _write_results(
     write_json(folder / CASE, case.model_dump(mode="json", exclude={"path"}))
     rows = [check.row(stage) for stage, checks in result.checks.items() for check in checks]
     write_json(folder / CHECKS, rows)
-    published = dict(case.published)
-    published |= {f"ensemble.median.{name}": value for name, value in case.published.items()}
-    write_summary(folder / SUMMARY, result.scalars, published)
+    write_summary(folder / SUMMARY, result.scalars, case.published)
     seeds = {
         f"motions[{k}].seed": motion.seed
         for k, motion in enumerate(case.motions)
@@ -505,10 +503,13 @@ def write_summary(
 ) -> None:
     """Write a list of results; `paper`, `relation` and `kind` are null without a published value.
 
-    Values are in SI units, null where they do not exist.
+    Values are in SI units, null where they do not exist. Details are listed only if they have a
+    published value.
     """
     entries = []
     for scalar in scalars:
+        if scalar.detail and scalar.name not in published:
+            continue
         value, theirs = scalar.value, published.get(scalar.name)
         entries.append(
             {

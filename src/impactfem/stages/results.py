@@ -61,7 +61,7 @@ def _number(result: Any) -> Any:
 
 
 def scalars(
-    store: xr.Dataset, pattern: str, variables: str, notes: Mapping[str, str] | None = None
+    store: xr.Dataset, pattern: str, variables: str, *, detail: bool = False
 ) -> list[Scalar]:
     """Select scalars from the variables of a store, one for each combination of labels.
 
@@ -70,36 +70,43 @@ def scalars(
             name.
         pattern: Name of a scalar with "{variable}" and the dimensions in braces:
             "frs.floor_{floor}.{variable}".
-        variables: Names of the variables, separated by blanks; those not in the store are left out.
-        notes: Notes by variable; without one, the description of the variable.
+        variables: Names of the variables, separated by blanks; "word=variable" prints the word for
+            "{variable}". Those not in the store are left out.
+        detail: Whether `summary.json` has them only if they have a published value.
 
     Raises:
         ValueError: A variable has a dimension that the pattern does not name.
     """
     named = {field for _, field, _, _ in Formatter().parse(pattern) if field} - {"variable"}
-    found = []
-    for name in variables.split():
+    selected = []
+    for entry in variables.split():
+        word, _, name = entry.rpartition("=")
         if name not in store.variables:
             continue
         variable = store[name]
         if unnamed := set(variable.dims) - named:
             raise ValueError(f"{name}: no label of {', '.join(map(str, unnamed))} is selected")
-        note = (notes or {}).get(name, variable.attrs.get("long_name", ""))
-        labels = [store[dim].values.tolist() for dim in variable.dims]
-        for place in product(*(range(len(of_dim)) for of_dim in labels)):
-            of = {
-                str(d): names[k] for d, names, k in zip(variable.dims, labels, place, strict=True)
-            }
-            number = float(variable.values[place])
-            found.append(
+        labels = [_labels(store, str(dim)) for dim in variable.dims]
+        for place in product(*map(enumerate, labels)):
+            at = {str(d): label for d, (_, label) in zip(variable.dims, place, strict=True)}
+            number = float(variable.values[tuple(k for k, _ in place)])
+            selected.append(
                 Scalar(
-                    pattern.format(variable=name, **of),
+                    pattern.format(variable=word or name, **at),
                     number if math.isfinite(number) else None,
-                    variable.attrs.get("units", "-"),
-                    note,
+                    variable.attrs.get("units") or "-",
+                    variable.attrs.get("long_name", ""),
+                    detail,
                 )
             )
-    return found
+    return selected
+
+
+def _labels(store: xr.Dataset, dim: str) -> list[Any]:
+    """The labels of a dimension; numbers from 1 if it has none."""
+    return (
+        store[dim].values.tolist() if dim in store.coords else list(range(1, store.sizes[dim] + 1))
+    )
 
 
 def item_cells(kind: type, items: Sequence[Any], factors: Mapping[str, float]) -> Any:

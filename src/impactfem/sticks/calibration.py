@@ -11,6 +11,7 @@ from impactfem.sticks.stick import Stick
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.least_squares import minima, starts_within
+from impactfem.system.quantity import results, si
 
 
 @dataclass(frozen=True)
@@ -36,14 +37,17 @@ class Bounds:
     rigid_depth: float  #: rigid depth of a floor, lower plus upper part, kept [m]
 
 
-@dataclass(frozen=True)
+@results
 class Parameters:
     """The calibrated values, shared by all buildings of the targets."""
 
-    factor: float  #: storey stiffness factor [-]
-    heights: Array  #: storey heights, mass centre to mass centre, shape (n_storeys,) [m]
-    below: float  #: rigid depth below the mass centre [m]
-    above: float  #: rigid depth above it [m]
+    factor: float = si("-", "factor on the stiffness of all storeys", name="stiffness_factor")
+    #: Shape (n_storeys,).
+    heights: Array = si(
+        "m", "storey heights, mass centre to mass centre", dims="storey", name="storey_height"
+    )
+    below: float = si("m", "rigid depth below the mass centre", name="rigid_depth_below")
+    above: float = si("m", "rigid depth above the mass centre", name="rigid_depth_above")
 
 
 @dataclass(frozen=True)

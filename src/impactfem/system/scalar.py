@@ -17,6 +17,7 @@ class Scalar:
     value: float | None
     unit: str  #: SI unit; "-" when it has none
     note: str = ""  #: what to know when reading it
+    detail: bool = False  #: in `summary.json` only if it has a published value
 
 
 def with_scalars(store: xr.Dataset, scalars: Iterable[Scalar]) -> xr.Dataset:
@@ -29,6 +30,7 @@ def with_scalars(store: xr.Dataset, scalars: Iterable[Scalar]) -> xr.Dataset:
             result=("result", words(s.name for s in table)),
             result_unit=("result", words(s.unit for s in table)),
             result_note=("result", words(s.note for s in table)),
+            result_detail=("result", np.array([s.detail for s in table], dtype=bool)),
         )
         .assign(result_value=("result", np.array(values, dtype=float), {"units": "as result_unit"}))
     )
@@ -36,9 +38,9 @@ def with_scalars(store: xr.Dataset, scalars: Iterable[Scalar]) -> xr.Dataset:
 
 def scalars_of(store: xr.Dataset) -> list[Scalar]:
     """The scalars of a store; a KeyError where it has none."""
-    names = ("result", "result_value", "result_unit", "result_note")
+    names = ("result", "result_value", "result_unit", "result_note", "result_detail")
     rows = zip(*(store[name].values.tolist() for name in names), strict=True)
-    return [Scalar(n, None if math.isnan(v) else v, unit, note) for n, v, unit, note in rows]
+    return [Scalar(name, None if math.isnan(v) else v, *of) for name, v, *of in rows]
 
 
 def values_of(store: xr.Dataset) -> dict[str, float]:

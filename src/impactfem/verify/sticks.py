@@ -11,7 +11,7 @@ from impactfem.case import load_case
 from impactfem.coupling.contact import effective_mass, kelvin_voigt
 from impactfem.coupling.pounding import End, Load, Pair, System, simulate
 from impactfem.stages.pounding.compute import run_sticks
-from impactfem.stages.pounding.scalars import stick_scalars
+from impactfem.stages.pounding.store import stick_scalars
 from impactfem.sticks.element import Section
 from impactfem.sticks.modes import modes
 from impactfem.sticks.stick import Floor, Stick, build_stick, mass_on_spring

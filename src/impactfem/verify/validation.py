@@ -19,7 +19,7 @@ from impactfem.case.leaf import Text, Whole, Words
 from impactfem.case.quantity import Length, PositiveLength, Time
 from impactfem.case.table import read_table
 from impactfem.stages.pounding.compute import StickStudy, run_sticks
-from impactfem.stages.pounding.scalars import stick_scalars
+from impactfem.stages.pounding.store import stick_scalars
 from impactfem.sticks.element import COMPONENTS
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import in_source_tree

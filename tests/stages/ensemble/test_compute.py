@@ -5,7 +5,6 @@ import shutil
 from concurrent.futures import Executor, Future
 
 import numpy as np
-import pandas as pd
 import pytest
 import xarray as xr
 
@@ -16,11 +15,11 @@ from impactfem.records.csv import write_csv
 from impactfem.stages.ensemble import compute as ensemble
 from impactfem.stages.ensemble.compute import members_of, run_ensemble
 from impactfem.stages.ensemble.figures import bands, ensemble_checks, ensemble_results
-from impactfem.stages.ensemble.store import OUTPUTS, ensemble_scalars, write_ensemble
+from impactfem.stages.ensemble.store import OUTPUTS, percentiles, write_ensemble
 from impactfem.stages.stores import dataset, open_store
 from impactfem.system.errors import SolutionError
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, scalars_of, with_scalars
+from impactfem.system.scalar import scalars_of
 
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
 
@@ -73,13 +72,11 @@ def test_percentiles_are_those_of_the_members(run):
     result = run()
     assert list(result.scalars.index) == ["seed_7", "seed_8", "seed_9", "seed_10"]
     assert not result.failed
-    scalars = {s.name: s for s in ensemble_scalars(result)}
     column = result.scalars["motion.pgv"]
     assert len(set(column)) == 4
-    assert scalars["ensemble.median.motion.pgv"].value == pytest.approx(np.median(column))
-    assert scalars["ensemble.p84.motion.pgv"].value == pytest.approx(np.percentile(column, 84))
-    assert scalars["ensemble.p16.motion.pgv"].value < scalars["ensemble.p84.motion.pgv"].value
-    assert scalars["ensemble.members"].value == 4
+    found = percentiles(result.scalars[["motion.pgv"]].to_numpy())[:, 0]
+    assert found[2] == pytest.approx(np.median(column))
+    assert found[3] == pytest.approx(np.percentile(column, 84)) and found[1] < found[3]
     psa = result.spectra["psa"]
     assert psa.shape[0] == 4 and np.ptp(psa, axis=0).max() > 0.0
     # Of all buildings, of which any may govern.
@@ -91,14 +88,9 @@ def test_percentiles_are_those_of_the_members(run):
     assert not [name for name in result.scalars if name.startswith("sticks.")]
 
 
-def test_what_is_not_finite_is_in_no_percentile():
-    names = ["a", "b", "c", "d"]
-    table = pd.DataFrame({"x": [1.0, 3.0, np.inf, np.nan], "y": [np.inf] * 4}, index=names)
-    result = ensemble.EnsembleResult(table, {"x": "N", "y": "-"}, {}, {})
-    scalars = {s.name: s for s in ensemble_scalars(result)}
-    x, y = (scalars[f"ensemble.median.{name}"] for name in "xy")
-    assert (x.value, x.unit, x.note) == (2.0, "N", "over 2 members")
-    assert (y.value, y.unit, y.note) == (None, "-", "over 0 members")
+def test_what_is_not_known_is_in_no_percentile():
+    found = percentiles(np.array([[1.0, np.nan], [3.0, np.nan], [np.nan, np.nan]]))
+    assert found[2, 0] == 2.0 and np.isnan(found[:, 1]).all()
 
 
 def test_a_motion_without_an_impact_has_no_force(case, tmp_path):
@@ -176,8 +168,6 @@ def test_a_failure_is_named_and_not_fatal(run, monkeypatch, caplog):
     result = run()
     assert result.failed == {"seed_8": "no motion was found"}
     assert list(result.scalars.index) == ["seed_7", "seed_9", "seed_10"]
-    scalars = {s.name: s for s in ensemble_scalars(result)}
-    assert scalars["ensemble.failed"].value == 1 and "seed_8" in scalars["ensemble.failed"].note
 
 
 def test_too_few_members_are_an_error(run, monkeypatch):
@@ -215,8 +205,9 @@ def test_store(case, run, tmp_path):
         assert list(store["motion"].values) == list(result.scalars.index)
         middle = store["psa_percentile"].sel(percentile=store["percentile"] == 50.0).values[0]
         np.testing.assert_allclose(middle, np.median(result.spectra["psa"], axis=0), rtol=1e-12)
-        names = {s.name for s in scalars_of(store)}
-    assert {"ensemble.p05.motion.pgd", "ensemble.p95.motion.pgd"} <= names
+        assert {s.name for s in scalars_of(store)} == {"ensemble.members", "ensemble.failed"}
+        found = store["value_percentile"].sel(scalar="motion.pgd").values
+        assert np.all(np.diff(found) >= 0.0) and len(set(found)) == 5
     shutil.rmtree(tmp_path / "members")
 
 
@@ -245,6 +236,9 @@ def folder(tmp_path):
         "unit": ["m", "s", "-"],
         "value": np.column_stack([np.arange(40.0), rng.random(40), np.full(40, np.nan)]),
         "percentile": percentile,
+        "value_percentile": percentiles(
+            np.column_stack([np.arange(40.0), rng.random(40), np.full(40, np.nan)])
+        ),
         "station_building": ["B1", "B1", "B2"],
         "station_floor": [1, 2, 1],
         "direction": ["y"],
@@ -283,17 +277,16 @@ def test_inside_or_not(folder):
     assert [(row[0], row[-1]) for row in table.rows] == [("a.b", "yes"), ("c.d", "no")]
 
 
-def test_checks(folder):
+@pytest.mark.parametrize("failed", [0, 2])
+def test_checks(folder, failed):
     members = xr.load_dataset(folder / "ensemble.nc", engine="netcdf4")
-    for failed in (0.0, 2.0):
-        counts = {"ensemble.members": 40.0, "ensemble.failed": failed}
-        scalars = [Scalar(name, x, "-") for name, x in counts.items()]
-        write_netcdf(folder / "ensemble.nc", with_scalars(members, scalars))
-        motions, published = ensemble_checks(folder, {"a.b": 20.0, "c.d": 5.0})
-        assert (motions.id, motions.place) == ("ensemble.failed_motions", "of 40")
-        assert (motions.value, motions.passed) == (failed, failed == 0.0)
-        assert (published.id, published.passed) == ("ensemble.published_inside", None)
-        assert (published.value, published.place) == (1.0, "of 2") and "c.d" in published.detail
+    names = np.array([f"seed_{k}" for k in range(failed)], dtype=object)
+    write_netcdf(folder / "ensemble.nc", members.assign_coords(failed=("failed", names)))
+    motions, published = ensemble_checks(folder, {"a.b": 20.0, "c.d": 5.0})
+    assert (motions.id, motions.place) == ("ensemble.failed_motions", f"of {40 + failed}")
+    assert (motions.value, motions.passed) == (failed, failed == 0)
+    assert (published.id, published.passed) == ("ensemble.published_inside", None)
+    assert (published.value, published.place) == (1.0, "of 2")
     assert len(ensemble_checks(folder, {})) == 1
 
 
@@ -311,7 +304,6 @@ def test_what_no_member_may_do(folder, name, values, check, count):
     members = xr.load_dataset(folder / "ensemble.nc", engine="netcdf4")
     members["scalar"] = np.array([f"pounding.{name}", "c.d", "e"], dtype=object)
     members["value"][:, 0] = values
-    scalars = [Scalar("ensemble.members", 40.0, "-"), Scalar("ensemble.failed", 0.0, "-")]
-    write_netcdf(folder / "ensemble.nc", with_scalars(members, scalars))
+    write_netcdf(folder / "ensemble.nc", members)
     (found,) = (c for c in ensemble_checks(folder, {}) if c.id == f"ensemble.{check}")
     assert (found.value, found.passed, found.place) == (count, count == 0, "of 40")

@@ -21,8 +21,7 @@ from impactfem.stages.pounding.compute import (
     station_dofs,
 )
 from impactfem.stages.pounding.figures import _response
-from impactfem.stages.pounding.scalars import stick_scalars
-from impactfem.stages.pounding.store import write_sticks
+from impactfem.stages.pounding.store import stick_scalars, write_sticks
 from impactfem.system.errors import SolutionError
 
 SECOND_MOTION = """
@@ -122,24 +121,24 @@ def test_required_separation_belongs_to_the_free_run(study):
         assert separation.touched == study.response.force[:, k].any()
 
 
-def test_steps_of_law_by_hand(study, no_contacts):
+def test_fewest_steps_by_the_laws(study, no_contacts):
     touched = [s.pair.law for s in study.separations if s.touched]
     by_hand = min(np.pi / np.sqrt(1.2e10 / law.mass * (1 - law.xi**2)) / 2.5e-4 for law in touched)
-    assert study.steps_of_law == pytest.approx(by_hand)
+    assert study.steps_per_impact_min == pytest.approx(by_hand)
     assert by_hand < kelvin_voigt(1.2e10, 0.14, 240e3).duration(1.0) / 2.5e-4
-    assert np.isnan(no_contacts.steps_of_law)
+    assert no_contacts.steps_per_impact_min is None
 
 
 def test_steps_of_a_law_that_depends_on_the_speed(study):
     law = hertz(3e11, 120e3)
     impacts = tuple(replace(i, pair=replace(i.pair, law=law)) for i in study.impacts)
     fastest = max(impact.approach for impact in impacts)
-    found = replace(study, impacts=impacts).steps_of_law
+    found = replace(study, impacts=impacts).steps_per_impact_min
     assert found == pytest.approx(law.duration(fastest) / 2.5e-4)
     # One that begins at rest has no duration of its own; none is left without the others.
     resting = replace(impacts[0], approach=0.0)
-    assert replace(study, impacts=(*impacts, resting)).steps_of_law == found
-    assert np.isnan(replace(study, impacts=(resting,)).steps_of_law)
+    assert replace(study, impacts=(*impacts, resting)).steps_per_impact_min == found
+    assert np.isnan(replace(study, impacts=(resting,)).steps_per_impact_min)
 
 
 def test_no_contacts(study, no_contacts):

@@ -9,8 +9,7 @@ from impactfem.records.accelerogram import STANDARD_GRAVITY
 from impactfem.stages.pounding.checks import stick_checks
 from impactfem.stages.pounding.foundation import foundations
 from impactfem.stages.pounding.model_checks import SOIL_DAMPING, soil_checks
-from impactfem.stages.pounding.scalars import stick_scalars
-from impactfem.stages.pounding.store import write_sticks
+from impactfem.stages.pounding.store import stick_scalars, write_motion, write_sticks
 from impactfem.stages.pounding.tables import stick_tables
 from impactfem.stages.stores import open_store
 
@@ -70,6 +69,7 @@ def test_pressure_at_the_corners(soft):
 def test_store_tables_and_checks(soft, tmp_path):
     path = tmp_path / "pounding.nc"
     write_sticks(path, soft, "key")
+    write_motion(tmp_path / "motion.nc", soft, "key")
     with open_store(path) as store:
         assert store["foundation"].values.tolist() == [soft.foundations[0].building]
         assert store["base_displacement"].dims == ("time", "foundation", "foundation_component")

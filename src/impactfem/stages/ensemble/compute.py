@@ -17,7 +17,7 @@ import xarray as xr
 from impactfem.case import Case, SyntheticMotion, motion_files
 from impactfem.coupling.pounding import System
 from impactfem.stages.pounding.compute import run_sticks
-from impactfem.stages.pounding.scalars import stick_scalars
+from impactfem.stages.pounding.store import stick_scalars
 from impactfem.sticks.calibration import Calibration
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError, SolutionError

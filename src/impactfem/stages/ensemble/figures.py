@@ -13,8 +13,7 @@ from impactfem.plot.style import BLUE, ORANGE, RED, figure
 from impactfem.plot.table import Cell, Table
 from impactfem.stages.check import Check, Criterion
 from impactfem.stages.pounding.checks import SWING, SWING_AT_END
-from impactfem.stages.stores import open_store
-from impactfem.system.scalar import values_of
+from impactfem.stages.stores import names_of, open_store
 
 FACING = "pounding.facing_distance_min"
 """Scalar of the closest approach of floors that face each other and are in no contact pair."""
@@ -98,12 +97,12 @@ def ensemble_checks(folder: Path, published: Mapping[str, float]) -> list[Check]
     """Return the checks of the stage; arguments as `ensemble_results`."""
     with open_store(folder / "ensemble.nc") as store:
         rows = [row for row in bands(store, published).rows if row[-1] is not None]
-        values = values_of(store)
+        failed, motions = store.sizes.get("failed", 0), store.sizes["motion"]
         nearest, swing = (
             store["value"].isel(scalar=store["scalar"] == name).values
             for name in (FACING, SWING_AT_END)
         )
-    checks = [FAILED.check(values["ensemble.failed"], f"of {values['ensemble.members']:.0f}")]
+    checks = [FAILED.check(failed, f"of {motions + failed}")]
     if nearest.size:
         checks.append(FACING_OVERLAP.check(int((nearest < 0.0).sum()), f"of {nearest.size}"))
     if swing.size:
@@ -117,18 +116,19 @@ def ensemble_checks(folder: Path, published: Mapping[str, float]) -> list[Check]
 
 
 def bands(store: xr.Dataset, published: Mapping[str, float]) -> Table:
-    """Percentiles of every scalar, and whether the published value lies inside 5 % to 95 %."""
-    percentiles = store["percentile"].values
+    """Percentiles of every result, and whether the published value lies inside 5 % to 95 %."""
     rows: list[tuple[Cell, ...]] = []
-    for values in store["value"].transpose("scalar", "motion"):
-        known = values.dropna("motion").values
-        if not known.size:
+    for result in names_of(store, "scalar"):
+        values = store.sel(scalar=result)
+        known = int(values["value"].count())
+        if not known:
             continue
-        name = str(values["scalar"].item())
-        low, *_, high = found = [float(v) for v in np.percentile(known, percentiles)]
-        paper = published.get(name)
-        inside = None if paper is None else ("yes" if low <= paper <= high else "no")
-        rows.append((name, str(values["unit"].item()), known.size, *found, paper, inside))
+        percentiles = values["value_percentile"].values.tolist()
+        paper = published.get(result)
+        inside = None
+        if paper is not None:
+            inside = "yes" if percentiles[0] <= paper <= percentiles[-1] else "no"
+        rows.append((result, str(values["unit"].item()), known, *percentiles, paper, inside))
     return Table(
         "ensemble",
         f"Ensemble of {store.sizes['motion']} motions: percentiles, linear between the sorted "
@@ -137,7 +137,7 @@ def bands(store: xr.Dataset, published: Mapping[str, float]) -> Table:
             ("result", ""),
             ("unit", ""),
             ("motions", ""),
-            *((f"{q:g} %", "") for q in percentiles),
+            *((f"{q:g} %", "") for q in store["percentile"].values),
             ("published", ""),
             ("inside", ""),
         ),

@@ -64,11 +64,7 @@ ENSEMBLE = Stage(
     name="ensemble",
     title="Many motions",
     about="The pounding under other motions: bands of every result.",
-    headlines=(
-        "{ensemble.members} motions",
-        "force {ensemble.p05.pounding.main_impact_force} to "
-        "{ensemble.p95.pounding.main_impact_force} (5 to 95 %)",
-    ),
+    headlines=("{ensemble.members} motions",),
     steps={"sticks": 2.0, "members": 40.0, "stores": 1.0, DRAWING: 2.0},
     sections=("ensemble",),
     files=lambda case: tuple(case.ensemble.files()) if case.ensemble is not None else (),

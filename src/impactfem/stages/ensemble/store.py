@@ -1,4 +1,4 @@
-"""The store of the stage `ensemble`, and its scalars by the names of `summary.json`."""
+"""The results file of the stage `ensemble`; percentiles of every result are variables of it."""
 
 from pathlib import Path
 from typing import Any
@@ -8,28 +8,9 @@ import numpy as np
 from impactfem.case import Case
 from impactfem.stages.ensemble.compute import PARTS, PERCENTILES, EnsembleResult
 from impactfem.stages.stores import Output, dataset
+from impactfem.system.arrays import Array
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar
-
-LABELS = ("p05", "p16", "median", "p84", "p95")
-"""Of the percentiles, in the names of the scalars."""
-
-
-def ensemble_scalars(result: EnsembleResult) -> list[Scalar]:
-    """Percentiles of every scalar over the members, and how many members there are."""
-    scalars = [
-        Scalar("ensemble.members", float(len(result.scalars)), "-"),
-        Scalar("ensemble.failed", float(len(result.failed)), "-", "; ".join(result.failed)),
-    ]
-    for name, values in result.scalars.items():
-        known = values[np.isfinite(values)]
-        bands = np.percentile(known, PERCENTILES) if known.size else [None] * len(PERCENTILES)
-        for label, value in zip(LABELS, bands, strict=True):
-            at, unit = f"ensemble.{label}.{name}", result.units[str(name)]
-            number = None if value is None else float(value)
-            scalars.append(Scalar(at, number, unit, f"over {known.size} members"))
-    return scalars
-
 
 _SPECTRUM = "damping station direction frequency"
 OUTPUTS = {
@@ -38,6 +19,7 @@ OUTPUTS = {
     "unit": Output("scalar", "", "of the result", label=True),
     "value": Output("motion scalar", "as unit"),
     "percentile": Output("percentile", "%"),
+    "value_percentile": Output("percentile scalar", "as unit", "over the motions with the result"),
     "station": Output("station", "", "building and floor"),
     "station_building": Output("station", label=True),
     "station_floor": Output("station", label=True),
@@ -71,6 +53,7 @@ def write_ensemble(path: Path, case: Case, result: EnsembleResult, key: str) -> 
         "unit": [result.units[name] for name in result.scalars.columns],
         "value": result.scalars.to_numpy(),
         "percentile": PERCENTILES,
+        "value_percentile": percentiles(result.scalars.to_numpy()),
         "station": [f"{building}.floor_{floor}" for building, floor, _ in stations],
         "station_building": [building for building, *_ in stations],
         "station_floor": [floor for _, floor, _ in stations],
@@ -91,5 +74,16 @@ def write_ensemble(path: Path, case: Case, result: EnsembleResult, key: str) -> 
         "studied_building": case.buildings[0].name,
         "shown_direction": case.shown_direction,
     }
-    scalars = ensemble_scalars(result)
+    scalars = [
+        Scalar("ensemble.members", float(len(result.scalars)), "-", "motions with a result"),
+        Scalar("ensemble.failed", float(len(result.failed)), "-", "motions without a result"),
+    ]
     write_netcdf(path, dataset(OUTPUTS, values, attributes=attributes, scalars=scalars))
+
+
+def percentiles(values: Array) -> Array:
+    """Percentiles over the first axis, without nan; nan where nothing is known."""
+    known = np.isfinite(values).any(axis=0)
+    of_each = np.full((len(PERCENTILES), values.shape[1]), np.nan)
+    of_each[:, known] = np.nanpercentile(values[:, known], PERCENTILES, axis=0)
+    return of_each

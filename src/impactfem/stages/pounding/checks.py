@@ -21,8 +21,7 @@ from impactfem.stages.check import (
     end_of_spectra,
 )
 from impactfem.stages.pounding.model_checks import fit_checks, foundation_checks
-from impactfem.stages.stores import names_of, open_store
-from impactfem.system.scalar import Scalar, scalars_of
+from impactfem.stages.stores import names_of, open_stores
 
 SWING_AT_END = "pounding.swing_at_end"
 SWING = 0.5
@@ -197,17 +196,8 @@ def stick_checks(
         tolerances: Largest relative differences from a published value that count as reproduced, by
             the name of the result; empty for a case without a reference.
     """
-    with open_store(folder / "pounding.nc") as store:
-        scalars = scalars_of(store)
-        values = {s.name: s.value for s in scalars if s.value is not None}
-        swinging = next((s.note for s in scalars if s.name == SWING_AT_END), "")
-        names, gaps, distances = (
-            store[f"pair{of}"].values.tolist() for of in ("", "_rest_gap", "_distance")
-        )
-        restitution = store["impact_restitution"].dropna("impact").values.tolist()
-        # With fewer steps an impact the velocities before and after are inaccurate.
-        if values.get("pounding.steps_per_impact_min", 0.0) < points_per_impact:
-            restitution = []
+    with open_stores(folder) as opened:
+        store, motion = opened("pounding.nc"), opened("motion.nc")
         moving = store["pfa"].where(store["pfa"] > QUIET * store["pfa"].max())
         ratio = store["psa"].isel(damping=0, frequency=-1) / moving
         ended = end_check(
@@ -219,122 +209,131 @@ def stick_checks(
             jumps=begins_with_jump(store),
         )
         return [
-            *_motions(scalars),
-            *_passage(values, gaps),
-            *distance_check(names, gaps, distances),
-            *fit_checks(store, values, tolerances),
-            *_impacts(values, restitution),
-            *_accuracy(store, values, points_per_impact, swinging),
+            *_motions(motion),
+            *_passage(store),
+            *distance_check(
+                names_of(store, "pair"),
+                store["pair_rest_gap"].values.tolist(),
+                store["pair_distance"].values.tolist(),
+            ),
+            *fit_checks(store, tolerances),
+            *_impacts(store, points_per_impact),
+            *_accuracy(store, points_per_impact),
             ended,
-            *_linearity(values),
-            *foundation_checks(store, values),
+            *_linearity(store),
+            *foundation_checks(store),
         ]
 
 
-def _motions(scalars: Sequence[Scalar]) -> Iterator[Check]:
+def _motions(motion: xr.Dataset) -> Iterator[Check]:
     """Criteria of reviewers, and the spectra of synthetic motions relative to their targets."""
-    criteria = {
-        s.name.removeprefix("motion.").replace("acceptance.", ""): s
-        for kind in (".acceptance.", ".correlation.")
-        for s in scalars
-        if kind in s.name
-    }
-    missed = [
-        f"{name.replace('_', ' ')} {digits(s.value or 0.0)} ({s.note.removeprefix('missed: ')})"
-        for name, s in criteria.items()
-        if s.note.startswith("missed")
-    ]
-    if criteria:
-        synthetic = any(".acceptance." in s.name for s in criteria.values())
-        place = f"of {len(criteria)}{'' if synthetic else ', independence of components alone'}"
-        detail = f"not satisfied: {', '.join(missed)}" if missed else ""
-        yield MOTION_CRITERIA.check(len(criteria) - len(missed), place, detail)
-    for kind, criterion in (("over_target", MOTION_SPECTRUM), ("pga_over_target", MOTION_PEAK)):
-        for scalar in scalars:
-            motion, _, last = scalar.name.rpartition(".")
-            if motion.startswith("motion") and last == kind and scalar.value is not None:
-                yield criterion.check(scalar.value, motion, scalar.note)
+    if "criterion" in motion.dims:
+        failed = [
+            f"{one['criterion_motion'].item()} {one['criterion'].item().replace('_', ' ')} "
+            f"{digits(float(one['criterion_value']))} (required: "
+            f"{'at least' if one['criterion_at_least'] else 'at most'} "
+            f"{float(one['criterion_limit']):g})"
+            for _, one in motion.groupby("criterion", squeeze=False)
+            for one in (one.isel(criterion=k) for k in range(one.sizes["criterion"]))
+            if not one["criterion_passed"]
+        ]
+        count = motion.sizes["criterion"]
+        alone = set(names_of(motion, "criterion")) == {"correlation"}
+        place = f"of {count}{', independence of components alone' if alone else ''}"
+        detail = f"not satisfied: {', '.join(failed)}" if failed else ""
+        yield MOTION_CRITERIA.check(count - len(failed), place, detail)
+    for name, criterion in (("over_target", MOTION_SPECTRUM), ("pga_over_target", MOTION_PEAK)):
+        for k, value in enumerate(motion[name].values.tolist()):
+            one = motion.isel(motion=k)
+            place, detail = f"motion along {one['direction'].item()}", ""
+            if name == "over_target":
+                low, high = (float(one[f"over_target_{end}"]) for end in ("from", "to"))
+                detail = f"mean from {low:.3g} Hz to {high:.3g} Hz"
+            if math.isfinite(value):
+                yield criterion.check(value, place, detail)
 
 
-def _changed(criterion: Criterion, values: Mapping[str, float], name: str, more: str) -> Check:
+def _changed(criterion: Criterion, change: xr.DataArray, place: str) -> Check:
     """What fewer points of contact or longer steps change in 3D pounding.
 
     Peak accelerations have no limit: without a law they grow as steps become shorter.
     """
-    changes = {
-        words: values[f"pounding.{name}_{what}_change"]
-        for what, words in (
-            ("force", "largest force"),
-            ("mean_force", "largest mean over 5 ms"),
-            ("frs", "floor spectra"),
-        )
-    }
-    detail = ", ".join(f"{words} {digits(100 * change)} %" for words, change in changes.items())
-    peak = digits(100 * values[f"pounding.{name}_pfa_change"])
-    detail += f", peak floor accelerations {peak} % (no limit)"
-    return criterion.check(max(changes.values()), more, detail)
+    *limited, pfa = change.sel(changed=["force", "mean_force", "frs", "pfa"]).values.tolist()
+    texts = ("largest force", "largest mean over 5 ms", "floor spectra")
+    detail = ", ".join(
+        f"{text} {digits(100 * value)} %" for text, value in zip(texts, limited, strict=True)
+    )
+    detail += f", peak floor accelerations {digits(100 * pfa)} % (no limit)"
+    return criterion.check(max(limited), place, detail)
 
 
-def _passage(values: Mapping[str, float], gaps: Sequence[float]) -> Iterator[Check]:
+def _passage(store: xr.Dataset) -> Iterator[Check]:
     """When waves reach each building, and what motions that do not end at rest do to its gaps."""
-    least = min((gap for gap in gaps if gap > 0.0), default=math.inf)
-    prefix = "motion.passage."
-    names = [name.removeprefix(prefix) for name in values if name.startswith(prefix)]
-    for building in dict.fromkeys(name.rpartition(".")[0] for name in names):
+    gaps = [gap for gap in store["pair_rest_gap"].values.tolist() if gap > 0.0]
+    # Without a gap that is open at rest there is nothing to compare with.
+    limit = 1e3 * LEFT * min(gaps) if gaps else None
+    for k, name in enumerate(names_of(store, "building")):
+        building = store.isel(building=k)
         delay, apart, left = (
-            1e3 * values[f"{prefix}{building}.{of}"] for of in ("delay", "apart", "left")
+            1e3 * float(building[f"passage_{of}"]) for of in ("delay", "apart", "left")
         )
-        detail = (
-            f"waves arrive {abs(delay):.3g} ms {'later' if delay > 0.0 else 'earlier'} than at the "
-            f"first building; largest relative displacement {apart:.3g} mm"
-        )
-        # Without a gap that is open at rest there is nothing to compare with.
-        limit = 1e3 * LEFT * least if math.isfinite(least) else None
-        yield PASSAGE.check(left, building, detail, upper=limit)
+        if math.isfinite(delay):
+            detail = (
+                f"waves arrive {abs(delay):.3g} ms {'later' if delay > 0.0 else 'earlier'} than at "
+                f"the first building; largest relative displacement {apart:.3g} mm"
+            )
+            yield PASSAGE.check(left, name, detail, upper=limit)
 
 
-def _impacts(values: Mapping[str, float], restitution: list[float]) -> Iterator[Check]:
-    required = values.get("pounding.required_separation")
-    gap = "" if required is None else f"gap required to avoid contact {100 * required:.3g} cm"
-    if "pounding.main_impact_time" not in values:
+def _impacts(store: xr.Dataset, required: int) -> Iterator[Check]:
+    gap = ""
+    if "required_separation" in store:
+        needed = 100 * float(store["required_separation"])
+        gap = f"gap required to avoid contact {needed:.3g} cm"
+    count = store.sizes["impact"]
+    if not count:
         yield IMPACTS.check(0, "", gap)
         return
-    # Not one of those by floor: these are of the first building alone.
-    force = values["pounding.main_impact_force"]
+    main = store.isel(impact=store["impact_peak_force"].argmax("impact"))
     largest = (
-        f"largest {force / 1e6:.4g} MN at {values['pounding.main_impact_time']:.4g} s, duration "
-        f"{1e3 * values['pounding.main_impact_duration']:.3g} ms"
+        f"largest {float(main['impact_peak_force']) / 1e6:.4g} MN at "
+        f"{float(main['impact_peak_time']):.4g} s, duration "
+        f"{1e3 * float(main['impact_duration']):.3g} ms"
     )
-    yield IMPACTS.check(values["pounding.impacts"], "", f"{largest}; {gap}" if gap else largest)
+    yield IMPACTS.check(count, "", f"{largest}; {gap}" if gap else largest)
+    # With fewer steps an impact the velocities before and after are inaccurate.
+    if not float(store["steps_per_impact_min"]) >= required:
+        return
+    restitution = store["impact_restitution"].dropna("impact").values.tolist()
     # Above 1 the buildings' own forces separate the floors, not the impact; below 0 the places that
     # touch have separated, and the middles of floors that turn have not.
     known = [value for value in restitution if 0.0 <= value <= 1.0]
     if known:
-        main = values.get("pounding.main_impact_restitution", math.inf)
-        largest = f"{main:.3g} in the largest impact, " if 0.0 <= main <= 1.0 else ""
+        of_main = float(main["impact_restitution"])
+        largest = f"{of_main:.3g} in the largest impact, " if 0.0 <= of_main <= 1.0 else ""
         of = f"{len(known)} of {len(restitution)}" if len(known) < len(restitution) else "all"
         text = f"{largest}{min(known):.3g} to {max(known):.3g} in {of}"
         yield RESTITUTION.check(detail=f"{text}, structural forces during contact included")
-    for count, text in (
+    for undefined, text in (
         (sum(value > 1.0 for value in restitution), "structural forces separate the floors"),
         (sum(value < 0.0 for value in restitution), "floors rotate and still approach"),
     ):
-        if count:
-            yield RESTITUTION.check(detail=f"undefined in {count} impacts: {text}")
+        if undefined:
+            yield RESTITUTION.check(detail=f"undefined in {undefined} impacts: {text}")
 
 
-def _accuracy(
-    store: xr.Dataset, values: Mapping[str, float], required: int, swinging: str
-) -> Iterator[Check]:
+def _accuracy(store: xr.Dataset, required: int) -> Iterator[Check]:
     """Rest at the end, energy, steps in an impact, the time stepping in contact, spectra."""
-    if SWING_AT_END in values and store["pair"].size:
-        yield SWINGING.check(values[SWING_AT_END], swinging)
-    yield ENERGY.check(values["pounding.energy_residual"])
-    if "pounding.steps_per_impact_min" in values:
+    if store["pair"].size:
+        swinging = store.isel(building=store["swing_at_end"].argmax("building"))
+        yield SWINGING.check(float(swinging["swing_at_end"]), str(swinging["building"].item()))
+    yield ENERGY.check(float(store["energy_residual"]))
+    unilateral = "complementarity" in store
+    steps = float(store["steps_per_impact_min"]) if store.sizes["impact"] else math.nan
+    if math.isfinite(steps):
         # Unilateral contact has no law that dissipates: its larger impacts count.
-        unilateral = "pounding.contact_energy_defect" not in values
         place = "larger impacts" if unilateral else "two free floors"
-        detail, fewest = "", values["pounding.steps_per_impact_observed"]
+        detail, fewest = "", float(store["steps_per_impact_observed"])
         if fewest < required and not unilateral:
             force = store["impact_peak_force"]
             short = force.isel(impact=store["impact_steps"].argmin("impact")) / force.max()
@@ -342,22 +341,23 @@ def _accuracy(
                 f"{fewest:.0f} in the shortest contact, with {100.0 * float(short):.2g} % of the "
                 "largest force; other forces end it, and the error of energy includes it"
             )
-        steps = values["pounding.steps_per_impact_min"]
         yield STEPS.check(steps, place, detail, lower=required)
-    if "pounding.contact_points" in values:
-        points = f"{values['pounding.contact_points']:.0f} points in 3D"
-        if "pounding.halved_force_change" in values:
-            yield _changed(HALF_OF_THE_POINTS, values, "halved", points)
+    if "contact_points" in store:
+        points = f"{float(store['contact_points']):.0f} points in 3D"
+        halved = store["change"].sel(comparison="halved")
+        if halved.notnull().all():
+            yield _changed(HALF_OF_THE_POINTS, halved, points)
         else:
             yield HALF_OF_THE_POINTS.check(place=points, detail=f"not known: {UNKNOWN}")
-    if "pounding.doubled_step_force_change" in values:
-        yield _changed(DOUBLE_STEP, values, "doubled_step", "")
-    elif "pounding.complementarity" in values:
-        yield DOUBLE_STEP.check(detail=f"not known: {UNKNOWN}")
-    if "pounding.complementarity" in values:
-        yield COMPLEMENTARITY.check(values["pounding.complementarity"])
-    if "pounding.contact_energy_defect" in values:
-        lost = f"{digits(values['pounding.contact_energy_defect'])} of the largest kinetic energy"
+        doubled = store["change"].sel(comparison="doubled_step")
+        if doubled.notnull().all():
+            yield _changed(DOUBLE_STEP, doubled, "")
+        elif unilateral:
+            yield DOUBLE_STEP.check(detail=f"not known: {UNKNOWN}")
+    if unilateral:
+        yield COMPLEMENTARITY.check(float(store["complementarity"]))
+    if "contact_energy_defect" in store:
+        lost = f"{digits(float(store['contact_energy_defect']))} of the largest kinetic energy"
         defect = float(abs(store["impact_defect"]).sum())
         by_laws = float((store["impact_dissipated"] - store["impact_defect"]).sum())
         # An elastic law dissipates nothing but round-off.
@@ -365,8 +365,8 @@ def _accuracy(
             yield CONTACT_ENERGY.check(detail=f"{lost}; the contact laws are elastic")
         else:
             yield CONTACT_ENERGY.check(defect / by_laws, "absolute values", f"in sum {lost}")
-    points = f"{values['frs.points_per_cycle']:.3g} points per cycle of the highest frequency"
-    yield SAMPLING.check(values["frs.peak_error_bound"], "", points)
+    points = f"{float(store['points_per_cycle']):.3g} points per cycle of the highest frequency"
+    yield SAMPLING.check(float(store["peak_error_bound"]), "", points)
 
 
 def begins_with_jump(store: xr.Dataset) -> bool:
@@ -374,18 +374,23 @@ def begins_with_jump(store: xr.Dataset) -> bool:
     return "pair" in store.dims and bool((store["pair_onset_force"] > 0.0).any())
 
 
-def _linearity(values: Mapping[str, float]) -> Iterator[Check]:
+def _linearity(store: xr.Dataset) -> Iterator[Check]:
     """Validity of linear analysis; no limit where the material has no strength."""
-    if "pounding.penetration_over_gap" in values:
-        yield PENETRATION.check(values["pounding.penetration_over_gap"])
-    for criterion, stress, ratio, more in (
-        (BEARING, "bearing_pressure", "bearing_ratio", ""),
-        (SHEAR, "shear_stress", "cracking_ratio", "; storey shear {:.3g} MN"),
+    if not store.sizes["impact"]:
+        return
+    if "penetration_over_gap" in store:
+        yield PENETRATION.check(float(store["penetration_over_gap"]))
+    for criterion, stress, ratio in (
+        (BEARING, "impact_bearing_pressure", "impact_bearing_ratio"),
+        (SHEAR, "impact_shear_stress", "impact_cracking_ratio"),
     ):
-        if f"pounding.{stress}_max" not in values:
+        # nan if nothing is known.
+        largest, part = float(store[stress].max()), float(store[ratio].max())
+        if not math.isfinite(largest):
             continue
-        detail = f"{values[f'pounding.{stress}_max'] / 1e6:.3g} MPa"
-        detail += more.format(values.get("pounding.storey_shear_max", 0.0) / 1e6)
-        part = values.get(f"pounding.{ratio}_max")
-        detail += "; the strength is not given" if part is None else ""
-        yield criterion.check(part, "", detail)
+        detail = f"{largest / 1e6:.3g} MPa"
+        if criterion is SHEAR:
+            detail += f"; storey shear {float(store['impact_storey_shear'].max()) / 1e6:.3g} MN"
+        known = math.isfinite(part)
+        detail += "" if known else "; the strength is not given"
+        yield criterion.check(part if known else None, "", detail)

@@ -36,6 +36,7 @@ from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 from impactfem.system.log import LOGGER, quiet
 from impactfem.system.parallel import threads
+from impactfem.system.quantity import quantity, results
 
 if TYPE_CHECKING:
     from impactfem.reduction.pounding_3d import Models3D
@@ -81,14 +82,16 @@ class Peaks:
         largest = float(force.max(initial=0.0))
         return cls(largest, mean, floors.psa[0].max(axis=-1), floors.pfa)
 
-    def change(self, other: Peaks, what: str) -> float:
-        """How far a value of another response is off, at most where values are not small [-]."""
+    def change(self, other: Peaks | None, what: str) -> float:
+        """Largest change of a value in another response, where it is not small; nan if unknown."""
+        if other is None or self.force == 0.0:
+            return np.nan
         own, changed = (np.atleast_1d(getattr(one, what)) for one in (self, other))
         counts = own >= SMALL * own.max()
         return float(np.abs(changed[counts] / own[counts] - 1.0).max())
 
 
-@dataclass(frozen=True)
+@results
 class StickStudy:
     """Everything that the stage computed; stations are the floors of all buildings in order."""
 
@@ -119,17 +122,96 @@ class StickStudy:
         return max(self.impacts, key=lambda impact: impact.peak_force, default=None)
 
     @property
-    def steps_of_law(self) -> float:
-        """Fewest steps of an impact by the laws' own durations, over all impacts [-].
+    @quantity("-", "fewest steps in an impact, by the durations of the contact laws")
+    def steps_per_impact_min(self) -> float | None:
+        """Fewest steps of an impact by the laws' own durations, with the effective masses [-].
 
-        Of unilateral contact, which has none, by those of the impacts with at least a tenth of the
-        largest force. nan without an impact, and where every contact began at rest.
+        Of unilateral contact, which has no duration, by those of the impacts with at least a tenth
+        of the largest force. None without an impact; nan if every contact begins at rest.
         """
+        if not self.impacts:
+            return None
         if self.unilateral:
             least = SMALL * max((i.peak_force for i in self.impacts), default=0.0)
             return float(min((i.steps for i in self.impacts if i.peak_force >= least), default=0))
         durations = [i.pair.law.duration(i.approach) for i in self.impacts if i.approach > 0.0]
         return min(durations, default=np.nan) / self.response.time_step
+
+    @property
+    @quantity("-", "fewest steps in an impact, in the run")
+    def steps_per_impact_observed(self) -> float | None:
+        """Fewest steps of an impact in the run; other forces may cut it short. None without one."""
+        return min((float(impact.steps) for impact in self.impacts), default=None)
+
+    @property
+    @quantity("-", "residual of the energy balance")
+    def energy_residual(self) -> float:
+        """Residual of the discrete energy identity."""
+        return self.response.energy.residual
+
+    @property
+    @quantity("m", "gap required to avoid contact", shown="mm")
+    def required_separation(self) -> float | None:
+        """Largest approach of a pair without contact; None without pairs."""
+        return max((one.required for one in self.separations), default=None)
+
+    @property
+    @quantity("-", "contact points of 3D models")
+    def contact_points(self) -> float | None:
+        """Number of contact points of 3D models; None if no 3D model pounds."""
+        return None if self.peaks is None else float(len(self._points))
+
+    @property
+    @quantity("-", "contact lines of 3D models")
+    def contact_lines(self) -> float | None:
+        """Number of lines along which 3D models touch; None if no 3D model pounds."""
+        return None if self.peaks is None else float(len(set(self._points)))
+
+    @property
+    def _points(self) -> list[str]:
+        return [point.line for point in self.response.exerted[0] if point.line]
+
+    @property
+    @quantity("-", "residual of complementarity, over the largest speed")
+    def complementarity(self) -> float | None:
+        """Residual of the conditions of unilateral contact; None with contact laws."""
+        return self.response.residual if self.unilateral else None
+
+    @property
+    @quantity("-", "energy lost by time stepping in contact, over the largest kinetic energy")
+    def contact_energy_defect(self) -> float | None:
+        """Energy lost in contact by the time stepping; None without an impact or a law."""
+        if self.unilateral or not self.impacts:
+            return None
+        largest = float(np.max(self.response.energy.kinetic))
+        return sum(impact.defect for impact in self.impacts) / largest
+
+    @property
+    @quantity("-", "largest penetration / gap")
+    def penetration_over_gap(self) -> float | None:
+        """Largest penetration over the gap, of the pairs with a gap; None without an impact."""
+        ratios = (i.penetration / i.pair.gap for i in self.impacts if i.pair.gap > 0.0)
+        return max(ratios, default=None)
+
+    @property
+    @quantity("N", "largest mean force over 5 ms, of a pair", shown="MN")
+    def mean_force_5ms(self) -> float | None:
+        """Largest mean over 5 ms of the force of a pair; None without an impact."""
+        if not self.impacts:
+            return None
+        return float(largest_means(self.response.time, self.response.force).max())
+
+    @property
+    @quantity("-", "samples per cycle of the highest frequency, of the spectra")
+    def points_per_cycle(self) -> float:
+        """Samples in a cycle of the highest frequency after refinement."""
+        return self.floors.spectra.points_per_cycle
+
+    @property
+    @quantity("-", "bound of the sampling error of a spectral peak")
+    def peak_error_bound(self) -> float:
+        """Largest loss of a spectral peak between samples."""
+        return self.floors.spectra.peak_error_bound
 
     @property
     def unilateral(self) -> bool:

@@ -1,7 +1,5 @@
 """Foundations on soil: stiffness, periods and damping with it, what it radiates, uplift."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from impactfem.case import Case
@@ -10,35 +8,68 @@ from impactfem.coupling.pounding import Response
 from impactfem.records.accelerogram import STANDARD_GRAVITY
 from impactfem.sticks.element import rigid_link
 from impactfem.system.arrays import Array
+from impactfem.system.quantity import quantity, results, si
 
 DIRECTIONS = ("x", "y")
 
 
-@dataclass(frozen=True, eq=False)
+@results
 class Foundation:
     """The raft of a building, and the soil under it."""
 
     building: str
-    stiffness: Array  #: at rest, about the middle of the underside, shape (6,) [N/m, N m]
-    dashpot: Array  #: Im S/ω at the first frequency on soil, likewise, shape (6,) [N s/m, N m s]
-    #: Frequencies in which the errors count: the lowest first frequency on soil, and twice the
-    #: highest first frequency on a clamped base, shape (2,) [Hz].
+    #: About the middle of the underside, shape (6,).
+    stiffness: Array = si(
+        "N/m, N m/rad", "stiffness at rest, of the soil", dims="foundation_component"
+    )
+    #: Im S/ω about the middle of the underside, shape (6,).
+    dashpot: Array = si(
+        "N s/m, N m s/rad", "dashpot at the first frequency", dims="foundation_component"
+    )
+    #: The lowest first frequency on soil, and twice the highest first frequency on a clamped base,
+    #: shape (2,) [Hz]: the errors are the largest of this band.
     band: Array
-    #: Largest error of the stiffness of the soil's model in this band, of |S|, shape (6,) [-].
-    stiffness_error: Array
-    damping_error: Array  #: of its damping, of Im S, likewise, shape (6,) [-]
-    clamped_frequency: Array  #: first along x and along y on a clamped base, shape (2,) [Hz]
-    frequency: Array  #: of these modes on soil, shape (2,) [Hz]
-    clamped_ratio: Array  #: damping ratio on a clamped base, shape (2,) [-]
-    ratio: Array  #: on soil, that of the soil included, shape (2,) [-]
-    radiated: float  #: energy [J]
-    weight: float  #: of building and raft [N]
-    #: Least pressure of the soil on the raft, linear over its underside, shape (n_t,) [Pa];
-    #: negative where it would have to pull.
+    stiffness_error: Array = si(
+        "-", "error of the stiffness, of |S|", shown="%", dims="foundation_component"
+    )
+    damping_error: Array = si(
+        "-", "error of the damping, of Im S", shown="%", dims="foundation_component"
+    )
+    #: First modes along x and y, shape (2,) each.
+    clamped_frequency: Array = si(
+        "Hz", "clamped, first mode on a clamped base", dims="foundation_direction"
+    )
+    frequency: Array = si("Hz", "on soil, first mode", dims="foundation_direction")
+    clamped_ratio: Array = si(
+        "-", "damping clamped, first mode", shown="%", dims="foundation_direction"
+    )
+    ratio: Array = si("-", "damping on soil, first mode", shown="%", dims="foundation_direction")
+    radiated: float = si("J", "energy radiated", shown="MJ")
+    weight: float = si("N", "weight, of building and raft", shown="MN")
+    #: Linear over the underside, shape (n_t,); negative where the soil would have to pull.
     pressure: Array
     area: float  #: of the raft [m2]
 
     @property
+    @quantity("-", "period over clamped, first mode", dims="foundation_direction")
+    def period_ratio(self) -> Array:
+        """Periods of the first modes, on soil / clamped, shape (2,) [-]."""
+        return self.clamped_frequency / self.frequency
+
+    @property
+    @quantity("Pa", "least pressure of the underside", shown="kPa")
+    def least_pressure(self) -> float:
+        """Least pressure of the soil on the raft; negative: tension [Pa]."""
+        return float(self.pressure.min())
+
+    @property
+    @quantity("-", "least pressure / pressure by gravity")
+    def least_pressure_ratio(self) -> float:
+        """Least pressure over that by gravity; negative: the raft would lift [-]."""
+        return self.least_pressure / self.static_pressure
+
+    @property
+    @quantity("Pa", "pressure by gravity, mean of the underside", shown="kPa")
     def static_pressure(self) -> float:
         """Mean pressure by gravity [Pa]."""
         return self.weight / self.area

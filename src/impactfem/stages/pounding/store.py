@@ -7,19 +7,44 @@ accelerations absolute.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
+from impactfem.case import Case
 from impactfem.case.contact_checks import pair_distance
+from impactfem.coupling.impacts import Impact, ImpactCheck, Separation
+from impactfem.motion.acceptance import CORRELATION_LIMIT, Verdict, pair_correlation
+from impactfem.motion.from_case import GroundMotion
+from impactfem.records.accelerogram import Measures
 from impactfem.stages.pounding.compute import StickStudy, moving, station_dofs
-from impactfem.stages.pounding.foundation import DIRECTIONS
-from impactfem.stages.pounding.scalars import stick_scalars
+from impactfem.stages.pounding.foundation import DIRECTIONS, Foundation
+from impactfem.stages.pounding.peaks import (
+    BuildingPeaks,
+    FloorPeaks,
+    OverTarget,
+    building_peaks,
+    floor_peaks,
+    over_target,
+)
+from impactfem.stages.pounding.scalars import mode_scalars, selected_scalars
+from impactfem.stages.results import outputs, value, values
 from impactfem.stages.stores import Output, damping_outputs, damping_values, dataset, padded
+from impactfem.sticks.calibration import Parameters
 from impactfem.sticks.element import COMPONENTS
+from impactfem.sticks.modes import Modes
+from impactfem.sticks.stick import Stick
 from impactfem.system.files import write_netcdf
+from impactfem.system.scalar import Scalar, with_scalars
 
+CHANGED = ("force", "mean_force", "frs", "pfa")
+"""Results of 3D models that are compared with those of fewer points or longer steps."""
+MOST_BENDING = 6
+"""Modes of a stick along one direction that are listed."""
 _HISTORY = "time station component"
 _SPECTRUM = "damping station direction frequency"
 _FOUNDATION = "foundation foundation_component"
@@ -72,76 +97,64 @@ OUTPUTS = {
     "mode_effective_mass": Output("building mode_direction mode", "kg, kg m2"),
     "mode_shape": Output("station mode mode_component", "kg^-1/2", "with unit modal mass"),
     **damping_outputs("building"),
-    "impact_pair": Output("impact", label=True),
-    "impact_first_contact": Output("impact", "s"),
-    "impact_end": Output("impact", "s"),
-    "impact_peak_time": Output("impact", "s"),
-    "impact_peak_force": Output("impact", "N"),
-    "impact_impulse": Output("impact", "N s"),
-    "impact_duration": Output("impact", "s"),
-    "impact_penetration": Output("impact", "m"),
-    "impact_approach": Output("impact", "m/s", "speed before it"),
-    "impact_separation": Output("impact", "m/s", "speed after it"),
-    "impact_restitution": Output("impact", "-"),
-    "impact_dissipated": Output("impact", "J", "by the law, by the work of the force"),
-    "impact_defect": Output("impact", "J", "lost by the time stepping; negative: added"),
-    "impact_steps": Output("impact", "-", "computed times with a force"),
-    "impact_bearing_pressure": Output("impact", "Pa"),
-    "impact_bearing_ratio": Output("impact", "-", "that over the compressive strength"),
-    "impact_storey_shear": Output("impact", "N", "the largest meanwhile"),
-    "impact_shear_stress": Output("impact", "Pa"),
-    "impact_cracking_ratio": Output("impact", "-", "that over the tensile strength"),
-    "impact_building_restitution": Output("impact", "-", "of the buildings' centres of mass"),
+    "impact_pair": Output("impact", "", "pair", label=True),
+    **outputs(Impact, "impact", "impact_"),
+    **outputs(ImpactCheck, "impact", "impact_"),
+    "changed": Output("changed", "", "compared results of 3D models"),
+    "comparison": Output("comparison", "", "run that is compared: halved contact points, ..."),
+    "change": Output("comparison changed", "-", "largest change of a result, ratio - 1"),
+    **outputs(FloorPeaks, "station"),
+    **outputs(BuildingPeaks, "building"),
+    **outputs(StickStudy),
+    "family_mode": Output("family_mode", "", "number of a mode in its family"),
+    "bending_frequency": Output("building family_mode", "Hz", "mode along the main direction"),
+    "bending_mass": Output("building family_mode", "kg", "effective mass of this mode"),
+    "total_mass": Output("building", "kg", "mass of all floors"),
     "pair": Output("pair"),
     "pair_building_a": Output("pair", label=True),
     "pair_floor_a": Output("pair", label=True),
     "pair_law": Output("pair", "", "contact law", label=True),
-    "pair_stiffness_unit": Output("pair", "", "by the law", label=True),
+    "pair_stiffness_unit": Output("pair", "", "unit of the stiffness", label=True),
     "gap": Output("time pair", "m"),
-    "pair_young_modulus": Output("pair", "Pa"),
-    "pair_poisson_ratio": Output("pair", "-"),
-    "pair_rest_gap": Output("pair", "m"),
-    "pair_distance": Output("pair", "m", "of its points by axes and offsets"),
-    "pair_stiffness": Output("pair", "N/m, N/m^1.5"),
-    "pair_dashpot": Output("pair", "N s/m", "of a linear law"),
-    "pair_onset_force": Output("pair", "N", "at the largest speed of approach"),
-    "pair_damping_ratio": Output("pair", "-"),
-    "pair_restitution": Output("pair", "-", "of the law"),
-    "pair_effective_mass": Output("pair", "kg"),
-    "pair_law_duration": Output("pair", "s", "of an impact with the effective mass"),
-    "pair_asked": Output("pair", "-", "requested restitution"),
-    "pair_required_separation": Output("pair", "m", "gap that would have prevented contact"),
-    "pair_margin": Output("pair", "m", "gap less required separation"),
-    "pair_touched": Output("pair"),
-    "facing": Output("facing", "", "floors that face each other and are in no pair"),
-    "facing_a": Output("facing", label=True),
-    "facing_b": Output("facing", label=True),
-    "facing_level": Output("facing", "m", "elevation"),
-    "facing_rest_gap": Output("facing", "m", "distance at rest"),
-    "facing_distance_min": Output("facing", "m", "smallest distance; negative: they overlap"),
-    "facing_time": Output("facing", "s", "when they are nearest"),
-    "foundation": Output("foundation", "", "building on soil"),
-    "foundation_component": Output("foundation_component"),
-    "foundation_stiffness": Output(_FOUNDATION, "N/m, N m/rad", "of the soil, at rest"),
-    "foundation_dashpot": Output(_FOUNDATION, "N s/m, N m s/rad", "at the first frequency"),
-    "foundation_stiffness_error": Output(_FOUNDATION, "-", "of the model of the soil, over |S|"),
-    "foundation_damping_error": Output(_FOUNDATION, "-", "of the model of the soil, over Im S"),
-    "foundation_direction": Output("foundation_direction"),
-    "foundation_clamped_frequency": Output(_FIRST, "Hz", "first mode on a clamped base"),
-    "foundation_frequency": Output(_FIRST, "Hz", "of this mode on soil"),
-    "foundation_clamped_ratio": Output(_FIRST, "-", "damping ratio on a clamped base"),
-    "foundation_ratio": Output(_FIRST, "-", "damping ratio on soil"),
-    "foundation_radiated": Output("foundation", "J", "energy radiated"),
-    "foundation_weight": Output("foundation", "N", "of building and raft"),
-    "foundation_static_pressure": Output("foundation", "Pa", "by gravity, mean"),
+    "pair_young_modulus": Output("pair", "Pa", "E", shown="GPa"),
+    "pair_poisson_ratio": Output("pair", "-", "nu"),
+    "pair_rest_gap": Output("pair", "m", "gap", shown="mm"),
+    "pair_distance": Output("pair", "m", "distance, of its points by axes and offsets"),
+    "pair_stiffness": Output("pair", "N/m, N/m^1.5", "stiffness"),
+    "pair_dashpot": Output("pair", "N s/m", "dashpot, of a linear law"),
+    "pair_onset_force": Output("pair", "N", "onset force, at the largest approach", shown="MN"),
+    "pair_damping_ratio": Output("pair", "-", "damping ratio"),
+    "pair_restitution": Output("pair", "-", "of the law, restitution"),
+    "pair_effective_mass": Output("pair", "kg", "effective mass", shown="t"),
+    "pair_law_duration": Output(
+        "pair", "s", "duration of the law, with the effective mass", shown="ms"
+    ),
+    "pair_asked": Output("pair", "-", "restitution requested"),
+    **outputs(Separation, "pair", "pair_"),
+    "facing": Output("facing", "", "facing floors without a contact pair"),
+    "facing_a": Output("facing", "", "floor", label=True),
+    "facing_b": Output("facing", "", "faces", label=True),
+    "facing_level": Output("facing", "m", "level"),
+    "facing_rest_gap": Output("facing", "m", "distance at rest", shown="mm"),
+    "facing_distance_min": Output(
+        "facing", "m", "smallest distance, negative if they overlap", shown="mm"
+    ),
+    "facing_time": Output("facing", "s", "at, time of the smallest distance"),
+    "foundation": Output("foundation", "", "building, on soil"),
+    "foundation_component": Output("foundation_component", "", "component"),
+    "foundation_direction": Output("foundation_direction", "", "direction"),
+    **outputs(Foundation, "foundation", "foundation_"),
     "foundation_pressure": Output("time foundation", "Pa", "least of the underside"),
     "base_displacement": Output("time foundation foundation_component", "m, rad", "of the base"),
-    "target_building": Output("target", label=True),
-    "target_mode": Output("target", "", "number in its family", label=True),
-    "target_frequency": Output("target", "Hz"),
-    "target_effective_mass": Output("target", "kg"),
-    "calibrated_frequency": Output("target", "Hz"),
-    "calibrated_effective_mass": Output("target", "kg"),
+    **outputs(Parameters),
+    "target_building": Output("target", "", "building", label=True),
+    "target_mode": Output("target", "", "mode, number in its family", label=True),
+    "target_frequency": Output("target", "Hz", "target"),
+    "target_effective_mass": Output("target", "kg", "target", shown="t"),
+    "calibrated_frequency": Output("target", "Hz", "frequency"),
+    "calibrated_effective_mass": Output("target", "kg", "effective mass", shown="t"),
+    "frequency_error": Output("target", "-", "error", shown="%"),
+    "effective_mass_error": Output("target", "-", "error", shown="%"),
 }
 MOTION_OUTPUTS = {
     "direction": Output("motion", "", "of the ground", label=True),
@@ -152,14 +165,30 @@ MOTION_OUTPUTS = {
     "frequency": Output("motion oscillator", "Hz", "nan beyond the spectrum of a motion"),
     "spectrum": Output("motion oscillator", "m/s2", "pseudo-acceleration"),
     "target": Output("motion oscillator", "m/s2", "design spectrum; nan where it has none"),
+    **outputs(Measures, "motion"),
+    **outputs(GroundMotion, "motion"),
+    **outputs(OverTarget, "motion"),
+    "criterion": Output("criterion", "", "of US NRC SRP 3.7.1"),
+    "criterion_motion": Output("criterion", "", "direction, or both directions", label=True),
+    "criterion_value": Output("criterion", "as unit"),
+    "criterion_unit": Output("criterion", "", "SI unit", label=True),
+    "criterion_limit": Output("criterion", "as unit"),
+    "criterion_at_least": Output("criterion", "", "the limit is a lower one"),
+    "criterion_at": Output("criterion", "Hz", "frequency of the value; nan without one"),
+    "criterion_passed": Output("criterion"),
 }
 
 
 def write_motion(path: Path, study: StickStudy, key: str) -> None:
     """Write `motion.nc`; the key is the hash of the inputs of the stage."""
+    write_netcdf(path, motion_results(study).assign_attrs(title=study.case.title, inputs=key))
+
+
+def motion_results(study: StickStudy) -> xr.Dataset:
+    """The ground motions, their measures, spectra and criteria of reviewers."""
     motions = study.motions
     records, spectra = [m.accelerogram for m in motions], [m.spectrum for m in motions]
-    values = {
+    results = {
         "direction": [m.direction for m in motions],
         "origin": [record.origin for record in records],
         "damping": [float(spectrum.damping[0]) for spectrum in spectra],
@@ -170,15 +199,55 @@ def write_motion(path: Path, study: StickStudy, key: str) -> None:
         "target": padded(
             [m.spectrum.frequency * np.nan if m.target is None else m.target for m in motions]
         ),
+        **values(Measures, (m.measures for m in motions)),
+        **values(GroundMotion, motions),
+        **values(OverTarget, (over_target(study, m) for m in motions)),
     }
-    attributes = {"title": study.case.title, "inputs": key}
-    write_netcdf(path, dataset(MOTION_OUTPUTS, values, attributes=attributes))
+    verdicts = [
+        (motion.direction, verdict)
+        for motion in motions
+        for verdict in (motion.acceptance.verdicts if motion.acceptance is not None else ())
+    ]
+    for a, b in combinations(motions, 2):
+        if a.accelerogram.time_step == b.accelerogram.time_step:
+            rho = abs(pair_correlation(a.accelerogram, b.accelerogram))
+            verdict = Verdict("correlation", rho, CORRELATION_LIMIT, at_least=False, unit="-")
+            verdicts.append((f"{a.direction}_{b.direction}", verdict))
+    if verdicts:
+        results |= {
+            "criterion": [verdict.name for _, verdict in verdicts],
+            "criterion_motion": [direction for direction, _ in verdicts],
+            **{
+                f"criterion_{name}": [getattr(verdict, name) for _, verdict in verdicts]
+                for name in ("value", "unit", "limit", "at_least", "at", "passed")
+            },
+        }
+    return dataset(MOTION_OUTPUTS, results, attributes={})
 
 
 def write_sticks(path: Path, study: StickStudy, key: str) -> None:
     """Write `pounding.nc`; the key is the hash of the inputs of the stage."""
+    store, case = stick_results(study), study.case
+    store = with_scalars(store, selected_scalars(store, motion_results(study)))
+    attributes = {"title": case.title, "inputs": key, "case_hash": case.content_hash()}
+    write_netcdf(path, store.assign_attrs(attributes))
+
+
+def stick_scalars(study: StickStudy) -> list[Scalar]:
+    """The scalars of the stage, without a results file."""
+    return selected_scalars(stick_results(study), motion_results(study))
+
+
+def scalars_of_modes(case: Case, sticks: Sequence[Stick], found: Sequence[Modes]) -> list[Scalar]:
+    """The scalars of the modes of sticks alone."""
+    results = {"building": [stick.name for stick in sticks], **bending_modes(case, sticks, found)}
+    return mode_scalars(dataset(OUTPUTS, results, attributes={}))
+
+
+def stick_results(study: StickStudy) -> xr.Dataset:
+    """All results of the stage but the motions, as `pounding.nc` has them."""
     with_contact, free = study.floors, study.floors_free
-    values = {
+    results = {
         **_histories(study),
         "frequency": with_contact.spectra.frequency,
         "damping": with_contact.spectra.damping,
@@ -186,15 +255,29 @@ def write_sticks(path: Path, study: StickStudy, key: str) -> None:
         **{name: getattr(with_contact, name) for name in ("psa", "sd", "pfa")},
         **{f"{name}_free": getattr(free, name) for name in ("psa", "sd", "pfa")},
         **_modes(study),
-        **_impacts(study),
+        "impact_pair": [impact.pair.name for impact in study.impacts],
+        **values(Impact, study.impacts, "impact_"),
+        **values(ImpactCheck, study.checks, "impact_"),
         **_pairs(study),
         **_foundations(study),
+        **values(FloorPeaks, floor_peaks(study)),
+        **values(BuildingPeaks, building_peaks(study)),
+        **value(study),
     }
     if (turning := study.turning()) is not None:
-        values["rotation"] = turning.directions
-        values |= {f"rotational_{name}": getattr(turning, name) for name in ("psa", "pfa")}
+        results["rotation"] = turning.directions
+        results |= {f"rotational_{name}": getattr(turning, name) for name in ("psa", "pfa")}
+    if study.peaks is not None:
+        others = {"halved": study.halved, "doubled_step": study.doubled}
+        results |= {
+            "comparison": list(others),
+            "changed": CHANGED,
+            "change": [
+                [study.peaks.change(other, what) for what in CHANGED] for other in others.values()
+            ],
+        }
     if study.facing:
-        values |= {
+        results |= {
             "facing": [one.facing.name for one in study.facing],
             "facing_a": [one.facing.a.label for one in study.facing],
             "facing_b": [one.facing.b.label for one in study.facing],
@@ -204,30 +287,29 @@ def write_sticks(path: Path, study: StickStudy, key: str) -> None:
             "facing_time": [one.time for one in study.facing],
         }
     if study.calibration is not None:
-        targets = study.calibration.targets
-        values |= {
+        calibration, targets = study.calibration, study.calibration.targets
+        results |= {
+            **value(calibration.parameters),
             "target_building": [t.building for t in targets],
             "target_mode": [t.mode for t in targets],
             "target_frequency": [t.frequency for t in targets],
             "target_effective_mass": np.array([t.effective_mass for t in targets], dtype=float),
-            "calibrated_frequency": study.calibration.frequency,
-            "calibrated_effective_mass": study.calibration.effective_mass,
+            "calibrated_frequency": calibration.frequency,
+            "calibrated_effective_mass": calibration.effective_mass,
+            "frequency_error": calibration.frequency_error,
+            "effective_mass_error": calibration.mass_error,
         }
     # The horizontal direction in which the buildings stand side by side.
     spans = [np.abs(pair.normal[:2]) for pair in study.system.pairs]
     spans.append(np.ptp([stick.axis for stick in study.system.sticks], axis=0)[:2])
     other = "x" if study.motions[0].direction == "x" else "y"
     attributes = {
-        "title": study.case.title,
-        "inputs": key,
-        "case_hash": study.case.content_hash(),
         "studied_building": study.system.sticks[0].name,
         "shown_direction": study.case.shown_direction,
         "resolved_frequency": study.resolved_frequency,
         "elevation_direction": next(("x" if x > y else "y" for x, y in spans if x != y), other),
     }
-    scalars = stick_scalars(study)
-    write_netcdf(path, dataset(OUTPUTS, values, attributes=attributes, scalars=scalars))
+    return dataset(OUTPUTS, results, attributes=attributes)
 
 
 def _histories(study: StickStudy) -> dict[str, Any]:
@@ -287,6 +369,24 @@ def _modes(study: StickStudy) -> dict[str, Any]:
         "mode_ratio": padded(ratio),
         "mode_effective_mass": padded([found.effective_mass for found in study.modes]),
         "mode_shape": np.concatenate(shape),
+        **bending_modes(study.case, sticks, study.modes),
+    }
+
+
+def bending_modes(case: Case, sticks: Sequence[Stick], found: Sequence[Modes]) -> dict[str, Any]:
+    """Masses and first modes of sticks along the direction of calibration or pounding, else y."""
+    direction = case.calibration.direction if case.calibration else case.shown_direction
+    direction = direction if direction in DIRECTIONS else "y"
+    frequency, mass = np.full((2, len(sticks), MOST_BENDING), np.nan)
+    for k, one in enumerate(found):
+        family = one.of_family(direction)[:MOST_BENDING]
+        frequency[k, : len(family)] = one.frequency[family]
+        mass[k, : len(family)] = one.effective_mass[COMPONENTS.index(direction), family]
+    return {
+        "family_mode": np.arange(1, MOST_BENDING + 1),
+        "bending_frequency": frequency,
+        "bending_mass": mass,
+        "total_mass": [float(sum(floor.mass for floor in stick.floors)) for stick in sticks],
     }
 
 
@@ -294,36 +394,14 @@ def _foundations(study: StickStudy) -> dict[str, Any]:
     found = study.foundations
     if not found:
         return {}
-    of_each = (
-        *("stiffness", "dashpot", "stiffness_error", "damping_error", "clamped_frequency"),
-        *("frequency", "clamped_ratio", "ratio", "radiated", "weight", "static_pressure"),
-    )
     bases = [study.response.bases[one.building] for one in found]
     return {
         "foundation": [one.building for one in found],
         "foundation_component": COMPONENTS,
         "foundation_direction": DIRECTIONS,
-        **{f"foundation_{name}": [getattr(one, name) for one in found] for name in of_each},
+        **values(Foundation, found, "foundation_"),
         "foundation_pressure": np.stack([one.pressure for one in found], axis=1),
         "base_displacement": np.stack([base.u for base in bases], axis=1),
-    }
-
-
-def _impacts(study: StickStudy) -> dict[str, Any]:
-    of_impact = (
-        *("end", "peak_time", "peak_force", "impulse", "duration", "penetration", "approach"),
-        *("separation", "restitution", "dissipated", "defect", "steps"),
-    )
-    of_check = (
-        *("bearing_pressure", "bearing_ratio", "storey_shear", "shear_stress", "cracking_ratio"),
-        "building_restitution",
-    )
-    found, checks = study.impacts, study.checks
-    return {
-        "impact_pair": [impact.pair.name for impact in found],
-        "impact_first_contact": [impact.start for impact in found],
-        **{f"impact_{name}": [getattr(i, name) for i in found] for name in of_impact},
-        **{f"impact_{n}": [getattr(c, n) for c in checks] for n in of_check},
     }
 
 
@@ -369,7 +447,5 @@ def _pairs(study: StickStudy) -> dict[str, Any]:
         "pair_effective_mass": [law.mass for law in laws],
         "pair_law_duration": lasts,
         "pair_asked": [law.asked for law in laws],
-        "pair_required_separation": [s.required for s in study.separations],
-        "pair_margin": [s.margin for s in study.separations],
-        "pair_touched": np.array([s.touched for s in study.separations], dtype=bool),
+        **values(Separation, study.separations, "pair_"),
     }
