@@ -12,6 +12,7 @@ from bench.suite import Figure, timed
 from impactfem.building.from_case import geometry_of, read_parts
 from impactfem.building.generate import generate
 from impactfem.building.model import assemble_building
+from impactfem.building.shell_model import csr
 from impactfem.case import load_case
 from impactfem.case.transient import MAXIMUM_FREQUENCY
 from impactfem.dynamics.factorisation import Factorisation
@@ -20,11 +21,11 @@ from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
 from impactfem.reduction.wall import Wall, WallPatterns
 from impactfem.stages.calibrate.compute import prepare, run_reduced
-from impactfem.stages.calibrate.unilateral_full import FullMotion
 from impactfem.stages.reduce.compute import COMPLETE, wall_probes
 from impactfem.system.arrays import Array
 from impactfem.system.files import in_source_tree
 from impactfem.system.parallel import communicator
+from impactfem.verify.full_order import FullMotion
 
 MODES = 20
 STEPS = 10
@@ -115,7 +116,8 @@ def wall_figures(case_file: str = "geometry/npp_pair.toml") -> list[Figure]:
     def start() -> FullMotion:
         u = np.ascontiguousarray(patterns.held(K)[0])
         G, h = patterns.contact, experiment.time_step
-        motion = FullMotion(K, model.mass, G, h, damping=damping.rayleigh, probes=patterns.seen)
+        options = {"damping": damping.rayleigh, "probes": patterns.seen}
+        motion = FullMotion(csr(K), csr(model.mass), G, h, **options)
         motion.delassus()
         motion.start(u, None)
         return motion

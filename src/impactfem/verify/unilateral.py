@@ -9,7 +9,6 @@ import scipy.linalg
 import scipy.optimize
 import scipy.sparse
 
-from impactfem.building.shell_model import petsc_matrix
 from impactfem.coupling.body import reduced_body
 from impactfem.coupling.links import Assembly, Link
 from impactfem.coupling.unilateral import (
@@ -171,16 +170,13 @@ def modal_bar(elements: int, beta: float) -> ContactHistory:
 
 def full_bar(elements: int, beta: float) -> ContactHistory:
     """The impact in full order."""
-    from impactfem.stages.calibrate.unilateral_full import FullMotion
+    from impactfem.verify.full_order import FullMotion
 
-    K, M = map(petsc_matrix, bar_matrices(elements))
-    n = K.getSize()[0]
+    K, M = bar_matrices(elements)
+    n = K.shape[0]
     wall = scipy.sparse.csr_matrix(([1.0], ([0], [0])), shape=(n, 1))
     with FullMotion(K, M, wall, _step(elements), damping=Rayleigh(beta=beta)) as motion:
-        history = _flown(motion, elements, np.full(n, V0))
-    K.destroy()
-    M.destroy()
-    return history
+        return _flown(motion, elements, np.full(n, V0))
 
 
 SOLVERS: dict[str, Callable[[int, float], ContactHistory]] = {"modal": modal_bar, "full": full_bar}

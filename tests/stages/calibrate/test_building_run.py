@@ -9,6 +9,7 @@ from mpi4py import MPI
 
 from impactfem.building.from_case import read_parts
 from impactfem.building.model import assemble_building
+from impactfem.building.shell_model import csr
 from impactfem.case import DampingCase, load_case
 from impactfem.case.calibration import WallImpactSetup
 from impactfem.case.damping import OWN
@@ -22,8 +23,8 @@ from impactfem.reduction.wall import Wall, WallModel, WallPatterns
 from impactfem.stages.calibrate.compute import prepare, released, run_reduced
 from impactfem.stages.calibrate.experiment import WallExperiment
 from impactfem.stages.calibrate.impact import floor_impacts
-from impactfem.stages.calibrate.unilateral_full import FullMotion
 from impactfem.system.errors import ImpactfemError
+from impactfem.verify.full_order import FullMotion
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"
 EXPERIMENT = WallExperiment((1, 2), 2, -0.01, 0.004, 0.3, 0.25e-3, "y+")
@@ -72,7 +73,7 @@ def full(frame, patterns):
     state, _ = patterns.held(K)
     u0 = np.ascontiguousarray(EXPERIMENT.displacement * state)
     G, h, seen = patterns.contact, EXPERIMENT.time_step, patterns.seen
-    with FullMotion(K, model.mass, G, h, damping=damping, probes=seen) as motion:
+    with FullMotion(csr(K), csr(model.mass), G, h, damping=damping, probes=seen) as motion:
         return released(motion, EXPERIMENT, MASS, patterns.floor_of, u0, G.T @ u0)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse
 
-from impactfem.building.shell_model import csr, petsc_matrix
+from impactfem.building.shell_model import csr
 from impactfem.case import Case, load_case
 from impactfem.coupling.from_case import system_of
 from impactfem.coupling.unilateral import ContactHistory, ModalMotion, unilateral_response
@@ -168,7 +168,7 @@ class FullPair:
 
     def full(self, h: float, ground: Array) -> ContactHistory:
         """The same in full order."""
-        from impactfem.stages.calibrate.unilateral_full import FullMotion
+        from impactfem.verify.full_order import FullMotion
 
         # Index of the first point of each line.
         firsts = np.cumsum([0, *(len(line) for line in self.lines[:-1])])
@@ -195,7 +195,7 @@ class FullPair:
             [scipy.sparse.block_diag(floors), scipy.sparse.block_diag(edges)]
         )
         K, M = (
-            petsc_matrix(scipy.sparse.block_diag([csr(one) for one in matrices], format="csr"))
+            scipy.sparse.block_diag([csr(one) for one in matrices], format="csr")
             for matrices in (self._stiffness.values(), [m.mass for m in self.models.values()])
         )
         contact, gaps = scipy.sparse.vstack(closing), self.pounding.assembly.gaps
@@ -203,7 +203,4 @@ class FullPair:
         with FullMotion(
             K, M, contact, h, damping=self._damping, patterns=pattern, probes=probes
         ) as motion:
-            found = unilateral_response(motion, gaps, len(ground) - 1, amplitudes=amplitudes)
-        K.destroy()
-        M.destroy()
-        return found
+            return unilateral_response(motion, gaps, len(ground) - 1, amplitudes=amplitudes)
