@@ -276,3 +276,11 @@ def test_analysis(with_devices):
 
 def test_combinations_are_those_of_the_analysis():
     assert get_args(Combination) == get_args(combination.Combination)
+
+
+def test_a_removed_key(structured):
+    path = structured(more=f"{TRANSIENT}{PUMP}{ANALYSIS}")
+    path.write_text(
+        path.read_text().replace("[device_analysis]\n", '[device_analysis]\nsolver = "full"\n')
+    )
+    assert set(faults_of(path)) == {"device_analysis.solver"}

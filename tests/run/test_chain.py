@@ -5,14 +5,12 @@ import shutil
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
 import xarray as xr
 
 from frame_case import LIGHT, QUICK, SOFT_NEIGHBOUR, floors_meet, pump
 from impactfem import study
 from impactfem.run import loop
-from impactfem.stages.device import store
 from impactfem.system.errors import InputError
 from no_pictures import no_pictures
 
@@ -183,74 +181,11 @@ def test_refused(case, done, edited, tmp_path, monkeypatch, old, new, message):
             assert (tmp_path / "run" / name).read_bytes() == content
 
 
-def by(case, analysis):
-    case.write_text(case.read_text() + f'\n[device_analysis]\ntime_step = "1 ms"\n{analysis}')
-    return case
-
-
 @pytest.fixture
 def copied(case, done, tmp_path, monkeypatch):
     """A copy of the case with its run, by name."""
     no_pictures(monkeypatch)
     return lambda name: Path(shutil.copytree(case.parent, tmp_path / name)) / "frame.toml"
-
-
-def forces(run):
-    with xr.open_dataset(run.folder / "device.nc", engine="netcdf4") as store:
-        return (
-            store[["force", "largest_force", "anchor_acceleration"]]
-            .assign_attrs(store.attrs)
-            .load()
-        )
-
-
-def test_detailed_analysis_in_full_order(copied):
-    """The same outputs with the building's own damping; the basis is used again beside it."""
-    runs = {}
-    for solver in ("reduced", "full"):
-        path = by(copied(solver), f'solver = "{solver}"\n')
-        runs[solver] = loop.run(path, out=path.parent / "run", stage="device")
-        assert runs[solver].reused == ["building", "reduce", "calibrate", "pounding"]
-        assert ("device: time steps" in runs[solver].times) == (solver == "full")
-        assert not list((path.parent / "run").glob("device_checkpoints*"))
-    reduced, full = (forces(runs[solver]) for solver in ("reduced", "full"))
-    assert (reduced.attrs["solver"], full.attrs["solver"]) == ("reduced", "full")
-    own, light = full.isel(case=0, device=0), full.isel(case=1, device=0)
-    known = reduced.isel(case=0, device=0)
-    for impact in ("without", "with"):
-        for component in ("y", "rx"):
-            at = {"impact": impact, "component": component}
-            peaks = [float(one.largest_force.sel(at)) for one in (own, known)]
-            assert peaks[0] == pytest.approx(peaks[1], rel=5e-3) and peaks[0] > 0.0
-    # It is not the same computation, and damping cases have the basis.
-    assert float(np.abs(own.force - known.force).max()) > 0.0
-    np.testing.assert_array_equal(light.force, reduced.isel(case=1, device=0).force)
-    found, before = values(runs["full"]), values(runs["reduced"])
-    assert 0.0 < found["device.reduced_against_full"] < 5e-3
-    assert "device.reduced_against_full" not in before
-    # The response spectrum analyses have the motion of the same anchor.
-    assert found["device.fy.rsa.impact"] == before["device.fy.rsa.impact"]
-
-
-def test_full_order_goes_on(copied, monkeypatch, caplog):
-    """A failure while the results are written costs no time steps."""
-    path = by(copied("killed"), 'solver = "full"\n')
-    (path.parent / "run" / "device.nc").unlink()
-
-    def killed(*_):
-        raise KeyboardInterrupt
-
-    with monkeypatch.context() as patch:
-        patch.setattr(store, "write_devices", killed)
-        with pytest.raises(KeyboardInterrupt):
-            loop.run(path, out=path.parent / "run", stage="device")
-    assert len(list((path.parent / "run").glob("device_checkpoints*"))) == 2
-    with caplog.at_level("INFO", "impactfem"):
-        again = loop.run(path, out=path.parent / "run", stage="device", resume=True)
-    told = [record.getMessage() for record in caplog.records]
-    assert told.count("device: going on from 1.000 s") == 2
-    assert values(again)["device.reduced_against_full"] < 5e-3
-    assert not list((path.parent / "run").glob("device_checkpoints*"))
 
 
 @pytest.mark.parametrize(

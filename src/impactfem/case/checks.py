@@ -105,20 +105,14 @@ def _of_damping(case: Case, reading: Reading) -> Iterator[Finding]:
     laws += [(("buildings", k, "damping"), one.damping) for k, one in enumerate(case.buildings)]
     laws += [(("damping_cases", k), one) for k, one in enumerate(case.damping_cases)]
     by_part = any(structure.damping for structure in case.structures)
-    analysis = case.device_analysis
-    full = case.devices and analysis is not None and analysis.solver == "full"
     for place, damping in laws:
         if reading.value(*place) is None or damping.type == "rayleigh":
             continue
         last = damping.points[-1][0] if damping.type == "table" and damping.points else highest
         if last < highest * (1.0 - 1e-9):
             yield (*place, "points"), f"expected points up to {highest:g} Hz, which are in use"
-        for alone, beside in (
-            (by_part, "[[buildings.structure.damping]]"),
-            (full, "solver = 'full' of [device_analysis]"),
-        ):
-            if alone and place[0] != "damping_cases":
-                yield (*place, "type"), f"expected 'rayleigh' with {beside}"
+        if by_part and place[0] != "damping_cases":
+            yield (*place, "type"), "expected 'rayleigh' with [[buildings.structure.damping]]"
 
 
 def _of_models(case: Case, reading: Reading) -> Iterator[Finding]:
@@ -285,12 +279,10 @@ def _rigid_storeys(building: Building) -> Iterator[tuple[str, str]]:
 
 def _of_soil(case: Case, reading: Reading) -> Iterator[Finding]:
     """Full order on soil, rafts smaller than their buildings, tables without all frequencies."""
-    if any(one.soil is not None and one.structure is not None for one in case.buildings):
-        for section in ("transient", "device_analysis"):
-            analysis = getattr(case, section)
-            if analysis is not None and analysis.solver in ("full", "both"):
-                expected = "expected 'reduced' with [buildings.soil]: in full order the base is"
-                yield (section, "solver"), f"{expected} clamped"
+    on_soil = any(one.soil is not None and one.structure is not None for one in case.buildings)
+    if on_soil and case.transient is not None and case.transient.solver != "reduced":
+        expected = "expected 'reduced' with [buildings.soil]: in full order the base is clamped"
+        yield ("transient", "solver"), expected
     for index, building in enumerate(case.buildings):
         soil, place = building.soil, ("buildings", index, "soil")
         if soil is None:

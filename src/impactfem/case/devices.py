@@ -422,11 +422,6 @@ class RigidPart(Section):
 class DeviceAnalysis(Section):
     """The response spectrum analysis of all devices, and how the detailed one is done."""
 
-    solver: Literal["reduced", "full"] = "reduced"
-    """Of the 3D model with devices: 'reduced' uses a reduced basis; 'full' integrates all unknowns
-    with the building's damping only, and takes much longer. Response spectrum analyses and
-    [[damping_cases]] always use the basis, which is then compared with the full order."""
-
     combination: tuple[Combination, ...] = Field(default=("srss", "cqc"), min_length=1)
     """Combinations of the modes, one result for each: absolute sum, SRSS, CQC, double sum with
     signs ('dsc') and without, 10 %, grouping."""

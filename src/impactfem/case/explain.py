@@ -27,10 +27,12 @@ from impactfem.system.errors import MOST_FAULTS, Fault
 MOVED = {
     "structure": "moved; expected [buildings.structure] below the [[buildings]] of its building, "
     "without the key building; in a variant [buildings.NAME.structure]",
+    "device_analysis.solver": "removed: equipment is always analysed with the reduced model; remove"
+    " the key, and lower transient.tolerance for more accuracy",
 }
-"""What is said of keys of an earlier version, by their place."""
+"""Replacements of removed keys, by their place."""
 RENAMED = {"acroterion": "renamed; expected parapet"}
-"""And by their name."""
+"""Replacements of removed keys, by their name."""
 TABLES = "one or more tables"
 """What is said of an array of tables."""
 LIST, NOT_EMPTY = "a list, ", "a list that is not empty"

@@ -3,18 +3,15 @@
 import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
-from impactfem.building.model import assemble_building
 from impactfem.case import Case, DampingCase, DeviceAnalysis, KelvinVoigtLaw
 from impactfem.case.damping import OWN
 from impactfem.case.quantity import CALIBRATED
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.coupling.from_case import calibration_of
 from impactfem.device.from_case import checked_devices, rules_of
-from impactfem.device.mounted import MountedDevice
 from impactfem.device.spectrum import given_spectra
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.loads import Loads
@@ -28,13 +25,12 @@ from impactfem.stages.device.analysis import (
     Support,
     supports_of,
 )
-from impactfem.stages.device.full_order import FullHistories, full_histories, full_system
 from impactfem.stages.pounding.compute import pounded
 from impactfem.stages.transient.prepared import Prepared as PreparedBuilding
 from impactfem.stages.transient.prepared import case_loads, transient_of
 from impactfem.sticks.calibration import Calibration
 from impactfem.system.log import LOGGER, Steps
-from impactfem.system.parallel import communicator, on_root
+from impactfem.system.parallel import on_root
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,9 +108,6 @@ class DeviceStudy:
     prepared: Prepared  #: what it was given
     model: CompleteModel
     cases: tuple[DampedStudy, ...]  #: the devices by damping; that of the building's own first
-    #: with the detailed analysis in full order the largest relative difference of a peak force by
-    #: the reduced model from it, both at the same step; None otherwise
-    full_error: float | None = None
 
     @property
     def supports(self) -> tuple[Support, ...]:
@@ -135,88 +128,33 @@ def analyst_of(case: Case, prepared: Prepared, model: CompleteModel) -> Analyst:
 
 
 def run_devices(
-    case: Case,
-    prepared: Prepared,
-    folder: Path,
-    steps: Steps,
-    *,
-    model: CompleteModel | None,
-    key: str,
+    case: Case, prepared: Prepared, steps: Steps, *, model: CompleteModel | None
 ) -> DeviceStudy | None:
-    """Run the stage; its results on rank 0. Collective.
+    """Run the stage; return its results on rank 0. Collective.
 
     The case has the targets of its sticks and the numbers of its contact laws, `prepared` is the
-    same on all ranks, the model on rank 0; checkpoints are kept in the folder.
+    same on all ranks, and the model is on rank 0.
 
     Raises:
         ImpactfemError: A spectrum does not reach a mode of a device.
         SolutionError: A response is not finite.
     """
-    transient, loads, full = transient_of(case), prepared.loads, None
-    if _analysis_of(case).solver == "full":
-        substeps = _substeps_of(case)
-        with (
-            steps.step("time steps"),
-            full_system(
-                assemble_building(communicator(), prepared.parts),
-                prepared.parts.mesh,
-                prepared.storey_factor,
-                prepared.base_plates,
-                [MountedDevice(plan.device.name, plan.device) for plan in prepared.plans],
-                loads,
-                damping=prepared.damping.rayleigh,
-            ) as system,
-        ):
-            LOGGER.debug(
-                "device: %d unknowns in full order, %d steps without and with impacts",
-                system.M.getSize()[0],
-                (len(loads.ground) - 1) * substeps,
-            )
-            full = full_histories(
-                system,
-                loads,
-                prepared.damping.rayleigh,
-                substeps,
-                folder,
-                key=key,
-                every=max(1, round(transient.checkpoint_every / loads.time_step * substeps)),
-                progress=lambda part: steps.within("time steps", part),
-            )
     found: list[DeviceStudy] = []  # not sent to the other ranks
 
     def evaluate() -> None:
         if model is None:
             raise ValueError("rank 0 has no reduced model")
         with steps.step("damping cases"):
-            found.append(_study(case, prepared, model, full, steps))
+            found.append(_study(case, prepared, model, steps))
 
     on_root(evaluate)
     return found[0] if found else None
 
 
-def _study(
-    case: Case, prepared: Prepared, model: CompleteModel, full: FullHistories | None, steps: Steps
-) -> DeviceStudy:
-    """The devices with the building's own damping, then again with every damping case."""
+def _study(case: Case, prepared: Prepared, model: CompleteModel, steps: Steps) -> DeviceStudy:
+    """Analyse the devices with the building's own damping, then with every damping case."""
     analyst, count = analyst_of(case, prepared, model), 1 + len(case.damping_cases)
     cases = [_damped(analyst, OWN, prepared.damping, prepared.loads)]
-    full_error = None
-    if full is not None:
-        reduced = cases[0].results
-        without, with_impacts = (
-            [replace(one, detailed=one.support.of(known[one.support.device])) for one in load]
-            for load, known in zip(reduced, full, strict=True)
-        )
-        # The largest relative difference of a peak force, each along the axis of the largest one.
-        full_error = 0.0
-        pairs = zip([*reduced[0], *reduced[1]], [*without, *with_impacts], strict=True)
-        for one, exact in pairs:
-            peak = exact.detailed.largest[:3]
-            axis = int(peak.argmax())
-            if peak[axis] > 0.0:
-                off = abs(float(one.detailed.largest[axis] / peak[axis]) - 1.0)
-                full_error = max(full_error, off)
-        cases = [replace(cases[0], results=(without, with_impacts))]
     steps.within("damping cases", 1.0 / count)
     # The sticks are fitted once: their stiffness does not depend on the damping.
     calibration = calibration_of(case) if case.damping_cases else None
@@ -230,7 +168,7 @@ def _study(
             strict=True,
         )
         cases = [replace(one, results=results) for one, results in zip(cases, both, strict=True)]
-    return DeviceStudy(case, prepared, model, tuple(cases), full_error)
+    return DeviceStudy(case, prepared, model, tuple(cases))
 
 
 def _damping_case(

@@ -40,10 +40,8 @@ NODES = 3
 
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
-    from impactfem.dynamics.checkpoints import remove_checkpoints
     from impactfem.stages.building.compute import mesh_of_run
     from impactfem.stages.device.compute import prepare_devices, run_devices
-    from impactfem.stages.device.full_order import full_checkpoints
     from impactfem.stages.device.store import write_devices
     from impactfem.stages.reduce.compute import reduced_on_root
     from impactfem.stages.transient.prepared import prepare
@@ -68,16 +66,13 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
             prepared = replace(prepared, models=models)
         reduced = reduced_on_root(folder, on_root(lambda: model_key(case)), case)
     model = None if reduced is None else reduced.complete
-    study = run_devices(case, prepared, folder, steps, model=model, key=key)
+    study = run_devices(case, prepared, steps, model=model)
 
     def write() -> list[Path]:
         if study is None:
             return []
         with steps.step("stores"):
             write_devices(folder / "device.nc", study, key)
-        # Last of all: until here a failure costs no time steps.
-        for place in full_checkpoints(folder):
-            remove_checkpoints(place)
         return [folder / "device.nc"]
 
     return on_root(write)
@@ -186,8 +181,6 @@ DEVICE = Stage(
     ),
     steps={
         "inputs": 4.0,
-        "matrices": 0.0,
-        "time steps": 0.0,
         "damping cases": 40.0,
         "stores": 3.0,
         DRAWING: 10.0,

@@ -164,7 +164,6 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
             prepared.loads.time_step,
             min(transient_of(case).maximum_frequency, float(case.spectra.frequency_values[-1])),
         ),
-        "solver": "reduced" if study.full_error is None else "full",
         "headline": best.label,
     }
     store = dataset(OUTPUTS, values, attributes=attributes)
@@ -293,9 +292,6 @@ def device_scalars(study: DeviceStudy, store: xr.Dataset) -> list[Scalar]:
         Scalar("device.basis_vectors", float(len(study.model.eigenvalue)), "-"),
         Scalar("device.basis_error", study.model.difference, "-", "transfer functions"),
     ]
-    if study.full_error is not None:
-        note = "peak force on an anchor, of the reduced model from the full order"
-        scalars.append(Scalar("device.reduced_against_full", study.full_error, "-", note))
     for k, support in enumerate(study.supports):
         name = "device" if k == 0 else f"device.{support.name}"
         of, plate = store.isel(device=k), study.prepared.base_plates[k]
