@@ -45,8 +45,8 @@ print(run.table("pounding.impacts", "pounding.main_impact_*").as_text())
 # ## The film
 #
 # The folder of the building that is computed last has the film as mp4 and GIF. Displacements and
-# gap are exaggerated by the factor on the frames. The colours are absolute accelerations. Dots mark
-# contacts; their area is proportional to the force. The main impact is in slow motion.
+# gap are exaggerated by the factor on the frames. The colours are absolute accelerations. The
+# main impact is in slow motion.
 
 # %%
 last = run.of(run.buildings_3d[-1])

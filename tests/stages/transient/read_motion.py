@@ -1,6 +1,6 @@
 """Read a motion file with VTK and write what it found; VTK does not go with dolfinx in one process.
 
-Run by test_export.py and test_motion_file.py: `python read_motion.py FILE FOUND`.
+Run by test_export.py: `python read_motion.py FILE FOUND`.
 """
 
 import pickle

@@ -25,7 +25,6 @@ STORES = (
     "transient.nc",
     "transient_maps.nc",
     "transient_motion.vtkhdf",
-    "transient_motion.xdmf",
     "transient.stage.json",
 )
 """What the stage leaves, in the order in which it is written."""

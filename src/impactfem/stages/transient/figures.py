@@ -8,7 +8,6 @@ from typing import Any
 from impactfem.case.transient import Transient
 from impactfem.plot.curves import NONE
 from impactfem.stages.stores import open_stores
-from impactfem.stages.transient.animation import both_figures
 from impactfem.stages.transient.curve_figures import probe_figures
 from impactfem.stages.transient.floor_figures import (
     floor_map,
@@ -63,5 +62,4 @@ def transient_figures(
         for name, draw in makers.items():
             draw(target / name)
             drawn.append(target / name)
-        drawn += both_figures(folder)
     return sorted([*drawn, *drawn_meanwhile()])

@@ -61,8 +61,8 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         if study is None:
             return []
         motion = folder / "transient_motion.vtkhdf"
-        # Those of a run before would go with other results.
-        for path in (folder / "transient_maps.nc", motion, motion.with_suffix(".xdmf")):
+        # Remove the files of earlier results.
+        for path in (folder / "transient_maps.nc", motion):
             path.unlink(missing_ok=True)
         with steps.step("stores"):
             files = write_stores(folder, study, key)
