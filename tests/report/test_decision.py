@@ -511,11 +511,8 @@ def test_a_device_has_all_components_and_every_rigid_part(tmp_path):
     assert table.rows[5][-1] == "99.00"
     factors = dict(zip(table.head, table.rows[-1], strict=True))
     assert (factors["Fy [kN]"], factors["net tension [kN]"]) == ("6.6", "")
-    assert "without impact: RSA underestimates Fy by 20.0 %; of that rigid part of" in table.note
-    assert "Net tension at the anchor: yes:" in table.note
 
 
 def test_a_device_whose_weight_is_not_known(tmp_path):
     table = forces(tmp_path, pulls=(np.nan, np.nan))
     assert {row[-1] for row in table.rows[:-1]} == {"not known"}
-    assert "Net tension at the anchor:" not in table.note

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,6 @@ import xarray as xr
 from impactfem.report.run_files import RunFiles
 from impactfem.spectra.statistics import over_members
 from impactfem.stages.device import selection as of_device
-from impactfem.stages.device.verdict import anchors, shortfall
 from impactfem.stages.patches import contact_patches
 from impactfem.stages.stores import names_of
 from impactfem.stages.transient.selection import floors_of, known, resolved, shown
@@ -236,16 +235,12 @@ def forces_table(title: str, first: Sequence[str], rows: list[list[str]], direct
 
 
 def device_verdict(run: RunFiles, device: str) -> Facts:
-    """Largest forces of a device by every analysis, and what the verdict says of them."""
+    """Return the largest forces of a device by every analysis."""
     with run.store("device.nc") as store:
         rows, direction = anchor_forces(store, device), of_device.direction(store)
-        notes = [f"{text}." for text in shortfall(store, device)]
-        if (pulled := anchors(store, device)) is not None:
-            notes.append(f"Net tension at the anchor: {pulled}.")
         _, floor, _ = of_device.anchor_of(store, device)
         title = f"Forces of {device} on floor {floor} of {store.attrs['building']}"
-    made = forces_table(title, (), rows, direction)
-    return replace(made, note=" ".join([made.note, *notes]))
+    return forces_table(title, (), rows, direction)
 
 
 def carried(run: RunFiles) -> Facts:

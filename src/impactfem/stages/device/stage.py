@@ -1,5 +1,6 @@
 """The stage `device`: devices in the 3D model and by response spectra, for every damping case."""
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +21,7 @@ from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
 from impactfem.stages.device.figures import device_figures
 from impactfem.stages.device.selection import LOADS, Load, anchor_of, direction, loaded, restitution
 from impactfem.stages.device.tables import device_tables
-from impactfem.stages.device.verdict import anchors, pounding, shortfall
+from impactfem.stages.device.verdict import causes
 from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key, models_of_run
@@ -79,7 +80,9 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
 
 
 FORCE = Criterion("device.force", "force on the floor")
-RSA = Criterion("device.rsa_error", "error of response spectrum analysis")
+RSA = Criterion(
+    "device.rsa_error", "(detailed - RSA) / detailed, RSA = response spectrum analysis", "%"
+)
 ANCHOR_NODES = Criterion(
     "device.anchor_nodes",
     "nodes of the mesh under the base plate",
@@ -150,17 +153,26 @@ def _checks_of(store: xr.Dataset, name: str) -> list[Check]:
         for impact, words in LOADS.items()
     )
     checks = [FORCE.check(place=f"F{direction(store)} of {name}", detail=demand)]
-    texts = (*shortfall(store, name), pounding(store, name))
-    checks += [RSA.check(place=name, detail=text) for text in texts]
+    loads = [Load(store, name, impact) for impact in LOADS]
+    for load in loads:
+        parts = [f"{cause} {100.0 * part:.3g} %" for cause, part in causes(load).items()]
+        place = f"F{direction(store)} of {name}, {LOADS[load.impact]}"
+        reason = f"parts of the difference: {', '.join(parts)}" if parts else ""
+        checks.append(RSA.check(load.difference(), place, reason))
     _, floor, nodes = anchor_of(store, name)
     checks.append(ANCHOR_NODES.check(nodes, f"{name} on floor {floor}"))
     # With any damping.
-    if (pulled := anchors(store, name)) is None:
-        checks.append(NET_TENSION.check(place=name, detail="the weight of the device is not known"))
-    else:
+    pulled = [
+        f"{LOADS[load.impact]} {1e-3 * load.tension():.3g} kN/n, net uplift "
+        f"{1e-3 * load.uplift():.3g} kN, weight {1e-3 * load.weight:.3g} kN"
+        for load in loads
+        if math.isfinite(load.weight)
+    ]
+    if pulled:
         tension = float(store["net_tension"].sel(device=name).max())
-        with_own_damping = pulled.partition(": ")[2]
-        checks.append(NET_TENSION.check(1e-3 * tension, name, with_own_damping))
+        checks.append(NET_TENSION.check(1e-3 * tension, name, "; ".join(pulled)))
+    else:
+        checks.append(NET_TENSION.check(place=name, detail="the weight of the device is not known"))
     imbalance = store["imbalance"].sel(device=name)
     if not imbalance.notnull().any():
         detail = "the device has no free spring"

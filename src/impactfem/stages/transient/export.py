@@ -84,7 +84,7 @@ def write_motion(
     Y = basis.model.coordinates
     r = Y.shape[1]
     modal = {"displacement": history.displacement, "acceleration": history.acceleration}
-    ground = {"displacement": 0.0, "acceleration": loads.ground[steps][:, None]}
+    ground = {"displacement": np.zeros(3), "acceleration": loads.ground[steps][:, None]}
     fields = {name: np.empty((len(steps), len(at), 3), np.float32) for name in UNITS}
     for k in range(0, len(at), NODES):
         part = slice(k, k + NODES)
