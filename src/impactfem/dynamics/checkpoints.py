@@ -1,6 +1,5 @@
-"""Checkpoints: states of all ranks at one step, and a march that an interruption does not lose."""
+"""Checkpoints of a march: each rank writes its state, rank 0 the recorded history as well."""
 
-import json
 import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -12,101 +11,70 @@ from impactfem.dynamics.energy import Energy
 from impactfem.dynamics.history import History, State, joined
 from impactfem.dynamics.newmark import CHUNK, Newmark
 from impactfem.system.arrays import Array, Index
-from impactfem.system.files import read_archive, write_archive, write_json
+from impactfem.system.files import read_archive, write_archive
 from impactfem.system.log import LOGGER
-
-INDEX = "checkpoint.json"
 
 
 class Checkpoints:
-    """The last checkpoint of a run, in a folder, with the hash `key` of what the run depends on.
+    """The last checkpoint of a run, in a folder, with the hash `key` of its inputs.
 
-    Each rank writes a file of its own; the list that names the step is written last of all, so that
-    a kill leaves the checkpoint before, or this one.
+    A rank removes its earlier file after all ranks have written, so that a kill leaves one step
+    that all of them have.
     """
 
     def __init__(self, comm: Any, folder: Path, key: str) -> None:
         self._comm, self._folder = comm, folder
         # The rows of a rank, and the order of sums, change with the number of ranks.
         self._key = f"{key}, {comm.size} ranks"
-        self._index = folder / INDEX
 
     def write(self, state: State, history: History) -> None:
-        """Write a checkpoint of a state, each rank its rows; those before go. Collective.
+        """Write a state, each rank its rows, and the history from step 0 on. Collective.
 
-        The history, of which that of rank 0 counts, goes from step 0 up to this step.
         ImpactfemError where a file cannot be written.
         """
-        step = state.step
+        self._folder.mkdir(parents=True, exist_ok=True)
+        content = {f"state.{f.name}": getattr(state, f.name) for f in fields(State)}
         if self._comm.rank == 0:
-            self._folder.mkdir(parents=True, exist_ok=True)
+            content |= {f"energy.{f.name}": getattr(history.energy, f.name) for f in fields(Energy)}
+            content |= {f"motion.{name}": values for name, values in history.motion.items()}
+            content["time"] = history.time
+        target = self._folder / f"rank_{self._comm.rank}_{state.step}.npz"
+        write_archive(target, self._key, content)
         self._comm.barrier()
-        numbers = {field.name: getattr(state, field.name) for field in fields(State)}
-        write_archive(self._state(step), self._key, numbers)
-        if self._comm.rank == 0:
-            energy = {f.name: getattr(history.energy, f.name) for f in fields(Energy)}
-            content = energy | history.motion | {"time": history.time}
-            write_archive(self._history(step), self._key, content)
-        self._comm.barrier()
-        if self._comm.rank == 0:
-            write_json(self._index, {"step": step, "key": self._key})
-            for path in self._folder.glob("*.npz"):
-                if not path.stem.endswith(f"_{step}"):
-                    path.unlink()
-        self._comm.barrier()
+        for path in self._files():
+            if path != target:
+                path.unlink()
 
     def read(self) -> tuple[State, History] | None:
-        """The last checkpoint of this run on so many ranks; a damaged one goes. Collective."""
-        step = self._comm.bcast(self._listed() if self._comm.rank == 0 else None)
-        state = self._read_state(step) if step is not None else None
-        history = self._read_history(step) if step is not None and self._comm.rank == 0 else None
-        history = self._comm.bcast(history)
-        whole = all(self._comm.allgather(state is not None and history is not None))
-        if state is None or history is None or not whole:
+        """Return the last checkpoint that all ranks have; remove the files without. Collective."""
+        contents = [content for p in self._files() if (content := read_archive(p, self._key))]
+        own = {int(content["state.step"]): content for content in contents}
+        steps = set.intersection(*self._comm.allgather(set(own)))
+        if not steps:
             if self._comm.rank == 0:
                 remove_checkpoints(self._folder)
             self._comm.barrier()
             return None
-        return state, history
-
-    def _listed(self) -> int | None:
-        try:
-            found = json.loads(self._index.read_text(encoding="utf-8"))
-            return int(found["step"]) if found["key"] == self._key else None
-        except FileNotFoundError:
-            return None
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            LOGGER.warning("warning: %s is damaged (%s); computed again", self._index, error)
-            return None
-
-    def _read_state(self, step: int) -> State | None:
-        content = read_archive(self._state(step), self._key)
-        if content is None:
-            return None
-        numbers = {field.name: content[field.name] for field in fields(State)}
+        content = own[max(steps)]
         # Plain numbers come back as arrays without an axis.
-        return State(**{k: v if v.ndim else v.item() for k, v in numbers.items()})
+        parts = {name: v if v.ndim else v.item() for name, v in content.items()}
+        state = State(**{f.name: parts[f"state.{f.name}"] for f in fields(State)})
+        history = None
+        if self._comm.rank == 0:
+            motion = {k.removeprefix("motion."): v for k, v in parts.items() if "motion." in k}
+            energy = Energy(*(parts[f"energy.{f.name}"] for f in fields(Energy)))
+            history = History(parts["time"], motion, energy)
+        return state, self._comm.bcast(history)
 
-    def _read_history(self, step: int) -> History | None:
-        content = read_archive(self._history(step), self._key)
-        if content is None:
-            return None
-        del content["key"]
-        energy = Energy(*(content.pop(field.name) for field in fields(Energy)))
-        return History(content.pop("time"), content, energy)
-
-    def _state(self, step: int) -> Path:
-        return self._folder / f"state_{self._comm.rank}_{step}.npz"
-
-    def _history(self, step: int) -> Path:
-        return self._folder / f"history_{step}.npz"
+    def _files(self) -> list[Path]:
+        return list(self._folder.glob(f"rank_{self._comm.rank}_*.npz"))
 
 
 def remove_checkpoints(folder: Path) -> None:
-    """Remove the checkpoints of a run, and what a kill left of one. Not collective."""
+    """Remove the checkpoints of a run, and the parts that a kill left. Not collective."""
     if folder.is_dir():
         for path in folder.iterdir():
-            if path.suffix in (".npz", ".part") or path.name == INDEX:
+            if path.suffix in (".npz", ".part"):
                 path.unlink()
         with suppress(OSError):  # files of somebody else are in it
             folder.rmdir()
@@ -120,31 +88,28 @@ def resumable_march(
     store: Checkpoints,
     every: int,
     *,
-    stage: str,
     progress: Callable[[float], None] = lambda part: None,
 ) -> History:
     """March from rest over all steps of the loads, with checkpoints. Collective.
 
-    A run that was interrupted goes on from its last checkpoint: on one rank with the same numbers
-    to the last bit. The last step has one, too, which is of use until the results are written: to
-    remove them is the caller's.
+    An interrupted run continues from its last checkpoint: on one rank with the same numbers to the
+    last bit. The last step has a checkpoint, too; the caller removes it with the results written.
 
-    The amplitudes of the loads have the shape (n_t, m), the global rows that are recorded (n,).
-    `every` is the most steps between two checkpoints, `stage` names the stage in messages, and
-    `progress` is called with the part of the work that is done. SolutionError where the response is
-    not finite; ImpactfemError where a checkpoint cannot be written.
+    The amplitudes of the loads have the shape (n_t, m), the recorded global rows (n,). `every` is
+    the largest number of steps between two checkpoints; `progress` receives the completed part.
+    SolutionError where the response is not finite; ImpactfemError where a file cannot be written.
     """
     last = len(amplitudes) - 1
     # Checkpoints come at the end of a chunk, so that a whole number of chunks lies between them.
     chunks = math.ceil(every / CHUNK)
     chunk = every // chunks
-    found = store.read()
-    if found is None:
+    known = store.read()
+    if known is None:
         state = system.start(amplitudes[0])
         before = system.march(state, amplitudes, last=0, probes=rows, record=record)
     else:
-        state, before = found
-        LOGGER.info("%s: going on from %.3f s", stage, state.step * system.time_step)
+        state, before = known
+        LOGGER.info("transient: going on from %.3f s", state.step * system.time_step)
     parts = [before]
 
     def keep(now: State, part: History) -> None:

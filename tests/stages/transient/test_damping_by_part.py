@@ -142,14 +142,14 @@ def test_patterns_without_a_part(case):
 def test_resumed_and_on_two_ranks(case, under_mpirun):
     whole = computed(case("whole", "storey_*"))
     path = case("killed", "storey_*")
-    assert killed("history_250.npz", path).returncode == -signal.SIGKILL
+    assert killed("rank_0_250.npz", path).returncode == -signal.SIGKILL
     ended = killed("-", path, "--resume")
     assert ended.returncode == 0 and "going on from 0.200 s" in ended.stderr, ended.stderr
     again = loaded(path)
     np.testing.assert_array_equal(again.acceleration, whole.acceleration)
     # The checkpoints of another damping are not gone on from.
     other = case("other", "storey_*", "2")
-    assert killed("history_250.npz", other).returncode == -signal.SIGKILL
+    assert killed("rank_0_250.npz", other).returncode == -signal.SIGKILL
     other.write_text(other.read_text().replace('ratio = "2 %"', 'ratio = "1 %"'))
     ended = killed("-", other)
     assert ended.returncode == 0 and "going on" not in ended.stderr, ended.stderr

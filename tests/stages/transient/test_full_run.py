@@ -63,7 +63,7 @@ def test_interrupted_run_goes_on_with_the_same_numbers(run, whole, folder, caplo
         for until, step in ((0.5, 124), (0.8, 248)):
             with pytest.raises(KilledError):
                 run(until)
-            assert (folder / f"history_{step}.npz").is_file()
+            assert (folder / f"rank_0_{step}.npz").is_file()
         again = run()
     told = [record.getMessage() for record in caplog.records]
     assert told == [f"transient: going on from 0.{step} s" for step in (124, 248)]

@@ -28,8 +28,8 @@ STORES = (
     "transient.stage.json",
 )
 """What the stage leaves, in the order in which it is written."""
-CHECKPOINTS = ("state_0_200.npz", "history_200.npz", "checkpoint.json")
-"""The first of two that come before the last step, in that order, too."""
+CHECKPOINTS = ("rank_0_200.npz",)
+"""The first of two before the last step."""
 
 
 @pytest.fixture(scope="module")
@@ -134,8 +134,8 @@ def test_kills(case_of, uninterrupted):
     options = ()
     for name, before, going_on in (
         ("reduce.npz", 0, ""),
-        ("checkpoint.json", 1, ""),
-        ("history_400.npz", 1, ""),
+        ("rank_0_200.npz", 1, ""),
+        ("rank_0_400.npz", 1, ""),
         ("transient.nc", 1, "going on from 0.200 s"),
         ("transient_motion.vtkhdf", 3, "going on from 0.500 s"),
     ):
@@ -201,7 +201,7 @@ def test_results_before(uninterrupted, tmp_path, monkeypatch, name):
 def test_full_solver_goes_on_after_a_kill_of_one_rank(case_of, uninterrupted, under_mpirun):
     """On two ranks to 1e-9 of an uninterrupted run on two: MUMPS rounds differently each time."""
     cases = {name: case_of("full") for name in ("killed", "whole")}
-    ended = under_mpirun(2, *command("history_250.npz", cases["killed"]))
+    ended = under_mpirun(2, *command("rank_0_250.npz", cases["killed"]))
     assert ended.returncode != 0 and not (cases["killed"].parent / "run" / "transient.nc").exists()
     found = {}
     for name, case in cases.items():

@@ -99,7 +99,6 @@ def run_full(
             RECORDED,
             store,
             every,
-            stage="transient",
             progress=progress,
         )
     count = len(loads.ground)

@@ -136,13 +136,14 @@ def _write(
     scene.window_size = [1280, 960]
     every = np.concatenate([np.ravel(p.acceleration) for p in parts if p.acceleration is not None])
     look: dict[str, Any] = {"cmap": "magma_r", "clim": (0.0, float(np.quantile(every, 0.98)))}
-    look["scalar_bar_args"] = {"title": "absolute acceleration [m/s2]", "color": "black"}
+    bar = {"title": "absolute acceleration [m/s2]", "color": "black", "n_labels": 2}
+    look |= {"scalars": "a", "lighting": False, "copy_mesh": False, "scalar_bar_args": bar}
     for mesh, _, _, a in parts:
         if a is None:
             scene.add_mesh(mesh, color=OUTLINE, opacity=0.35, line_width=3.0, copy_mesh=False)
         else:
             mesh.point_data["a"] = a[0]
-            scene.add_mesh(mesh, scalars="a", lighting=False, copy_mesh=False, **look)
+            scene.add_mesh(mesh, **look)
     scene.open_movie(files[0], framerate=max(1, round(len(times) / LASTS)))
     for k, time in enumerate(times):
         for mesh, points, u, a in parts:
@@ -151,6 +152,7 @@ def _write(
                 mesh.point_data["a"] = a[k]
         if k == 0:
             scene.view_vector(view, (0.0, 0.0, 1.0))
+            scene.camera.zoom(1.15)
         text = f"{1e3 * time:+.0f} ms from the main impact; displacements and gap x {factor:g}"
         scene.add_text(text, font_size=12, color="black", name="time")
         scene.write_frame()
