@@ -2,6 +2,7 @@
 
 import sys
 import traceback
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -48,6 +49,7 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 BENCHMARKS = Path(__file__).parents[2] / "bench" / "suite.py"  # of the source tree alone
+COMPARED = 20  # results of two runs on the screen
 PIPE_WIDTH = 160  # columns of a table that no terminal limits
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="The case file.")]
 LastStage = Annotated[
@@ -253,18 +255,18 @@ def compare(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The run folder.")],
     other: Annotated[Path, typer.Argument(metavar="OTHER", help="The run folder to compare with.")],
     highest: Annotated[
-        float, typer.Option("--to", metavar="HZ", help="Highest frequency of the comparison.")
+        float, typer.Option("--to", metavar="HZ", help="Highest frequency of the figure.")
     ] = 100.0,
 ) -> None:
-    """Compare two runs of one 3D building.
+    """Compare the results of two runs.
 
-    The report of the first run gets a section with the comparison.
+    The report of the first run gets a section with the table and the floor spectra of both.
     """
     from impactfem import study
 
-    tables, page = study.compare_runs(folder, other, highest)
-    for table in tables:
-        _say(table.as_text(PIPE_WIDTH))
+    table, page = study.compare_runs(folder, other, highest)
+    _say(replace(table, rows=table.rows[:COMPARED]).as_text(PIPE_WIDTH))
+    _say(f"all {len(table.rows)} results: {folder / 'tables' / table.name}.csv")
     _say(f"report: {page}")
 
 

@@ -286,12 +286,8 @@ class TestCheckAndNew:
         assert names(tmp_path) == []
 
     def test_runs_that_cannot_be_compared(self, program, finished, tmp_path):
-        """Each fault has a line: no 3D stage, in one folder and the other."""
+        """No run, the same run twice, and a frequency that is not positive."""
         shutil.copytree(finished.folder, tmp_path / "other")
-        ended = program("compare", finished.folder, tmp_path / "other")
-        lines = ended.err.splitlines()
-        assert ended.code == 2 and ended.out == "" and len(lines) == 2
-        assert all(re.match("error: .*expected a run with the stage transient", x) for x in lines)
         for highest in ("-1.0", "0.0", "nan", "inf"):
             ended = program("compare", finished.folder, tmp_path / "other", "--to", highest)
             assert ended.code == 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping
 from contextlib import AbstractContextManager
@@ -124,6 +125,11 @@ class RunFiles:
         building = stage.rpartition("/")[0] or self.case["structure"]["building"]
         return f"{title}: {building}"
 
+    @property
+    def inputs_key(self) -> str:
+        """Hash of the inputs of all stages."""
+        return hashlib.sha256(json.dumps(self.provenance["inputs"]).encode()).hexdigest()
+
     @cached_property
     def compared(self) -> bool:
         """Whether the folder has a comparison with another run, whole and of these results."""
@@ -131,7 +137,7 @@ class RunFiles:
             return False
         try:
             manifest = read_manifest(self.folder, COMPARISON)
-            made_of_these = manifest.inputs == self.provenance["inputs"].get("transient")
+            made_of_these = manifest.inputs == self.inputs_key
             whole = changed_file(self.folder, manifest.files) is None
         except (OSError, ValueError):
             made_of_these = whole = False

@@ -18,8 +18,6 @@ from markupsafe import Markup, escape
 from PIL import Image
 
 from impactfem.plot.words import as_html, read_words
-from impactfem.report.compared_impacts import FLOORS, IMPACTS
-from impactfem.report.comparison import STORE as COMPARED
 from impactfem.report.overview import (
     Facts,
     carried,
@@ -223,14 +221,7 @@ def _section(
     if stage is not None:
         title, about = stage.title, stage.about
     else:
-        with run.store(COMPARED) as store:
-            # A comparison of an earlier version does not say it.
-            pounding = [str(store.attrs.get(f"{kind}pounding", "")) for kind in ("", "other_")]
-        chain = "sticks" in pounding and pounding[0] != pounding[1]
-        title = "Chain against direct pounding" if chain else "Comparison with another run"
-        about = (
-            "Impacts, forces of devices and floor spectra of both runs; a table names their cases."
-        )
+        title, about = "Comparison with another run", "Scalar results and floor spectra of both."
     place = f"stage_{name}"
     drawn, tables = run.files_of(name, "figures"), run.files_of(name, "tables")
     own_drawn = [path for path in drawn if path.stem != DRAWING]
@@ -240,11 +231,6 @@ def _section(
     }
     topics = [Group(t["title"], f"{place}_{k}") for k, t in enumerate(order.get(own, ()), 1)]
     listed = [_table(run, path) for path in tables]
-    if stage is None:  # the tables that decide are open, unless they are too long
-        for topic, stem in zip(topics, (IMPACTS, FLOORS), strict=True):
-            for one in [one for one in listed if one.path.stem == stem and one.rows]:
-                topic.facts.append(Facts(f"{topic.title} of both runs", one.head, one.rows))
-                listed.remove(one)
     topics.append(Group("Further figures" if topics else "", f"{place}_{len(topics) + 1}"))
     shown = [*groups, *topics] if own != "pounding" else [*groups[:1], *topics, *groups[1:]]
     patterns = [t["figures"] for t in order.get(own, ())]

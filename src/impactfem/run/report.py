@@ -5,23 +5,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from impactfem.plot.table import Table
-from impactfem.report.compared_impacts import (
-    floors_table,
-    impacts_figure,
-    impacts_table,
-    what_pounds,
-)
-from impactfem.report.comparison import (
-    FIGURE,
-    STORE,
-    Comparison,
-    Side,
-    cases_table,
-    compare,
-    comparison_figure,
-    comparison_table,
-    directions_table,
-)
+from impactfem.report.comparison import comparison_table
+from impactfem.report.comparison import spectra_figure as spectra_of_both
 from impactfem.report.decision import governing, spectra_figure
 from impactfem.report.flowchart import flowchart_figure
 from impactfem.report.page import REPORT as PAGE
@@ -31,12 +16,11 @@ from impactfem.report.scene_page import write_scene
 from impactfem.run.folder import locked
 from impactfem.run.stages import REPORT, STAGES
 from impactfem.stages.manifest import mark_finished
-from impactfem.stages.stores import open_stores, stores_kept_open
+from impactfem.stages.stores import stores_kept_open
 from impactfem.system.errors import Fault, InputError, file_errors
-from impactfem.system.files import StrPath, write_netcdf
+from impactfem.system.files import StrPath
 from impactfem.system.log import LOGGER, Steps
 
-TRANSIENT = "transient.nc"
 STEPS = {"overview": 2.0, "page": 8.0}
 
 
@@ -80,68 +64,33 @@ def remove_page(folder: Path, further: Iterable[str]) -> None:
                 path.unlink()
 
 
-def compare_runs(folder: StrPath, other: StrPath, highest: float) -> tuple[tuple[Table, ...], Path]:
-    """Compare two runs of one building, and put it into a report.
-
-    Floor response spectra, impacts, spectra over whole floors and forces of devices.
+def compare_runs(folder: StrPath, other: StrPath, highest: float) -> tuple[Table, Path]:
+    """Compare two runs: all scalar results in one table, and floor spectra in one figure.
 
     Args:
-        folder: The folder of a run; it gets `comparison.nc`, tables, figures and a new report.
-        other: The folder of the run that it is compared with; nothing is written there.
-        highest: Highest frequency that is compared [Hz].
+        folder: The folder of a run; it gets the table, the figure and a new report.
+        other: The folder of the other run; nothing is written there.
+        highest: Highest frequency of the figure [Hz].
 
     Returns:
-        The tables, of the cases, of impacts, over whole floors where both runs have fields, by
-        point and by direction, and the report.
+        The table (name, unit, both values in SI, ratio), and the report.
 
     Raises:
-        InputError: A folder holds no finished run of a 3D building, they are of different
-            buildings, or points, dampings or frequencies do not go together. Nothing is written.
+        InputError: A folder holds no finished run, or both are the same. Nothing is written.
         ImpactfemError: A file cannot be read or written.
     """
     folder, other = Path(folder), Path(other)
     if not (math.isfinite(highest) and highest > 0.0):
-        raise InputError(
-            [Fault("command line", "--to", highest, "expected a positive frequency [Hz]")]
-        )
-    faults = []
-    runs = [RunFiles(path) for path in (folder, other)]
-    for path, run in zip((folder, other), runs, strict=True):
-        if "transient" not in run.stages:
-            expected = "expected a run with the stage transient, whose spectra are compared"
-            faults.append(Fault(path, "", None, expected))
+        expected = "expected a positive frequency [Hz]"
+        raise InputError([Fault("command line", "--to", highest, expected)])
     if folder.resolve() == other.resolve():
-        faults.append(Fault(other, "", None, "expected the folder of another run"))
-    if faults:
-        raise InputError(faults)
+        raise InputError([Fault(other, "", None, "expected the folder of another run")])
+    run, another = RunFiles(folder), RunFiles(other)
     with locked(folder), file_errors():
-        with open_stores(folder) as opened, open_stores(other) as opened_other:
-            one, another = (
-                Side(
-                    response=stores(TRANSIENT),
-                    building=stores("building.nc"),
-                    case_file=str(run.provenance["case"]),
-                    folder=run.folder,
-                    pounding=what_pounds(run.case),
-                )
-                for run, stores in zip(runs, (opened, opened_other), strict=True)
-            )
-            store = compare(one, another, highest)
-        write_netcdf(folder / STORE, store)
-        found = Comparison(store)
-        whole = floors_table(runs, highest)
-        tables = (
-            cases_table(found),
-            impacts_table(runs),
-            *([whole] if whole else []),
-            comparison_table(found),
-            directions_table(found),
-        )
-        figure = folder / "figures" / FIGURE
+        table = comparison_table(run, another)
         for part in ("tables", "figures"):  # a run may have neither yet
             (folder / part).mkdir(exist_ok=True)
-        comparison_figure(figure, found)
-        listed = [table.write_csv(folder / "tables") for table in tables]
-        written = [folder / STORE, *listed, figure, *impacts_figure(figure.parent, runs)]
-        mark_finished(folder, COMPARISON, str(store.attrs["inputs"]), written, {})
-        return tables, write_page(folder)
+        written = [table.write_csv(folder / "tables")]
+        written += spectra_of_both(folder / "figures", run, another, highest)
+        mark_finished(folder, COMPARISON, run.inputs_key, written, {})
+        return table, write_page(folder)

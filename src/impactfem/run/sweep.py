@@ -21,6 +21,7 @@ from impactfem.case.model import CaseFile
 from impactfem.case.source import read_source
 from impactfem.plot.style import BUILDINGS, figure, letter, ordered_colours
 from impactfem.plot.table import Table
+from impactfem.report.comparison import FIRST
 from impactfem.run.check import check
 from impactfem.run.folder import open_folder
 from impactfem.run.loop import run
@@ -52,11 +53,6 @@ DECADE = 10.0
 """Ratio of swept values from which on their axis is logarithmic."""
 SHOWN = 6
 """Number of results in a table on the screen, and of those shown when none is requested."""
-FIRST = (
-    *("pounding.main_impact_force", "pounding.impacts", "pounding.required_separation"),
-    *("frs.largest", "transient.frs.largest", "device.f?.detailed.impact"),
-)
-"""Results that are shown before others, behind published ones."""
 
 
 @dataclass(frozen=True)
