@@ -71,7 +71,7 @@ PACKAGES = {
     },
     "verify": {
         *("building", "case", "coupling", "device", "dynamics", "fit", "motion", "records"),
-        *("reduction", "spectra", "stages.calibrate", "stages.pounding", "stages.reduce"),
+        *("reduction", "spectra", "stages.pounding", "stages.reduce"),
         *("stages.transient", "sticks"),
     },
     "study": {"case", "fit", "run", "stages"},

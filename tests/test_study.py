@@ -67,7 +67,7 @@ class TestFinished:
             "frequency", "effective_mass")]  # fmt: skip
         for quantity in ("peak_force", "peak_acceleration"):
             names.append(f"pounding.{quantity}.floor_3")
-        for quantity in ("peak", "peak_frequency", "pfa"):
+        for quantity in ("peak", "pfa"):
             names.append(f"frs.floor_3.{quantity}")
         names += ["motion.pga", "motion.sa_max", "motion.sa_max_frequency"]
         names += ["pounding.main_impact_time", "pounding.main_impact_duration"]

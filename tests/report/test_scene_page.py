@@ -1,4 +1,4 @@
-"""The building in 3D that one can turn, and the flowchart of the stages."""
+"""The building in 3D that one can turn, and the lines of the stages."""
 
 import base64
 import io
@@ -9,12 +9,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
 
-from impactfem.plot.words import read_words
-from impactfem.report.flowchart import ABSENT, flowchart_figure, headlines
+from impactfem.report.overview import headlines
 from impactfem.report.scene_page import write_scene
-from impactfem.run.stages import STAGES
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
 
@@ -107,81 +104,6 @@ def test_a_store_that_is_damaged(tmp_path):
         write_scene(tmp_path)
 
 
-NAMES = [stage.name for stage in STAGES]
-NEEDS = {
-    "reduce": ["building"],
-    "calibrate": ["reduce"],
-    "pounding": ["calibrate"],
-    "ensemble": ["pounding"],
-    "transient": ["reduce", "pounding"],
-    "device": ["reduce", "pounding"],
-    "design": ["reduce", "transient", "ensemble", "device"],
-}
-
-
-def write(folder, ran, results=()):
-    made = {"inputs": dict.fromkeys(ran, ""), "needs": NEEDS}
-    summary = [{"name": n, "value": v, "unit": u} for n, v, u in results]
-    (folder / "provenance.json").write_text(json.dumps(made))
-    (folder / "summary.json").write_text(json.dumps(summary))
-    return folder
-
-
-@pytest.fixture
-def drawn(monkeypatch):
-    """Texts with their places, boxes, arrows from place to place, and the lines before them."""
-    found = SimpleNamespace(texts=[], boxes=[], arrows=[], lines=[])
-    text, annotate = Axes.text, Axes.annotate
-    plot, add_patch = Axes.plot, Axes.add_patch
-
-    monkeypatch.setattr(Axes, "text", lambda *a, **k: found.texts.append(a[1:4]) or text(*a, **k))
-    monkeypatch.setattr(
-        Axes,
-        "annotate",
-        lambda *a, **k: found.arrows.append((k["xytext"], a[2])) or annotate(*a, **k),
-    )
-    monkeypatch.setattr(Axes, "plot", lambda *a, **k: found.lines.append(a[1:]) or plot(*a, **k))
-    monkeypatch.setattr(
-        Axes, "add_patch", lambda self, p: found.boxes.append(p.get_bbox()) or add_patch(self, p)
-    )
-    return found
-
-
-def test_all_stages(tmp_path, drawn):
-    results = (("pounding.impacts", 12.0, "-"), ("pounding.main_impact_force", 1.31e8, "N"))
-    (path,) = flowchart_figure(write(tmp_path, NAMES, results), STAGES)
-    assert path == tmp_path / "figures" / "figure_04_flowchart.svg" and path.is_file()
-    heads, lines = drawn.texts[::2], drawn.texts[1::2]
-    assert all(stage.title in text for stage, (_, _, text) in zip(STAGES, heads, strict=True))
-    assert "12 impacts, the largest 131 MN" in "\n".join(text for _, _, text in lines)
-    assert "Dashed" not in read_words(path).caption and len(drawn.arrows) == 12
-    heights = dict(zip(NAMES, (y for _, y, _ in heads), strict=True))
-    for name, needed in NEEDS.items():
-        assert all(heights[one] > heights[name] for one in needed)
-    assert len({(x, y) for x, y, _ in heads}) == len(STAGES)
-
-
-def test_nothing_overlaps(tmp_path, drawn):
-    """Neither boxes nor, where they pass a row, arrows."""
-    flowchart_figure(write(tmp_path, NAMES), STAGES)
-    for k, box in enumerate(drawn.boxes):
-        assert 0.0 <= box.x0 < box.x1 <= 100.0 and 0.0 <= box.y0 < box.y1 <= 100.0
-        assert not any(box.overlaps(other) for other in drawn.boxes[k + 1 :])
-    passing = [line for line in drawn.lines if len(line[0]) > 1]
-    assert len(passing) == 3  # from reduce to transient, device and design
-    for line in passing:
-        for share in np.linspace(0.0, 1.0, 11)[1:-1]:
-            x, y = (np.array(c[:-1]) + share * np.diff(c) for c in line)
-            points = list(zip(x, y, strict=True))
-            assert not any(box.contains(*point) for box in drawn.boxes for point in points)
-
-
-def test_stages_that_were_not_run(tmp_path, drawn):
-    (path,) = flowchart_figure(write(tmp_path, ["pounding"]), STAGES)
-    assert [text for _, _, text in drawn.texts[1::2]].count(ABSENT) == len(STAGES) - 1
-    assert "Dashed: not part of this run." in read_words(path).caption and not drawn.arrows
-
-
 def test_lines_of_a_stage():
     stage = SimpleNamespace(headlines=("{a.b} at {a.t}", "up to {f.floor_*.peak}", "{gone}"))
     values = {"a.b": (2e6, "N"), "f.floor_1.peak": (3.0, "m/s2"), "f.floor_2.peak": (4.0, "m/s2")}
@@ -195,9 +117,3 @@ def test_lines_of_a_stage():
     forces = (("d.fy.whole", 8e3), ("d.fx.whole", 9e3))
     results = [{"name": name, "value": value, "unit": "N"} for name, value in forces]
     assert headlines(stage, results) == ["Fy 8 kN"]
-
-
-def test_a_figure_that_cannot_be_written(tmp_path):
-    (tmp_path / "figures" / "figure_04_flowchart.svg" / "full").mkdir(parents=True)
-    with pytest.raises(ImpactfemError, match="cannot write"):
-        flowchart_figure(write(tmp_path, NAMES), STAGES)

@@ -23,7 +23,7 @@ from markupsafe import Markup
 from impactfem.report.caveats import flags
 from impactfem.report.decision import anchors_table, answers, governing, spectra_table
 from impactfem.report.overview import buildings, in_3d, number, quantity, wall_is_used
-from impactfem.report.run_files import DRAWING, FLOWCHART, SPECTRA, RunFiles
+from impactfem.report.run_files import DRAWING, SPECTRA, RunFiles
 from impactfem.report.sections import TEMPLATES, Picture, anchor, numeric, picture, sections
 from impactfem.spectra.design import broadening_words
 from impactfem.spectra.frequency_list import rg_1_122_frequencies
@@ -204,9 +204,8 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
         ),
     }
     numbers = itertools.count(1)
-    first = [_overall(run, name, numbers) for name in (SPECTRA, DRAWING)]
+    overall = [_overall(run, name, numbers) for name in (SPECTRA, DRAWING)]
     shown = sections(run, known, numbers)
-    overall = [*first, _overall(run, FLOWCHART, numbers)]
     written = [name for section in shown for name in section.files]
     written += [str(one.path.relative_to(run.folder)) for one in overall if one is not None]
     reference = run.case["report"]["reference"]
@@ -238,7 +237,6 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
         tables=[one for one in (spectra_table(spectra), anchors_table(run)) if one and one.rows],
         decision=overall[0],
         drawing=overall[1],
-        flowchart=overall[2],
         buildings=buildings(run),
         met=sum(one["passed"] is True for one in run.checks),
         unlimited=sum(one["passed"] is None for one in run.checks),

@@ -14,7 +14,7 @@ from pathlib import Path
 from impactfem.case import Case, Published, SyntheticMotion
 from impactfem.case.base import nearest
 from impactfem.report.decision import key_results
-from impactfem.report.flowchart import headlines
+from impactfem.report.overview import headlines
 from impactfem.report.page import REPORT as PAGE
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY, RunFiles
 from impactfem.run.check import check_mesh, checked, warn_of_implausible

@@ -8,10 +8,9 @@ from impactfem.plot.table import Table
 from impactfem.report.comparison import comparison_table
 from impactfem.report.comparison import spectra_figure as spectra_of_both
 from impactfem.report.decision import governing, spectra_figure
-from impactfem.report.flowchart import flowchart_figure
 from impactfem.report.page import REPORT as PAGE
 from impactfem.report.page import write_report
-from impactfem.report.run_files import COMPARISON, FLOWCHART, SCENE, SPECTRA, RunFiles
+from impactfem.report.run_files import COMPARISON, SCENE, SPECTRA, RunFiles
 from impactfem.report.scene_page import write_scene
 from impactfem.run.folder import locked
 from impactfem.run.stages import REPORT, STAGES
@@ -44,7 +43,6 @@ def write_page(folder: Path, *, bar: bool = True) -> Path:
         with steps.step("overview"):
             run = RunFiles(folder)
             remove_page(folder, run.further)
-            flowchart_figure(folder, STAGES)
             spectra_figure(run, governing(run))
             for one in (folder, *(folder / name for name in run.further)):
                 write_scene(one)
@@ -59,7 +57,7 @@ def remove_page(folder: Path, further: Iterable[str]) -> None:
     """Remove the page of a run and the overview, in folders of further buildings as well."""
     (folder / PAGE).unlink(missing_ok=True)
     for one in (folder, *(folder / name for name in further)):
-        for name in (f"{FLOWCHART}.*", f"{SPECTRA}.*", SCENE):
+        for name in (f"{SPECTRA}.*", SCENE):
             for path in (one / "figures").glob(name):
                 path.unlink()
 

@@ -29,7 +29,7 @@ class Stage:
     name: str  #: its name on the command line, and of its folder in `impactfem.stages`
     title: str  #: its heading in the report
     about: str  #: what it does, in a sentence of the report
-    #: Lines of the flowchart, ``{name}`` for a result; one that is not there leaves its line out.
+    #: Lines of the log, ``{name}`` for a result; one that is not there leaves its line out.
     headlines: tuple[str, ...]
     steps: Mapping[str, float]  #: its steps and their share of its time; `DRAWING` is the last one
     #: Sections of the case file that it depends on, in addition to those of its needs.

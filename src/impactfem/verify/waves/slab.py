@@ -5,7 +5,7 @@ y, c_T = √(G/ρ), or a plate wave, with displacements along x, c_P = √(E/(ρ
 of Bodnar et al. 2022 is the first one: 2345 m/s with ρ = 2500 kg/m3, and 6.7 ms for the 15.6 m of
 the slab. Their impact is normal to the slab's edge and makes the second, in bare concrete 3708 m/s
 and 4.2 ms. Their floor 8 is not bare: with its beams and all that it carries a wave normal to the
-edge has √(EA'/m') = 1972 m/s and takes 7.9 ms, which `floor_bar` measures.
+edge has √(EA'/m') = 1972 m/s and takes 7.9 ms (docs/theory/transient.md).
 """
 
 import math
