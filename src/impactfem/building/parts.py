@@ -15,6 +15,7 @@ from impactfem.building.section import Material, Materials, Sections
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
+from impactfem.system.quantity import quantity, results, si
 
 Flags = NDArray[np.bool_]
 
@@ -161,9 +162,9 @@ class Strips:
         return np.asarray(even + parts)
 
 
-@dataclass(frozen=True, eq=False)
+@results
 class FloorMasses:
-    """How the mass of a building belongs to its floors.
+    """The masses of the floors and of the base.
 
     A floor has its slab and beams, and of each wall and column the share by the lever rule: at
     the height z between floors k − 1 and k, the part (z − z_{k−1}) / (z_k − z_{k−1}) goes to
@@ -171,13 +172,14 @@ class FloorMasses:
     """
 
     parts: Array  #: Mass of the parts by floor, shape (n_floors,) [kg].
-    added: Array  #: Mass added on the slab of each floor, shape (n_floors,) [kg].
-    base: float  #: Mass that belongs to the base and does not move [kg].
-    on_triangles: Array  #: Added mass on each triangle, shape (m,) [kg/m2].
+    added: Array = si("kg", "mass added on the slab", dims="floor", name="floor_added_mass")
+    base: float = si("kg", "mass of the base, which does not move", name="base_mass")
+    on_triangles: Array = si("kg/m2", "added mass", dims="triangle", name="added_mass")
 
     @property
+    @quantity("kg", "mass of the floor", dims="floor", name="floor_mass")
     def floors(self) -> Array:
-        """Mass of each floor, shape (n_floors,) [kg]."""
+        """Mass of each floor, shape (n_floors,)."""
         return self.parts + self.added
 
 

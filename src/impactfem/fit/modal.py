@@ -21,8 +21,9 @@ from impactfem.case.buildings import FileMesh
 from impactfem.dynamics.mode_derivatives import mode_derivatives
 from impactfem.fit.pieces import Pieces, paired
 from impactfem.fit.problem import Problem, sensor_nodes
-from impactfem.stages.building.compute import BuildingStudy, Known, analysed, mesh_of_run
-from impactfem.stages.building.store import bending_of, building_scalars
+from impactfem.stages.building.compute import Known, analysed, mesh_of_run
+from impactfem.stages.building.store import study_scalars
+from impactfem.stages.building.study import BuildingStudy
 from impactfem.stages.building.targets import SHOWN_BENDING
 from impactfem.system.arrays import Array
 from impactfem.system.scalar import of_building
@@ -121,7 +122,7 @@ class View:
         self.mesh = self.study.parts.mesh
         remember(problem, case, Known(self.mesh, self.result.shapes))
         # The modes whose derivatives count: bending ones in the summary, and measured ones.
-        numbers = {int(k) for k in bending_of(self.study)[:SHOWN_BENDING]}
+        numbers = {int(k) for k in self.study.bending[:SHOWN_BENDING]}
         self.rows = np.zeros(0, dtype=np.int64)  #: of the sensors; −1 of a clamped one
         if self.target is not None:
             rows = self.model.rows(sensor_nodes(problem.path, problem.fit, self.target, self.mesh))
@@ -141,7 +142,7 @@ class View:
     def _add(self, pieces: Pieces, study: BuildingStudy, at: Array) -> None:
         if self.floors:
             pieces.floors[self.name] = floor_properties(study.parts, study.masses)
-        for one in building_scalars(study):
+        for one in study_scalars(study):
             name = of_building(one.name, self.case.part) if self.case.part else one.name
             pieces.scalars[name] = replace(one, name=name)
         pieces.modes[self.name] = study.frequency, at

@@ -8,7 +8,7 @@ import math
 import re
 from copy import deepcopy
 from dataclasses import dataclass, fields, replace
-from itertools import combinations
+from itertools import combinations, product
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +40,8 @@ from impactfem.fit.misfit import Misfit
 from impactfem.run.check import check, mesh_of
 from impactfem.run.stages import asked_stages
 from impactfem.run.variants import COMMAND_LINE, Axis, Variant, check_variants, in_si
-from impactfem.stages.building.targets import RESULTS, SHOWN_BENDING, from_structure
+from impactfem.stages.building.store import OUTPUTS, SCALARS
+from impactfem.stages.building.targets import SHOWN_BENDING, from_structure
 from impactfem.stages.inputs import program_key
 from impactfem.stages.pounding.scalars import DEMANDS, MAIN_IMPACT
 from impactfem.stages.pounding.store import MOTION_OUTPUTS, OUTPUTS
@@ -460,12 +461,14 @@ def _units(case: Case) -> dict[str, str]:
         word, _, variable = entry.partition("=")
         units[f"pounding.{word}"] = OUTPUTS[variable].unit
     for view in case.views:
-        counts = {"frequency": SHOWN_BENDING, "effective_mass": SHOWN_BENDING}
-        counts["floor_mass"] = len(case.building(view.modelled.building).floors)
-        for name, unit in RESULTS.items():
-            of = of_building(f"building.{name}", view.part) if view.part else f"building.{name}"
-            numbers = range(1, counts.get(name, 0) + 1)
-            units |= {f"{of}.{k}": unit for k in numbers} or {of: unit}
+        counts = {"{bending}": SHOWN_BENDING}
+        counts["{floor}"] = len(case.building(view.modelled.building).floors)
+        for pattern, variables in SCALARS.items():
+            count = next((k for label, k in counts.items() if pattern.endswith(label)), 1)
+            for variable, k in product(variables.split(), range(1, count + 1)):
+                name = pattern.format(variable=variable, bending=k, floor=k)
+                of = of_building(name, view.part) if view.part else name
+                units[of] = OUTPUTS[variable].unit.partition(",")[0] or "-"
     return units
 
 

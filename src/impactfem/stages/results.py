@@ -20,6 +20,9 @@ from impactfem.stages.stores import Output
 from impactfem.system.quantity import Quantity, quantities
 from impactfem.system.scalar import Scalar
 
+ROTATIONS = {"rx", "ry", "rz", "mx", "my", "mz"}
+"""Labels of rotations and moments."""
+
 
 def _variables(kind: type, prefix: str) -> Iterator[tuple[str, str, Quantity]]:
     """Name in the results file, attribute, and declaration of each result of a dataclass."""
@@ -94,7 +97,7 @@ def scalars(
                 Scalar(
                     pattern.format(variable=word or name, **at),
                     number if math.isfinite(number) else None,
-                    variable.attrs.get("units") or "-",
+                    _unit(variable, at.values()) or "-",
                     variable.attrs.get("long_name", ""),
                     detail,
                 )
@@ -107,6 +110,14 @@ def _labels(store: xr.Dataset, dim: str) -> list[Any]:
     return (
         store[dim].values.tolist() if dim in store.coords else list(range(1, store.sizes[dim] + 1))
     )
+
+
+def _unit(variable: xr.DataArray, labels: Iterable[object]) -> str:
+    """Unit of an entry: of two units the second one is that of rotations and moments."""
+    units: str = variable.attrs.get("units", "-")
+    first, _, second = units.partition(", ")
+    selected = (label.item() for label in variable.coords.values() if label.ndim == 0)
+    return second if second and ROTATIONS & {*map(str, labels), *map(str, selected)} else first
 
 
 def item_cells(kind: type, items: Sequence[Any], factors: Mapping[str, float]) -> Any:

@@ -23,9 +23,9 @@ from impactfem.dynamics.columns import product
 from impactfem.dynamics.modes import Modes, modes
 from impactfem.run import loop
 from impactfem.stages.building import compute
-from impactfem.stages.building import store as store_module
 from impactfem.stages.building.compute import analysed, fit_storey_factor
-from impactfem.stages.building.store import bending_direction
+from impactfem.stages.building.store import building_scalars
+from impactfem.stages.building.study import BuildingStudy
 from impactfem.stages.building.targets import bending_modes
 from impactfem.system.errors import InputError, SolutionError
 
@@ -70,7 +70,7 @@ def test_bending_modes_are_those_across_the_edges_that_face_others(parts):
     def direction(edges=parts.mesh.edges, turned=False, fit=None):
         nodes = parts.mesh.nodes[:, [1, 0, 2]] if turned else parts.mesh.nodes
         mesh = replace(parts.mesh, nodes=nodes, edges=edges)
-        return bending_direction(
+        return BuildingStudy.bending_direction.fget(
             SimpleNamespace(
                 structure=SimpleNamespace(calibration=fit), parts=SimpleNamespace(mesh=mesh)
             )
@@ -100,21 +100,13 @@ def test_scalars(frame_run):
     assert {entry["name"] for entry in listed} >= set(values)
 
 
-def test_a_mode_that_is_not_there_says_how_to_have_it(monkeypatch):
-    monkeypatch.setattr(store_module, "bending_direction", lambda study: "y")
-    monkeypatch.setattr(store_module, "bending_of", lambda study: [1])
-    study = SimpleNamespace(
-        report=SimpleNamespace(shells=1, beams=1, nodes=1),
-        total=np.ones(6),
-        factor=1.0,
-        frequency=np.array([1.0, 2.0]),
-        effective_mass=np.ones((2, 6)),
-        masses=SimpleNamespace(floors=[1.0], added=[0.0]),
-    )
-    notes = {one.name: one.note for one in store_module.building_scalars(study)}
-    assert notes["building.frequency.1"] == "bending about e_x, mode 2 of all"
-    absent = "bending about e_x: 1 of the 2 modes; raise structure.modes"
-    assert notes["building.frequency.2"] == notes["building.effective_mass.3"] == absent
+def test_a_bending_mode_that_was_not_computed_has_no_value(store):
+    few = store.isel(mode=slice(1, 2), bending=slice(1)).assign(bending_mode=("bending", [2]))
+    found = {one.name: one for one in building_scalars(few)}
+    assert found["building.frequency.1"].value == float(few["frequency"][0])
+    assert found["building.frequency.2"].value is None
+    assert found["building.effective_mass.3"].value is None
+    assert "structure.modes" in found["building.frequency.2"].note
 
 
 def test_effective_masses_add_up_to_less_than_the_mass(store):

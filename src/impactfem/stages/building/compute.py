@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
 from impactfem.building.from_case import geometry_of, read_parts
 from impactfem.building.generate import generate
@@ -23,6 +22,7 @@ from impactfem.dynamics.factorisation import SingularMatrixError
 from impactfem.dynamics.modes import Modes, modes
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced import modes_near, reduced_model
+from impactfem.stages.building.study import BuildingStudy
 from impactfem.stages.building.targets import bending_modes
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
@@ -38,30 +38,6 @@ KRYLOV_STEPS, CHANGE_STEPS = 12, 4
 """Vectors of the ground motion, and of the change of the bending mode, in the first space."""
 FARTHEST = 100.0
 """Largest change of the factor in a round, to either side."""
-
-
-@dataclass(frozen=True, eq=False)
-class BuildingStudy:
-    """What the stage computed; on rank 0 it has the shapes at all nodes."""
-
-    structure: Structure  #: The structure of the case.
-    parts: BuildingParts  #: Mesh, sections and material.
-    masses: FloorMasses  #: Masses of the floors.
-    report: MeshReport  #: Report of the mesh.
-    factor: float  #: Storey stiffness factor.
-    frequency: Array  #: Of the modes, shape (n_modes,) [Hz].
-    #: Displacements of all nodes in each mode with φᵀ M φ = 1, shape (n_modes, n_nodes, 3); without
-    #: nodes on other ranks than 0.
-    shapes: NDArray[np.float32]
-    #: Γ = φᵀ M r for the six rigid-body motions about the base's middle, shape (n_modes, 6).
-    participation: Array
-    total: Array  #: rᵀ M r of the same motions, shape (6,) [kg, kg m2].
-    residual: Array  #: Relative residual of each mode, shape (n_modes,).
-
-    @property
-    def effective_mass(self) -> Array:
-        """Γ², shape (n_modes, 6) [kg, kg m2]."""
-        return self.participation**2
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,6 @@
 """The stage `building`: mesh, matrices and modes of the 3D model."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -201,13 +200,5 @@ BUILDING = Stage(
 
 
 def target_models(case: Case) -> tuple[Stage, ...]:
-    """The stage building of the 3D models whose modes are targets of the sticks; none of others."""
-    if case.calibration is None or not from_structure(case):
-        return ()
-    targets = {target.building for target in case.calibration.targets}
-
-    def lacks(view: Case) -> str | None:
-        return None if targets.intersection(one.building for one in view.structures) else "targets"
-
-    # Other 3D models than those change nothing of the sticks.
-    return (replace(BUILDING, lacks=lacks),)
+    """Return the stage `building` if the modes of 3D models are targets of the sticks."""
+    return (BUILDING,) if from_structure(case) else ()

@@ -1,78 +1,29 @@
 """The store of the stage: `building.nc`, the mesh as arrays and the modes."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from impactfem.building.floor_properties import UNITS, floor_properties
-from impactfem.stages.building.compute import BuildingStudy
-from impactfem.stages.building.targets import RESULTS, SHOWN_BENDING, bending_modes
+from impactfem.building.parts import FloorMasses
+from impactfem.stages.building.study import BuildingStudy
+from impactfem.stages.building.targets import SHOWN_BENDING
+from impactfem.stages.results import outputs, scalars, value
 from impactfem.stages.stores import Output, dataset
-from impactfem.system.arrays import Index
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar
+from impactfem.system.scalar import Scalar, with_scalars
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
-
-
-def bending_direction(study: BuildingStudy) -> str:
-    """Direction in which the bending modes of the summary move.
-
-    That of the fit, else the one in which the building pounds: across the edges that face other
-    buildings, or y without any.
-    """
-    fit, mesh = study.structure.calibration, study.parts.mesh
-    if fit is not None:
-        return fit.direction
-    across = [1 - mesh.edge_axis(floor) for floor, lines in mesh.edges.items() if lines.size]
-    return "xy"[across[-1]] if across else "y"
-
-
-def bending_of(study: BuildingStudy) -> Index:
-    """Indices of the bending modes along that direction, in ascending frequency."""
-    axis = "xy".index(bending_direction(study))
-    return bending_modes(study.effective_mass[:, axis], float(study.total[axis]))
-
-
-def building_scalars(study: BuildingStudy) -> list[Scalar]:
-    """All scalars of the stage."""
-    report = study.report
-    direction = bending_direction(study)
-    axis = "xy".index(direction)
-    about = {"x": "e_y", "y": "e_x"}[direction]
-    effective = study.effective_mass[:, axis]
-    bending = bending_of(study)
-    note = f"bending about {about}"
-    rows: list[tuple[str, float | None, str]] = [
-        ("elements", report.shells + report.beams, "shells and beams"),
-        ("nodes", report.nodes, ""),
-        ("dofs", 6 * report.nodes, "clamped ones included"),
-        ("mass", float(study.total[0]), "with what belongs to the base"),
-        ("storey_stiffness_factor", study.factor, "on walls and columns"),
-    ]
-    for number in range(SHOWN_BENDING):
-        frequency = mass = None
-        which = f"{note}: {len(bending)} of the {len(study.frequency)} modes; raise structure.modes"
-        if number < len(bending):
-            mode = int(bending[number])
-            frequency, mass = float(study.frequency[mode]), float(effective[mode])
-            which = f"{note}, mode {mode + 1} of all"
-        rows += [
-            (f"frequency.{number + 1}", frequency, which),
-            (f"effective_mass.{number + 1}", mass, which),
-        ]
-    for k, (mass, added) in enumerate(
-        zip(study.masses.floors, study.masses.added, strict=True), start=1
-    ):
-        share = f"of it {added / 1e3:.0f} t added" if added else ""
-        rows.append((f"floor_mass.{k}", float(mass), share))
-    return [
-        Scalar(f"building.{name}", value, RESULTS[name.partition(".")[0]], note)
-        for name, value, note in rows
-    ]
-
-
-_NOTE = "rotations about the middle of the base"
+SCALARS = {
+    "building.{variable}": "elements nodes dofs",
+    "building.mass": "total_mass",
+    "building.storey_stiffness_factor": "storey_factor",
+    "building.{variable}.{bending}": "frequency effective_mass",
+    "building.{variable}.{floor}": "floor_mass",
+}
+"""Patterns of the names of the scalars, with the variables that they are selected from."""
 OUTPUTS = {
     "floor": Output("floor"),
     "direction": Output("direction", "", "of a motion of the rigid building"),
@@ -86,22 +37,13 @@ OUTPUTS = {
     "beam_part_name": Output("beam_part"),
     "shell_part_thickness": Output("shell_part", "m"),
     "beam_part_area": Output("beam_part", "m2"),
-    "added_mass": Output("triangle", "kg/m2"),
     "edge_line": Output("edge line_corner", "", "lines on the edges that face other buildings"),
     "edge_floor": Output("edge", label=True),
     "centre": Output("floor", "", "node at its mass centre"),
     "base": Output("base_node", "", "clamped nodes"),
-    "storey_factor": Output("", "-", "on the stiffness of walls and columns, given or fitted"),
     "mode": Output("mode", "", "in natural order, from 1"),
-    "frequency": Output("mode", "Hz"),
-    "shape": Output("mode node xyz", "1/sqrt(kg)", "with unit modal mass"),
-    "bending_mode": Output("bending", "", "numbers of the modes that bend along one direction"),
-    "residual": Output("mode", "-"),
-    "participation": Output("mode direction", "sqrt(kg)", _NOTE),
-    "effective_mass": Output("mode direction", "kg, kg m2", _NOTE),
-    "total_mass": Output("direction", "kg, kg m2", _NOTE),
-    "floor_mass": Output("floor", "kg"),
-    "floor_added_mass": Output("floor", "kg", "of it added"),
+    **outputs(BuildingStudy),
+    **outputs(FloorMasses),
     **{
         f"floor_{name}": Output("floor", unit, "of parts and added mass, or of the storey below")
         for name, unit in UNITS.items()
@@ -111,7 +53,6 @@ OUTPUTS = {
         f"floor_e{x}": Output("floor", "m", f"along {x}, of the centre of mass from the node")
         for x in "xy"
     },
-    "base_mass": Output("", "kg"),
     "mesh_warning": Output("mesh_warning"),
 }
 
@@ -121,11 +62,10 @@ def write_building(path: Path, study: BuildingStudy, title: str, key: str) -> No
 
     ImpactfemError where the file cannot be written.
     """
-    mesh, sections, masses = study.parts.mesh, study.parts.sections, study.masses
-    properties = floor_properties(study.parts, masses)
+    mesh, sections = study.parts.mesh, study.parts.sections
+    properties = floor_properties(study.parts, study.masses)
     values = {
-        "floor": mesh.floors,
-        "direction": DIRECTIONS,
+        **_results(study),
         "xyz": ["x", "y", "z"],
         "node_position": mesh.nodes,
         "triangle_node": mesh.triangles,
@@ -136,32 +76,54 @@ def write_building(path: Path, study: BuildingStudy, title: str, key: str) -> No
         "beam_part_name": [part.group for part in mesh.beam_parts],
         "shell_part_thickness": [section.thickness for section in sections.shells],
         "beam_part_area": [section.A for section in sections.beams],
-        "added_mass": study.parts.added_mass,
         "edge_line": np.vstack([*mesh.edges.values(), np.empty((0, 3), dtype=np.int64)]),
         "edge_floor": [floor for floor, lines in mesh.edges.items() for _ in lines],
         "centre": [mesh.centres[k] for k in mesh.floors],
         "base": mesh.base,
-        "storey_factor": study.factor,
-        "mode": np.arange(1, len(study.frequency) + 1),
-        "frequency": study.frequency,
-        "shape": study.shapes,
-        "bending_mode": bending_of(study) + 1,
-        "residual": study.residual,
-        "participation": study.participation,
-        "effective_mass": study.effective_mass,
-        "total_mass": study.total,
-        "floor_mass": masses.floors,
-        "floor_added_mass": masses.added,
         **{f"floor_{name}": column for name, column in properties.items() if name != "mass"},
-        "base_mass": masses.base,
         "mesh_warning": study.report.warnings,
     }
     attributes = {
         "title": title,
         "inputs": key,
         "building": study.structure.building,
-        "bending_direction": bending_direction(study),
+        "bending_direction": study.bending_direction,
         "mesh_report": str(study.report),
     }
-    scalars = building_scalars(study)
-    write_netcdf(path, dataset(OUTPUTS, values, attributes=attributes, scalars=scalars))
+    store = dataset(OUTPUTS, values, attributes=attributes)
+    write_netcdf(path, with_scalars(store, building_scalars(store)))
+
+
+def _results(study: BuildingStudy) -> dict[str, Any]:
+    """Return results and labels by variable, without the mesh."""
+    return {
+        "floor": study.parts.mesh.floors,
+        "direction": DIRECTIONS,
+        "mode": np.arange(1, len(study.frequency) + 1),
+        **value(study),
+        **value(study.masses),
+    }
+
+
+def study_scalars(study: BuildingStudy) -> list[Scalar]:
+    """Return the scalars of the stage, from a study that has no store."""
+    about = {"bending_direction": study.bending_direction}
+    return building_scalars(dataset(OUTPUTS, _results(study), attributes=about))
+
+
+def building_scalars(store: xr.Dataset) -> list[Scalar]:
+    """Return the scalars of the stage; a bending mode that was not computed has no value."""
+    direction, modes = str(store.attrs["bending_direction"]), store["bending_mode"]
+    names = SCALARS["building.{variable}.{bending}"].split()
+    bending = store[names].sel(mode=modes, direction=direction).drop_vars(["mode", "direction"])
+    bending = bending.assign_coords(bending=1 + np.arange(modes.size))
+    note = f"bending along {direction}, modes {modes.values[:SHOWN_BENDING].tolist()} of all"
+    if modes.size < SHOWN_BENDING:
+        note += "; raise buildings.structure.modes"
+    own = store.drop_dims(["mode", "bending"]).sel(direction="x")
+    own = own.assign(bending.reindex(bending=1 + np.arange(SHOWN_BENDING)))
+    return [
+        scalar
+        for pattern, variables in SCALARS.items()
+        for scalar in scalars(own, pattern, variables, dict.fromkeys(names, note))
+    ]

@@ -14,9 +14,6 @@ LEAST_SHARE = 0.01
 building has about ten in each hertz, move less."""
 SHOWN_BENDING = 3
 """Bending modes among the results."""
-RESULTS = {"elements": "-", "nodes": "-", "dofs": "-", "mass": "kg", "storey_stiffness_factor": "-"}
-RESULTS |= {"frequency": "Hz", "effective_mass": "kg", "floor_mass": "kg"}
-"""Results `building.*` with their SI units; the last ones have a number each, as `frequency.1`."""
 
 
 def bending_modes(effective_mass: Array, total: float, least_share: float = LEAST_SHARE) -> Index:
