@@ -28,11 +28,9 @@ if TYPE_CHECKING:
 def _wanted(case: Case) -> str:
     """What loads, nodes and accuracy of the reduced building depend on, but for damping."""
     transient = case.transient
-    keys = {
-        *("tolerance", "maximum_frequency", "largest_basis", "band", "floors", "probes"),
-        *("export", "export_nodes", "serve_damping_cases"),
-        *("spread", "patch_width", "eccentricity"),
-    }
+    keys = {"tolerance", "maximum_frequency", "largest_basis", "band", "floors", "probes"}
+    keys |= {"export", "export_nodes", "serve_damping_cases"}
+    keys |= {"spread", "patch_width", "eccentricity"}
     content: dict[str, object] = {
         "transient": None if transient is None else transient.model_dump_json(include=keys),
         # The lightest of them counts where devices stand on the building, or where all are served.

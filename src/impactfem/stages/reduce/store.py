@@ -5,9 +5,10 @@ from pathlib import Path
 
 from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import ReducedBuilding
+from impactfem.stages.results import scalars
 from impactfem.stages.stores import Output, dataset
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar
+from impactfem.system.scalar import with_scalars
 
 MODEL = "reduce.npz"
 OUTPUTS = {
@@ -18,14 +19,17 @@ OUTPUTS = {
     "maximum_frequency": Output("accuracy", "Hz", "up to which they are accurate"),
     "tolerance": Output("accuracy", "-", "largest error that is allowed"),
     "error": Output("accuracy", "-", "estimated error, by nested models"),
+    "vectors": Output("", "", "basis vectors for the first accuracy"),
+    "krylov_vectors": Output("", "", "vectors of the largest Krylov basis"),
+    "complete_vectors": Output("", "", "basis vectors with those of contacts and anchors"),
 }
 
 
 def write_reduced(
     path: Path, title: str, reduced: ReducedBuilding, accuracies: Sequence[Accuracy], key: str
 ) -> None:
-    """Write `reduce.nc`: sizes, and errors at the accuracies that it was made for."""
-    basis, complete = reduced.basis, reduced.complete
+    """Write `reduce.nc`: sizes, and errors at the required accuracies."""
+    basis = reduced.basis
     values = {
         "load": list(basis.loads),
         "accuracy": [
@@ -38,12 +42,10 @@ def write_reduced(
         "maximum_frequency": [one.maximum_frequency for one in accuracies],
         "tolerance": [one.tolerance for one in accuracies],
         "error": reduced.errors,
+        "vectors": len(basis.model.eigenvalue),
+        "krylov_vectors": len(reduced.fine.models[0].eigenvalue),
+        "complete_vectors": len(reduced.complete.eigenvalue),
     }
-    scalars = [
-        Scalar("reduce.vectors", float(len(basis.model.eigenvalue)), "-", "of the first accuracy"),
-        Scalar("reduce.krylov_vectors", float(len(reduced.fine.models[0].eigenvalue)), "-"),
-        Scalar("reduce.complete_vectors", float(len(complete.eigenvalue)), "-", "with contacts"),
-        Scalar("reduce.error", basis.difference, "-", "of the transfer functions, estimated"),
-    ]
-    attributes = {"title": title, "inputs": key}
-    write_netcdf(path, dataset(OUTPUTS, values, attributes=attributes, scalars=scalars))
+    store = dataset(OUTPUTS, values, attributes={"title": title, "inputs": key})
+    sizes = scalars(store, "reduce.{variable}", "krylov_vectors complete_vectors")
+    write_netcdf(path, with_scalars(store, sizes))
