@@ -52,7 +52,8 @@ def each_row(tables):
     """One test for each row of tables: a base, the file that is changed, what keys begin with.
 
     A row is the text that is replaced ("" adds at the end), what stands in its place, the key of
-    the fault, words of it, and the keys of further faults that follow from it.
+    the fault, its kind, with the limit or the suggestion where it has one, and the keys of further
+    faults that follow from it.
     """
     params = [
         pytest.param(base, file, key, row, id=f"{key}{row[2]}-{row[3]}")
@@ -64,7 +65,8 @@ def each_row(tables):
 
 def check_row(written, base, file, key, row):
     """A case with the change of a row has its fault, and no other but those that it says."""
-    old, new, last, words, *others = row
+    old, new, last, what, *others = row
+    kind, _, limit = what.partition(" ")
     edits = []
     if not old:
         base = replace(base, more=f"{base.more}{new}\n")
@@ -74,7 +76,7 @@ def check_row(written, base, file, key, row):
         edits = [(file, old, new)]
     faults = all_faults(written(base, *edits))
     name, found = file or "pair.toml", {fault.key for fault in faults}
-    texts = [f"{one.value} {one.expected}" for one in faults if one.key == key + last]
-    assert any(words in text for text in texts), faults
+    texts = [one.expected for one in faults if (one.key, one.kind) == (key + last, kind)]
+    assert any(limit in text for text in texts), faults
     assert all(Path(one.file).name == name for one in faults if one.key == key + last)
     assert found == {key + last, *others}, faults

@@ -151,7 +151,7 @@ POINTS = 'points = [["1 Hz", "5 %"], ["500 Hz", "5 %"]]'
         ),
         (f'type = "modes"\n{RAYLEIGH_TEXT}', "ratios", "a ratio of each of the first modes"),
         ('type = "modes"\nratios = [0.01]', "stiffness_coefficient", "expected ratio and"),
-        (f'type = "modes"\nratios = [1.0]\n{RAYLEIGH_TEXT}', "ratios[0]", "below 1"),
+        (f'type = "modes"\nratios = [1.0]\n{RAYLEIGH_TEXT}', "ratios[0]", "less than 1"),
         (f"{RAYLEIGH_TEXT}\nratios = [0.1]", "ratios", "'rayleigh' takes ratio"),
     ],
 )

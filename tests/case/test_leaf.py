@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from impactfem.case import base, leaf, load_case, quantity, unit
+from impactfem.case import base, leaf, load_case, quantity
 from impactfem.case.model import CaseFile
 from impactfem.case.place import key_fault, read_key
 from impactfem.case.reading import Reading
@@ -24,12 +24,12 @@ def read(kind, value):
 def refusal(kind, value):
     with pytest.raises(ValidationError) as caught:
         read(kind, value)
-    (error,) = caught.value.errors()
-    return str(error["msg"])
+    error = caught.value.errors()[0]
+    return error["type"], error["msg"]
 
 
 ONE_OR_MORE = Annotated[int, leaf.Whole(1)]
-LIST = Annotated[tuple[int, ...], leaf.Wholes()]
+LIST = leaf.FloorNumbers
 
 
 @pytest.mark.parametrize(
@@ -65,45 +65,40 @@ def test_what_is_held_as_it_is():
     assert read(leaf.Name, "B" * 64) and read(leaf.Name, "CONSOLE") and read(leaf.Name, "lpt")
 
 
-LENGTH = "expected a length with its unit, for example '1 cm'"
-RATIO = "expected a number of at least 0 and below 1, bare or as a percentage"
-
-
 @pytest.mark.parametrize(
-    ("kind", "values", "message"),
+    ("kind", "values", "fault"),
     [
-        (quantity.Length, (1, 0.5, "1"), f"the unit is missing; {LENGTH}"),
-        (quantity.Length, ("1 s",), f"'s' is a time; {LENGTH}"),
-        (quantity.Length, ("one cm", "1,000.5 m", "nan m", "inf m", ""), "expected a length"),
-        (quantity.Length, (True, None, ["1 m"], {"value": 1}), "expected a length"),
-        (quantity.Length, ("1,5 cm",),
-         "expected a length with a decimal point, not a comma: '1.5 cm'"),
-        (quantity.Length, ("1e999 m",), "expected a finite value"),
-        (quantity.Length, ("-1e61 m",), "expected a value below 1e+60 in SI units"),
-        (quantity.PositiveLength, ("0 m",), "expected a length above 0"),
-        (quantity.Depth, ("-1 mm",), "expected a length of at least 0"),
-        (quantity.Frequency, ("6.28 rad/s",), "not accepted as a unit of a frequency"),
-        (quantity.Duration, ("1e9 s",), "expected a time above 0 and at most 100000 s"),
-        (quantity.TimeStep, ("1e-12 s",), "expected a time of at least 1e-09 s"),
-        (quantity.ElementSize, ("1 um",), "expected a length of at least 0.01 m"),
-        (quantity.Extent, ("46200 m",), "expected a length above 0 and at most 2000 m"),
-        (quantity.DampingRatio, ("0.05", "5 m", "x %", math.nan, math.inf, True, None), RATIO),
-        (quantity.DampingRatio, (1, "100 %"), RATIO),
-        (quantity.Number, ("5 %",), "expected a number"),
-        (ONE_OR_MORE, (0, -1, 1.5, 1.0, "1", True, None), "expected a whole number of at least 1"),
-        (Annotated[int, leaf.Whole(1, 1000)], (1001,),
-         "expected a whole number of at least 1 and at most 1000"),
-        (Annotated[int, leaf.Whole(0)], (2**31,), "at most 2147483647"),
-        (LIST, ([], [0], [1.5], "1", True, [True], None), "or a list of such numbers"),
-        (leaf.Name, ("", "8th", "a b", "a/b", 3, None, "B1\n"), "expected a name of letters"),
-        (leaf.Name, ("B" * 65,), "expected at most 64 characters, not 65"),
-        (leaf.Name, ("CON", "lpt1"), "Windows reserves it"),
-        (leaf.File, ("", "  ", "a\0b", 3), "expected a file name"),
+        (quantity.Length, (1, 0.5, "1"), "unit_missing"),
+        (quantity.Length, ("1 s", "1 parsnip", "1,000.5 m"), "unit"),
+        (quantity.Length, ("one cm", "nan m", "inf m", ""), "quantity"),
+        (quantity.Length, (True, None, ["1 m"], {"value": 1}), "quantity"),
+        (quantity.Length, ("1,5 cm",), "decimal_comma"),
+        (quantity.Length, ("1e999 m",), "finite_number"),
+        (quantity.Length, ("-1e61 m",), "greater_than_equal"),
+        (quantity.PositiveLength, ("0 m",), "greater_than"),
+        (quantity.Depth, ("-1 mm",), "greater_than_equal"),
+        (quantity.Frequency, ("6.28 rad/s",), "unit"),
+        (quantity.Duration, ("1e9 s",), "less_than_equal"),
+        (quantity.TimeStep, ("1e-12 s",), "greater_than_equal"),
+        (quantity.DampingRatio, ("0.05", "5 m", "x %", True, None), "quantity"),
+        (quantity.DampingRatio, (math.nan, math.inf), "finite_number"),
+        (quantity.DampingRatio, (1, "100 %"), "less_than"),
+        (quantity.Number, ("5 %",), "quantity"),
+        (ONE_OR_MORE, (0, -1), "greater_than_equal"),
+        (ONE_OR_MORE, (1.5, 1.0, "1", True, None), "int_type"),
+        (Annotated[int, leaf.Whole(1, 1000)], (1001,), "less_than_equal"),
+        (Annotated[int, leaf.Whole(0)], (2**31,), "less_than_equal"),
+        (LIST, ([],), "too_short"),
+        (LIST, ([1.5], "1", True, [True], None), "int_type"),
+        (leaf.Name, ("", "8th", "a b", "a/b", 3, None, "B1\n"), "text"),
+        (leaf.Name, ("B" * 65,), "text_too_long"),
+        (leaf.Name, ("CON", "lpt1"), "reserved"),
+        (leaf.File, ("", "  ", "a\0b", 3), "file_name"),
     ],
-)  # fmt: skip
-def test_refused(kind, values, message):
+)
+def test_refused(kind, values, fault):
     for value in values:
-        assert message in refusal(kind, value), value
+        assert refusal(kind, value)[0] == fault, value
 
 
 def test_from_python_floats_are_si():
@@ -111,7 +106,7 @@ def test_from_python_floats_are_si():
     assert adapter.validate_python(2.5) == 2.5
     assert adapter.validate_python("2.5 cm") == 0.025
     for value in (math.nan, math.inf, 0.0, 10**400):
-        with pytest.raises(ValidationError, match="expected"):
+        with pytest.raises(ValidationError):
             adapter.validate_python(value)
 
 
@@ -130,20 +125,19 @@ def test_any_text_is_read_or_refused(text):
     try:
         value = read(quantity.Length, text)
     except ValidationError as error:
-        assert all(item["type"] == "fault" for item in error.errors())
+        assert error.error_count() == 1
     else:
         assert math.isfinite(value)
 
 
 @pytest.mark.parametrize("sign", ["\n", "\t", "\x1b", "\x7f", "\x85", "\u2028", "\u202e"])
 def test_text_without_control_characters(sign):
-    assert "one line without control characters" in refusal(leaf.Text, f"a{sign}b")
-    assert "a name of visible characters" in refusal(leaf.Key, f"a{sign}b")
-    assert "file name" in refusal(leaf.File, f"a{sign}b")
+    assert refusal(leaf.Text, f"a{sign}b")[0] == "control_character"
+    assert refusal(leaf.File, f"a{sign}b")[0] == "file_name"
     if sign in "\n\t":
         assert read(leaf.Prose, f"a{sign}b") == f"a{sign}b"
     else:
-        assert "without control characters" in refusal(leaf.Prose, f"a{sign}b")
+        assert refusal(leaf.Prose, f"a{sign}b")[0] == "control_character"
 
 
 def test_reference_names_the_nearest():
@@ -172,7 +166,7 @@ def test_schema_pattern_agrees_with_the_reader():
         assert re.search(schema["pattern"], text)
     for text in ("1", "15", "1.5", "cm", ""):
         assert not re.search(schema["pattern"], text)
-    assert schema["x-unit"] == unit.LENGTH.unit
+    assert schema["x-unit"] == "m"
 
 
 RAW = {
@@ -266,22 +260,18 @@ def test_without_a_structure_there_are_no_waves(frames):
         _ = frames.model_copy(update={"structure": None}).wave_floor
 
 
-def read_as(kind, value):
-    return TypeAdapter(kind).validate_python(value, context=FILE)
-
-
 def test_levels_that_no_building_has():
     """Numbers are compared before they are listed."""
-    assert read_as(leaf.Storeys, "1-200") == tuple(range(1, 201))
+    assert read(leaf.Storeys, "1-200") == tuple(range(1, 201))
     for text in ("1-201", "1-9999", "9999", "1 3 5-9999"):
         with pytest.raises(ValidationError, match="up to 200"):
-            read_as(leaf.Storeys, text)
+            read(leaf.Storeys, text)
 
 
 @pytest.mark.parametrize("name", ["..\base.AT2", "records\test.AT2", "records\rsn1.AT2"])
 def test_a_backslash_that_became_a_control_character(name):
     with pytest.raises(ValidationError, match="is a control character: write / in paths"):
-        read_as(leaf.File, name)
+        read(leaf.File, name)
 
 
 def test_a_path_as_windows_writes_it(tmp_path):

@@ -152,10 +152,10 @@ F, A = "column frequency [Hz]", "column acceleration [g]"
         ("frequency [Hz],period [s],acceleration [g]\n1,1,1\n2,2,2\n", "header", "found both"),
         (f"{HEADER}1,1\n1,2\n", f"line 3, {F}", "expected values in order, each once; before: 1"),
         (f"{HEADER}1,1\n3,2\n2,2\n", f"line 4, {F}", "values in order, each once; before: 3"),
-        (f"{HEADER}0,1\n3,2\n", f"line 2, {F}", "expected a frequency above 0"),
-        (f"{HEADER}1,0\n3,2\n", f"line 2, {A}", "expected an acceleration above 0"),
+        (f"{HEADER}0,1\n3,2\n", f"line 2, {F}", "expected a frequency greater than 0"),
+        (f"{HEADER}1,0\n3,2\n", f"line 2, {A}", "expected an acceleration greater than 0"),
         ("frequency [Hz],acceleration [g],damping [%]\n1,1,100\n3,2,5\n",
-         "line 2, column damping [%]", "below 1"),
+         "line 2, column damping [%]", "less than 1"),
     ],
 )  # fmt: skip
 def test_tables_refused(tmp_path, text, key, words):

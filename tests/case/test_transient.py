@@ -323,5 +323,5 @@ def test_names_of_probes_in_a_file(structured):
 @pytest.mark.parametrize("key", ["time_step", "maximum_frequency", "tolerance", "eccentricity"])
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
 def test_made_from_python(key, value):
-    with pytest.raises(ValidationError, match="expected a"):
+    with pytest.raises(ValidationError, match="finite"):
         Transient.model_validate({"time_step": 1e-3, key: value})

@@ -31,8 +31,8 @@ def test_delays_are_the_way_along_the_waves(broken):
     [
         ((), "[0, -2]", "[0, 0]", "direction", "expected a vector that is not zero"),
         ((), "[0, -2]", "[0, 1, 0]", "direction", "expected"),
-        ((), '"500 m/s"', '"0 m/s"', "apparent_velocity", "expected a velocity above 0"),
-        ((), '"500 m/s"', "500", "apparent_velocity", "expected a velocity with its unit"),
+        ((), '"500 m/s"', '"0 m/s"', "apparent_velocity", "expected a velocity greater than 0"),
+        ((), '"500 m/s"', "500", "apparent_velocity", "the unit is missing"),
         ((), "direction = [0, -2]\n", "", "direction", "missing"),
         (((None, AXIS, 'axis = ["23.1 m", "7.8 m"]'),), "", "", "", "all with different axes"),
         (((None, MOTION, LOADS),), "", "", "", "ground at rest has no waves"),

@@ -23,12 +23,15 @@ UNREADABLE, REPORTED = "unreadable", "reported"
 are collected elsewhere."""
 
 
-def refuse(expected: str, *inside: int | str) -> PydanticCustomError:
-    """The error a validator raises: the expectation in words, and where inside of what it checks.
+def refuse(expected: str, *inside: int | str, kind: str = "refused") -> PydanticCustomError:
+    """Make the error that a validator raises.
 
-    What is inside is a path of keys and indices, and empty where all of it is at fault.
+    Args:
+        expected: What is expected, in words.
+        inside: Keys and indices from the checked value to what is at fault in it, if not all of it.
+        kind: Kind of the fault.
     """
-    return PydanticCustomError("fault", "{expected}", {"expected": expected, "inside": inside})
+    return PydanticCustomError(kind, "{expected}", {"expected": expected, "inside": inside})
 
 
 def nearest(name: str, known: list[str]) -> str:
@@ -54,9 +57,9 @@ class Leaf(ABC):
     def phrase(self) -> str:
         """What is expected, in words that complete 'expected ...'."""
 
-    @abstractmethod
     def check(self, value: Any, info: ValidationInfo) -> Any:
         """Give the value as the program uses it, or raise the error of ``refuse``."""
+        return value
 
     @abstractmethod
     def schema(self) -> dict[str, Any]:
@@ -97,22 +100,24 @@ class Section(BaseModel):
 
 
 def rule(
-    field: str, *others: str, sited: bool = False
+    field: str, *others: str, sited: bool = False, kind: str = ""
 ) -> Callable[[Callable[..., Iterator[Any]]], Any]:
     """A rule of a field of a section, by itself or with fields declared before it.
 
     It is applied where all of these are free of faults, to their values, and yields what was
     expected instead, in words, or a tuple of these with keys and indices of what inside of the
     field is at fault. A `sited` one also takes the information of the validation, which
-    leads to the rest of the case file.
+    leads to the rest of the case file. The kind of its faults is by default its name.
     """
 
     def decorate(wrong: Callable[..., Iterator[Any]]) -> Any:
+        name = kind or wrong.__name__.strip("_")
+
         def validate(cls: Any, value: Any, info: ValidationInfo) -> Any:
             if all(name in info.data for name in others):
                 further = (info,) if sited else ()
-                for expected in wrong(value, *(info.data[name] for name in others), *further):
-                    raise refuse(*([expected] if isinstance(expected, str) else expected))
+                for found in wrong(value, *(info.data[name] for name in others), *further):
+                    raise refuse(*([found] if isinstance(found, str) else found), kind=name)
             return value
 
         return field_validator(field)(classmethod(validate))
@@ -130,7 +135,7 @@ def together(first: str, second: str, words: str = "", *others: str) -> Any:
         if (value is None) != (other is None):
             yield f"expected {words or f'{first} and {second}'} together"
 
-    return rule(second, first, *others)(wrong)
+    return rule(second, first, *others, kind="together")(wrong)
 
 
 def either(first: str, second: str, words: str, *others: str, apart: bool = False) -> Any:
@@ -146,7 +151,7 @@ def either(first: str, second: str, words: str, *others: str, apart: bool = Fals
         if value is not None and other is not None:
             yield f"expected either {words}{', not both' if apart else ''}"
 
-    return rule(second, first, *others)(wrong)
+    return rule(second, first, *others, kind="either")(wrong)
 
 
 def ascending(field: str, expected: str) -> Any:
@@ -156,7 +161,7 @@ def ascending(field: str, expected: str) -> Any:
         if isinstance(values, tuple) and any(b <= a for a, b in itertools.pairwise(values)):
             yield expected
 
-    return rule(field)(wrong)
+    return rule(field, kind="ascending")(wrong)
 
 
 def once(field: str, what: str) -> Any:
@@ -166,7 +171,7 @@ def once(field: str, what: str) -> Any:
         if values is not None and len(set(values)) < len(values):
             yield f"expected each {what} once"
 
-    return rule(field)(wrong)
+    return rule(field, kind="once")(wrong)
 
 
 def step_within(duration: str, share: float = 1.0) -> Any:
@@ -178,4 +183,4 @@ def step_within(duration: str, share: float = 1.0) -> Any:
         if longest is not None and share < 1.0 and step > share * longest:
             yield f"expected at most half of the duration, {longest:g} s"
 
-    return rule("time_step", duration)(wrong)
+    return rule("time_step", duration, kind="step_within")(wrong)

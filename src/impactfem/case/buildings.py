@@ -50,13 +50,13 @@ from impactfem.case.quantity import (
     Length,
     PositiveFactor,
     PositiveLength,
-    Ratio,
+    Si,
 )
 from impactfem.case.reading import TableFile
 from impactfem.case.soil import SoilEntry
 from impactfem.system.files import LARGEST_MESH
 
-Part = Annotated[float, Ratio(at_least=0, at_most=1)]
+Part = Annotated[float, Si("-", ge=0, le=1)]
 
 
 class ShellGroup(Section):
@@ -103,7 +103,8 @@ class FileMesh(Section):
         patterns = [entry.groups for entry in value]
         for pattern in patterns:
             if patterns.count(pattern) > 1:
-                raise refuse(f"expected each pattern once, found '{pattern}' twice")
+                expected = f"expected each pattern once, found '{pattern}' twice"
+                raise refuse(expected, kind="once")
         return value
 
 
@@ -435,7 +436,8 @@ class Building(Section):
         if not isinstance(value, dict) or info.context is None:
             return handler(value)  # type: ignore[no-any-return]
         if "building" in value:
-            raise refuse("expected no key building: the 3D model is that of its [[buildings]]")
+            expected = "expected no key building: the 3D model is that of its [[buildings]]"
+            raise refuse(expected, kind="extra_forbidden")
         name = info.data.get("name", "")
         with info.context.model_of(name):
             return handler(value | {"building": name})  # type: ignore[no-any-return]

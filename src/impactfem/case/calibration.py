@@ -18,7 +18,7 @@ from impactfem.case.quantity import (
     Mass,
     PositiveFactor,
     PositiveLength,
-    Ratio,
+    Si,
     Time,
     TimeStep,
     Weight,
@@ -177,7 +177,7 @@ class WallImpactSetup(Section):
     """Computed time."""
     time_step: TimeStep
     """Time step."""
-    theta: Annotated[float, Ratio(at_least=0.5, at_most=1, percent=False)] = 0.5
+    theta: Annotated[float, Si("-", ge=0.5, le=1, percent=False)] = 0.5
     """θ of the θ-scheme: 0.5 conserves the energy of free motion, 1 (implicit Euler) damps it."""
     separation: Time = 5e-3
     """Shortest time without force between two impacts."""
@@ -200,7 +200,8 @@ class WallImpactSetup(Section):
         floors = (value,) if isinstance(value, int) else value
         twice = sorted({k for k in floors if floors.count(k) > 1})
         if twice:
-            raise refuse(f"expected each floor once, found {', '.join(map(str, twice))} again")
+            words = ", ".join(map(str, twice))
+            raise refuse(f"expected each floor once, found {words} again", kind="once")
         check_floors(floors, info)
         return value if isinstance(value, int) else tuple(sorted(value))
 

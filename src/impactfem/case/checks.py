@@ -1,7 +1,7 @@
 """What does not go together between the sections of a case.
 
 A check takes a case, as far as it could be read, and how it is read; it gives the places in the
-file that are at fault with what was expected there. `file_faults` looks at the file as it stands.
+file that are at fault with what was expected there. The name of a check is the kind of its faults.
 """
 
 import re
@@ -38,8 +38,8 @@ UNIQUE = {"buildings": "name", "motions": "direction", "damping_cases": "name", 
 """Arrays of tables with the key that only one table of each may have with a value."""
 
 
-def file_faults(reading: Reading) -> Iterator[Finding]:
-    """What stands twice in the file as it stands, and what needs a section that it lacks."""
+def _duplicate(reading: Reading) -> Iterator[Finding]:
+    """Tables of an array with the name or direction of another one."""
     for group, key in UNIQUE.items():
         seen: dict[str, int] = {}
         tables = dict(reading.tables(group))
@@ -53,6 +53,10 @@ def file_faults(reading: Reading) -> Iterator[Finding]:
             if first != index:
                 expected = f"duplicate {key}{alike}, the first is {group}[{first}].{key}"
                 yield (group, index, key), expected
+
+
+def _missing_section(reading: Reading) -> Iterator[Finding]:
+    """Sections that need others which the file lacks."""
     raw = reading.source.raw
     if not (raw.get("motions") or raw.get("loads")):
         expected = "missing; expected [[motions]], [[loads]] or both: what moves the buildings"
@@ -73,7 +77,7 @@ def file_faults(reading: Reading) -> Iterator[Finding]:
         for index, entry in reading.tables("damping_cases"):
             if entry.get("restitution") == CALIBRATED:
                 yield ("damping_cases", index, "restitution"), expected
-    serving, solver = ("transient", "serve_damping_cases"), ("transient", "solver")
+    serving = ("transient", "serve_damping_cases")
     if reading.value(*serving) is True and "damping_cases" not in raw:
         yield serving, "expected [[damping_cases]] beside it: the dampings to serve"
     lacking = [] if structured else ["[buildings.structure]: the 3D model of their building"]
@@ -82,6 +86,11 @@ def file_faults(reading: Reading) -> Iterator[Finding]:
         yield ("devices",), f"expected beside them {', and '.join(lacking)}"
     if "devices" not in raw and "device_analysis" in raw:
         yield ("device_analysis",), "expected [[devices]] beside it: the devices to analyse"
+
+
+def _no_reduced_basis(reading: Reading) -> Iterator[Finding]:
+    """Sections that use the reduced basis, with damping by part."""
+    raw, solver = reading.source.raw, ("transient", "solver")
     if any(isinstance(reading.value(*at, "damping"), list) for at in reading.three_d.values()):
         beside = "beside [[buildings.structure.damping]]:"
         if reading.value(*solver) != "full":
@@ -500,6 +509,8 @@ def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
                     yield ("transient", "probes", index, key), expected
 
 
+FILE_CHECKS = (_duplicate, _missing_section, _no_reduced_basis)
+"""Checks of the file as it stands."""
 CHECKS = (
     of_struck_sides,
     _of_damping,

@@ -20,8 +20,8 @@ from impactfem.case.quantity import (
     Length,
     Number,
     PositiveSpeed,
-    Ratio,
     Restitution,
+    Si,
 )
 
 Vector = tuple[float, float, float]
@@ -34,14 +34,14 @@ def check_floors(floors: tuple[int, ...], info: ValidationInfo) -> None:
     absent = ", ".join(str(number) for number in floors if known and number not in known)
     if absent:
         its = ", ".join(map(str, known))
-        raise refuse(f"{building} has no floor {absent}; its floors are {its}")
+        raise refuse(f"{building} has no floor {absent}; its floors are {its}", kind="no_floor")
 
 
 def unit_vector(value: Vector) -> Vector:
     """The vector of length 1 along a vector of the case file; one of zeros is refused."""
     largest = max(abs(component) for component in value)
     if largest == 0.0:
-        raise refuse("expected a vector that is not zero")
+        raise refuse("expected a vector that is not zero", kind="zero")
     # Scaled first, so that the squares neither overflow nor vanish.
     x, y, z = (component / largest for component in value)
     length = math.hypot(x, y, z)
@@ -80,7 +80,8 @@ class KelvinVoigtLaw(Section):
 def _refuse_word(value: Any) -> Any:
     """Refuse the word for a law that takes no other values than those of the case file."""
     if value == CALIBRATED:
-        raise refuse("expected a value: only a law of type 'kelvin-voigt' is calibrated")
+        expected = "expected a value: only a law of type 'kelvin-voigt' is calibrated"
+        raise refuse(expected, kind="not_calibrated")
     return value
 
 
@@ -160,7 +161,7 @@ class ContactEnd(Section):
     """Floor of the point; a list makes one pair for each floor."""
     storey: FloorNumbers | None = Field(default=None, validate_default=True)
     """In place of floor: the storey below this floor, between its rigid zones."""
-    relative_height: Annotated[float, Ratio(above=0, below=1)] | None = Field(
+    relative_height: Annotated[float, Si("-", gt=0, lt=1)] | None = Field(
         default=None, validate_default=True
     )
     """With storey: height of the point in the flexible part, between 0, its lower end, and 1, its

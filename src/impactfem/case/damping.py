@@ -8,13 +8,12 @@ from pydantic import Field, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, ascending, refuse, rule, together
 from impactfem.case.leaf import Name, Text
-from impactfem.case.quantity import CalibratedRestitution, Frequency, Quantity, Rate, Ratio
-from impactfem.case.unit import TIME
+from impactfem.case.quantity import CalibratedRestitution, Frequency, Rate, Si
 from impactfem.dynamics.damping import Caughey, DampingLaw, ModeRatios, RatioTable, Rayleigh
 from impactfem.system.errors import ImpactfemError
 
-ModalRatio = Annotated[float, Ratio(at_least=0, below=1)]
-CurveRatio = Annotated[float, Ratio(at_least=0)]
+ModalRatio = Annotated[float, Si("-", ge=0, lt=1)]
+CurveRatio = Annotated[float, Si("-", ge=0)]
 
 RAYLEIGH = ("ratio", "frequencies", "mass_coefficient", "stiffness_coefficient")
 KEYS = {
@@ -42,15 +41,13 @@ class Damping(Section):
 
     type: Literal["rayleigh", "constant", "table", "caughey", "modes"] = "rayleigh"
     """The law of the damping."""
-    ratio: Annotated[float, Ratio(above=0, below=1)] | None = Field(
-        default=None, validate_default=True
-    )
+    ratio: Annotated[float, Si("-", gt=0, lt=1)] | None = Field(default=None, validate_default=True)
     """Damping ratio ξ at both frequencies, or of all modes."""
     frequencies: tuple[Frequency, Frequency] | None = Field(default=None, validate_default=True)
     """The two frequencies f_1 < f_2 of the ratio."""
     mass_coefficient: Rate | None = Field(default=None, validate_default=True)
     """Coefficient α_R of the mass matrix."""
-    stiffness_coefficient: Annotated[float, Quantity(TIME, at_least=0)] | None = Field(
+    stiffness_coefficient: Annotated[float, Si("s", ge=0)] | None = Field(
         default=None, validate_default=True
     )
     """Coefficient β_R of the stiffness matrix."""

@@ -10,7 +10,7 @@ from pydantic import Discriminator, Field, StrictBool, Tag, ValidationInfo, fiel
 
 from impactfem.case.base import Section, ascending, refuse
 from impactfem.case.leaf import Whole
-from impactfem.case.quantity import Acceleration, Frequency, PositiveFactor, PositiveTime, Ratio
+from impactfem.case.quantity import Acceleration, Frequency, PositiveFactor, PositiveTime, Si
 from impactfem.case.reading import TableFile
 from impactfem.case.table import MOST_POINTS, Table, read_table
 from impactfem.system.errors import Fault
@@ -27,7 +27,7 @@ class DesignSpectrum(Section):
     ground_acceleration: Acceleration
     """Level of the spectrum at zero period: a_g S, the ground acceleration on the soil of the
     site."""
-    amplification: Annotated[float, Ratio(at_least=1)] = 2.5
+    amplification: Annotated[float, Si("-", ge=1)] = 2.5
     """Ratio of the plateau to the level, at 5 % damping."""
     corner_periods: tuple[PositiveTime, PositiveTime, PositiveTime]
     """Corner periods T_B < T_C < T_D: the plateau lies between the first two, constant velocity
@@ -77,9 +77,8 @@ class DecreeSpectrum(Section):
     @classmethod
     def _of_the_text(cls, value: float | None, info: ValidationInfo) -> float | None:
         if value is None and info.data.get("text") == "special":
-            raise refuse(
-                "missing; expected the acceleration of the special-risk text over the zone's a_gr"
-            )
+            expected = "the acceleration of the special-risk text over the zone's a_gr"
+            raise refuse(f"missing; expected {expected}", kind="missing")
         return 1.0 if value is None else value
 
 
@@ -92,7 +91,7 @@ class SpectrumPoint(Section):
     """Period; the table has this column or the one before."""
     acceleration: Acceleration
     """Pseudo-acceleration there."""
-    damping: Annotated[float | None, Ratio(at_least=0, below=1)] = None
+    damping: Annotated[float | None, Si("-", ge=0, lt=1)] = None
     """Damping ratio it holds for; without this column, that of the motion."""
 
 

@@ -14,17 +14,10 @@ from pydantic import ConfigDict
 
 from impactfem.case.base import Section, rule
 from impactfem.case.leaf import Text, Whole, Words
-from impactfem.case.quantity import Acceleration, Frequency, Length, Quantity, Ratio
+from impactfem.case.quantity import Acceleration, Frequency, Length, Si
 from impactfem.case.reading import TableFile
 from impactfem.case.table import MOST_POINTS, Table, name_and_unit, read_lines, read_table
 from impactfem.case.unit import (
-    ACCELERATION,
-    ENERGY,
-    INERTIA,
-    MASS,
-    ROTATIONAL_STIFFNESS,
-    STIFFNESS,
-    Kind,
     UnitError,
     si_factor,
 )
@@ -40,9 +33,9 @@ class DeviceMode(Section):
 
     frequency: Frequency
     """Natural frequency."""
-    effective_mass: Annotated[float, Quantity(MASS, at_least=0)] = 0.0
+    effective_mass: Annotated[float, Si("kg", ge=0)] = 0.0
     """Effective mass along the axis; 0 for a mode about one."""
-    effective_inertia: Annotated[float, Quantity(INERTIA, at_least=0)] = 0.0
+    effective_inertia: Annotated[float, Si("kg m2", ge=0)] = 0.0
     """Effective moment of inertia about the axis; 0 along one."""
     height: Length = 0.0
     """Of x and y: where it acts above the anchor, overturning moment over force."""
@@ -50,7 +43,7 @@ class DeviceMode(Section):
         str, Words("'x', 'y', 'z', 'rx', 'ry' or 'rz': along or about an axis", "r?[xyz]")
     ]
     """How it moves: along an axis, or about one."""
-    damping: Annotated[float | None, Ratio(at_least=0, below=1)] = None
+    damping: Annotated[float | None, Si("-", ge=0, lt=1)] = None
     """Damping ratio; without this column, by damping of the device."""
 
     # Checked at the only one of these columns that each table has.
@@ -92,14 +85,14 @@ class NamedMatrix:
 
 
 def _read_matrix(
-    path: Path, faults: list[Fault], translation: Kind, *rotation: Kind
+    path: Path, faults: list[Fault], translation: str, *rotation: str
 ) -> NamedMatrix | None:
     """Read a symmetric matrix (CSV), and convert it to SI.
 
     The header has for each degree of freedom its name and the unit of its diagonal entry, of one of
     these kinds. An entry off the diagonal has the square root of the product of two such units.
     """
-    example = f"'1.y [{translation.unit}]' and '1.rx [{rotation[0].unit}]'"
+    example = f"'1.y [{translation}]' and '1.rx [{rotation[0]}]'"
     what = f"a matrix (CSV) with its degrees of freedom and their units as header, {example}"
     before = len(faults)
     lines = read_lines(path, what, "the names of the degrees of freedom", faults, MOST)
@@ -111,13 +104,15 @@ def _read_matrix(
     twice = sorted(name for name, count in Counter(names).items() if count > 1)
     if len(names) > MOST:
         expected = f"expected at most {MOST} degrees of freedom"
-        faults.append(Fault(path, first, None, expected))
+        faults.append(Fault(path, first, None, expected, "matrix"))
     if twice or not all(names):
         found = f"found {', '.join(twice)} twice" if twice else "one is empty"
-        faults.append(Fault(path, first, None, f"expected names that are all different; {found}"))
+        faults.append(
+            Fault(path, first, None, f"expected names that are all different; {found}", "matrix")
+        )
     if all(read_number(name) is not None for name in names):
         expected = "expected the names of the degrees of freedom as header, found numbers"
-        faults.append(Fault(path, first, None, expected))
+        faults.append(Fault(path, first, None, expected, "matrix"))
         return None
     factors, turns = [], []
     for header, name in zip(headers, names, strict=True):
@@ -127,20 +122,20 @@ def _read_matrix(
         try:
             kind = next((kind for kind in kinds if _measures(unit, kind)), kinds[0])
             factors.append(si_factor(unit, kind))
-            turns.append(kind is not translation)
+            turns.append(kind != translation)
         except UnitError as error:
-            examples = " or ".join(f"'{name} [{kind.unit}]'" for kind in kinds[:2])
+            examples = " or ".join(f"'{name} [{kind}]'" for kind in kinds[:2])
             expected = f"{error if unit else 'no unit'}; expected the unit of the diagonal entry"
             key = f"{first}, column {header}"
-            faults.append(Fault(path, key, None, f"{expected} in brackets, {examples}"))
+            faults.append(Fault(path, key, None, f"{expected} in brackets, {examples}", "matrix"))
     if len(table) != len(names) and len(faults) == before:
         expected = f"expected {len(names)} rows below the header, as it has names; found "
-        faults.append(Fault(path, first, None, f"{expected}{len(table)}"))
+        faults.append(Fault(path, first, None, f"{expected}{len(table)}", "matrix"))
     numbers = [[read_number(cell) for cell in cells] for _, cells in table]
     for (line, cells), values in zip(table, numbers, strict=True):
         if None in values:
             wrong = cells[values.index(None)]
-            faults.append(Fault(path, f"line {line}", wrong, "expected a finite number"))
+            faults.append(Fault(path, f"line {line}", wrong, "expected a finite number", "matrix"))
     if len(faults) > before:
         return None
     K = np.array(numbers, dtype=float)
@@ -149,13 +144,13 @@ def _read_matrix(
         apart = np.tril(np.abs(K - K.T)) > SYMMETRIC * np.abs(K).max()
     for i, k in np.argwhere(apart)[:1]:
         expected = f"expected a symmetric matrix, found {K[k, i]:g} at {names[k]}, {names[i]}"
-        faults.append(Fault(path, f"{names[i]}, {names[k]}", float(K[i, k]), expected))
+        faults.append(Fault(path, f"{names[i]}, {names[k]}", float(K[i, k]), expected, "matrix"))
         return None
     K *= np.sqrt(np.outer(factors, factors))
     return NamedMatrix(tuple(names), tuple(map(tuple, K.tolist())), tuple(turns))
 
 
-def _measures(unit: str, kind: Kind) -> bool:
+def _measures(unit: str, kind: str) -> bool:
     try:
         si_factor(unit, kind)
     except UnitError:
@@ -165,12 +160,12 @@ def _measures(unit: str, kind: Kind) -> bool:
 
 def read_mass_matrix(path: Path, faults: list[Fault]) -> NamedMatrix | None:
     """Read a mass matrix (CSV) in units of its header, as kg and kg m2; None with faults."""
-    return _read_matrix(path, faults, MASS, INERTIA)
+    return _read_matrix(path, faults, "kg", "kg m2")
 
 
 def read_stiffness_matrix(path: Path, faults: list[Fault]) -> NamedMatrix | None:
     """Read a stiffness matrix (CSV) in units of its header, as N/m and N m/rad or N m."""
-    return _read_matrix(path, faults, STIFFNESS, ROTATIONAL_STIFFNESS, ENERGY)
+    return _read_matrix(path, faults, "N/m", "N m/rad", "J")
 
 
 _MASS_FILE = TableFile("a mass matrix (CSV)", read_mass_matrix, NamedMatrix((), ()))
@@ -285,7 +280,7 @@ class GivenPoint(Section):
     """Pseudo-acceleration there."""
     direction: Direction
     """Direction of the motion."""
-    damping: Annotated[float, Ratio(at_least=0, below=1)]
+    damping: Annotated[float, Si("-", ge=0, lt=1)]
     """Damping ratio it holds for; those of the modes must lie between the table's."""
     support: Annotated[int, Whole(1)] = 0
     """Number of the support, from 1, of a device with several; without this column the spectra are
@@ -300,9 +295,9 @@ class ProductPoint(Section):
     building: Text
     floor: Text
     direction: Text
-    damping: Annotated[float, Ratio(at_least=0, below=1)]
+    damping: Annotated[float, Si("-", ge=0, lt=1)]
     frequency: Frequency
-    broadened: Annotated[float, Quantity(ACCELERATION, at_least=0)]
+    broadened: Annotated[float, Si("m/s2", ge=0)]
 
 
 class GivenSpectrum(Section):

@@ -9,7 +9,6 @@ from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
-from impactfem.case import unit as units
 from impactfem.case.base import Section, once, refuse, rule
 from impactfem.case.damping import Damping
 from impactfem.case.device_tables import (
@@ -29,15 +28,12 @@ from impactfem.case.quantity import (
     Frequency,
     Length,
     Mass,
-    OneOrTwo,
-    OrWord,
     PositiveLength,
-    Quantity,
+    Si,
     TimeStep,
 )
 from impactfem.case.reading import reading_of
 from impactfem.case.transient import Probe
-from impactfem.case.unit import INERTIA
 
 ProbePattern = Annotated[
     str,
@@ -91,14 +87,15 @@ Rigid = Literal["rigid"]
 (RIGID,) = get_args(Rigid)
 """Stands for a stiffness without bound."""
 
-_BENDING = Quantity(units.BENDING_STIFFNESS, above=0)
-_SECTION = Quantity(units.SECTION_STIFFNESS, above=0)
+_Bending = Annotated[float, Si("N m2", gt=0)]
+_Twisting = Annotated[float | Rigid, Si("N m2", gt=0, word=RIGID)]
+_Section = Annotated[
+    float | Rigid, Si("N", gt=0, word=RIGID, kind="a shear or stretching stiffness")
+]
 
 # Zero is told below with the motion that nothing holds.
-_Spring = Annotated[float | Rigid, OrWord(Quantity(units.STIFFNESS, at_least=0), RIGID)]
-_TurningSpring = Annotated[
-    float | Rigid, OrWord(Quantity(units.ROTATIONAL_STIFFNESS, at_least=0), RIGID)
-]
+_Spring = Annotated[float | Rigid, Si("N/m", ge=0, word=RIGID)]
+_TurningSpring = Annotated[float | Rigid, Si("N m/rad", ge=0, word=RIGID)]
 
 
 class BaseStiffness(Section):
@@ -125,7 +122,8 @@ class BaseStiffness(Section):
             motion = f"rotation about {name[1]}" if name.startswith("r") else f"motion along {name}"
             raise refuse(
                 f"a mechanism: no stiffness holds the {motion} of the base; expected a stiffness "
-                f"above 0, or '{RIGID}'"
+                f"above 0, or '{RIGID}'",
+                kind="mechanism",
             )
         return value
 
@@ -135,19 +133,16 @@ class DeviceBeam(Section):
 
     length: PositiveLength
     """Length of the beam."""
-    bending: Annotated[tuple[float, float], OneOrTwo(_BENDING)]
+    bending: Annotated[tuple[_Bending, _Bending], OneOrMore(2)]
     """Bending stiffness E I; of two, the first one bends about x, which moves along y, the second
     one about y."""
-    shear: Annotated[tuple[float | Rigid, float | Rigid], OneOrTwo(OrWord(_SECTION, RIGID))] = (
-        RIGID,
-        RIGID,
-    )
+    shear: Annotated[tuple[_Section, _Section], OneOrMore(2)] = (RIGID, RIGID)
     """Shear stiffness G A_v; of two, along x and along y."""
-    stretching: Annotated[float | Rigid, OrWord(_SECTION, RIGID)] = RIGID
+    stretching: _Section = RIGID
     """Stiffness E A along the beam."""
-    twisting: Annotated[float | Rigid, OrWord(_BENDING, RIGID)] = RIGID
+    twisting: _Twisting = RIGID
     """Torsional stiffness G J."""
-    mass: Annotated[float, Quantity(units.MASS, at_least=0)] = 0.0
+    mass: Annotated[float, Si("kg", ge=0)] = 0.0
     """Mass of the whole beam, evenly distributed."""
     elements: Annotated[int, Whole(1, 1000)] = 4
     """Number of elements."""
@@ -155,7 +150,7 @@ class DeviceBeam(Section):
 
 SAME_MASS = 0.02
 """Largest difference between the mass of a device and that of its matrices, over the mass."""
-_Moment = Annotated[float, Quantity(INERTIA, at_least=0)]
+_Moment = Annotated[float, Si("kg m2", ge=0)]
 _WHAT_MOVES = {"modes": "the table says", "matrices": "they say"}
 
 
@@ -166,7 +161,7 @@ def _alone(field: str, other: str) -> Any:
         if value is not None and model is not None:
             yield f"expected nothing here beside {other}: {_WHAT_MOVES[other]} how the device moves"
 
-    return rule(field, other)(wrong)
+    return rule(field, other, kind="alone")(wrong)
 
 
 def _one_place(field: str, what: str) -> Any:
@@ -178,7 +173,7 @@ def _one_place(field: str, what: str) -> Any:
         if value is not None and supports:
             yield "expected nothing here beside supports: each has a point and a radius"
 
-    return rule(field, "supports")(wrong)
+    return rule(field, "supports", kind="one_place")(wrong)
 
 
 def _or_a_table(field: str, what: str) -> Any:
@@ -188,7 +183,7 @@ def _or_a_table(field: str, what: str) -> Any:
         if value is None and modes is None and matrices is None:
             yield f"missing; expected {what}, or modes: the table of a device, or matrices"
 
-    return rule(field, "modes", "matrices")(wrong)
+    return rule(field, "modes", "matrices", kind="or_a_table")(wrong)
 
 
 def _with_a_mass(value: Any, mass: float | None) -> Iterator[str]:
@@ -300,14 +295,15 @@ class DeviceSetup(Section):
         floors = [min(levels, key=lambda k: abs(levels[k] - z)) for *_, z in anchors if levels]
         lacking = "; ".join(value.lacks(building, floors)) if floors else ""
         if lacking:
-            raise refuse(lacking)
+            raise refuse(lacking, kind="spectra")
         return value.at(building, floors)
 
     @field_validator("modes", mode="before")
     @classmethod
     def _modes_of_one_anchor(cls, value: Any, info: ValidationInfo) -> Any:
         if value is not None and len(info.data.get("supports", ())) > 1:
-            raise refuse("expected matrices for a device with several supports")
+            expected = "expected matrices for a device with several supports"
+            raise refuse(expected, kind="one_anchor")
         return value
 
     _one_model = _alone("matrices", "modes")
@@ -400,7 +396,7 @@ def _of_gupta(frequency: float | None, methods: tuple[str, ...]) -> Iterator[str
 class RigidPart(Section):
     """The part of a mode's response that follows the anchor rigidly (Regulatory Guide 1.92)."""
 
-    method: Annotated[tuple[RigidMethod, ...], OneOrMore(get_args(RigidMethod))]
+    method: Annotated[tuple[RigidMethod, ...], Field(min_length=1), OneOrMore()]
     """'gupta': by two frequencies; 'lindley-yow': by the zero-period acceleration; 'none': all
     periodic. A list gives one result for each; the first is the main result. Further methods are
     omitted if a spectrum does not determine them."""
@@ -409,6 +405,7 @@ class RigidPart(Section):
     f2: Frequency | None = Field(default=None, validate_default=True)
     """'gupta': above it, fully rigid; default by the spectrum."""
 
+    _each_once = once("method", "method")
     _f1_of_gupta = rule("f1", "method")(_of_gupta)
     _f2_of_gupta = rule("f2", "method")(_of_gupta)
 

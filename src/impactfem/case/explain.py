@@ -3,6 +3,7 @@
 import itertools
 import types
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
@@ -10,6 +11,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
 from impactfem.case.base import REPORTED, UNREADABLE, Leaf, Written, nearest
+from impactfem.case.leaf import OneOrMore
 from impactfem.case.place import (
     Place,
     alternatives,
@@ -40,7 +42,7 @@ LIST, NOT_EMPTY = "a list, ", "a list that is not empty"
 
 # Names of the alternatives of a union, which pydantic puts into the place of an error. Besides
 # these, the type that a table has.
-_FORMS = {"grid", "list", "corner-periods"}
+_FORMS = {"grid", "list", "table", "corner-periods"}
 
 
 def places(error: ValidationError, raw: Any) -> list[tuple[Place, str]]:
@@ -61,7 +63,7 @@ def explain(error: ValidationError, source: Source, model: type[BaseModel]) -> l
             continue  # pydantic counts the valid items only; what is wrong with the others is told
         if item["type"] == REPORTED:
             continue
-        fault = source.fault(*_fault(item, source.raw, model))
+        fault = replace(source.fault(*_fault(item, source.raw, model)), kind=item["type"])
         faults.setdefault((fault.key, fault.expected), fault)
     return list(faults.values())
 
@@ -73,6 +75,9 @@ def expectation(annotation: Any, metadata: list[Any] | tuple[Any, ...] = ()) -> 
             return item.phrase
         if isinstance(item, Written):
             return expectation(item.form)
+        if isinstance(item, OneOrMore):
+            some = "such values" if item.count == 1 else f"{item.count} such values"
+            return f"{expectation(get_args(annotation)[0])}; or a list of {some}"
     origin, args = get_origin(annotation), get_args(annotation)
     if origin is Annotated:
         return expectation(args[0], args[1:])
@@ -92,21 +97,25 @@ def expectation(annotation: Any, metadata: list[Any] | tuple[Any, ...] = ()) -> 
     return "a table"
 
 
+def expected_of(item: ErrorDetails, info: FieldInfo | None) -> str:
+    """What was expected of a single value that a field does not accept."""
+    return item["msg"] if "inside" in item.get("ctx", {}) else f"expected {_words(info)}"
+
+
 def _fault(
     item: ErrorDetails, raw: Mapping[str, Any], model: type[BaseModel]
 ) -> tuple[Place, Any, str]:
     """The place of an error, the value there, and what was expected of it."""
     place = _without_tags(item["loc"], raw)
-    kind, value = item["type"], item["input"]
+    kind, value = item["type"], value_at(place, raw)
     parent, info = field_at(model, place, raw)
-    if kind in {"fault", UNREADABLE}:
+    if "inside" in item.get("ctx", {}) or kind == UNREADABLE:
         if info is None and parent is not None and place[-1] in parent.model_fields:
             # A key that is left out goes by the name of its field, which is not always the key.
             place = (*place[:-1], parent.model_fields[str(place[-1])].alias or place[-1])
         inside = item.get("ctx", {}).get("inside", ())
-        place, value = (*place, *inside), value_at(inside, value)
-        missing = value_at(place, raw) is None
-        return place, None if missing else value, item["msg"]
+        place = (*place, *inside)
+        return place, value_at(place, raw), item["msg"]
     if kind == "extra_forbidden":
         if moved := MOVED.get(dotted(place)) or RENAMED.get(str(place[-1])):
             return place, None, moved
@@ -152,9 +161,12 @@ def _words(info: FieldInfo | None, within: Place = ()) -> str:
     if info is None:
         return "another value"
     annotation, metadata = info.annotation, info.metadata
-    for _ in itertools.takewhile(lambda part: isinstance(part, int), reversed(within)):
+    last = itertools.takewhile(lambda part: isinstance(part, int), reversed(within))
+    for index in reversed([*last]):
         lists = [one for one in alternatives(annotation) if get_origin(one) is tuple]
-        annotation, metadata = (get_args(lists[0])[0], []) if lists else (annotation, metadata)
+        if lists:
+            items = get_args(lists[0])
+            annotation, metadata = items[0 if items[-1] is Ellipsis else int(index)], []
     return expectation(annotation, metadata)
 
 
@@ -170,6 +182,8 @@ def _without_tags(place: Place, raw: Any) -> Place:
         entered = False
         if part == "[key]" or is_type or (not is_key and part in _FORMS):
             continue
+        if isinstance(part, int) and current is not None and not isinstance(current, list):
+            continue  # a single value, of one or more
         cleaned.append(part)
         current = step(current, part)
         entered = True

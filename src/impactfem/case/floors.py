@@ -18,14 +18,12 @@ from impactfem.case.quantity import (
     Mass,
     PositiveFactor,
     PositiveLength,
-    Quantity,
-    Ratio,
     SecondMoment,
+    Si,
     Stress,
 )
 from impactfem.case.reading import reading_of
 from impactfem.case.table import Table, read_table
-from impactfem.case.unit import LENGTH
 from impactfem.system.errors import Fault
 
 
@@ -34,7 +32,7 @@ class Material(Section):
 
     young_modulus: Stress
     """Young's modulus E."""
-    poisson_ratio: Annotated[float, Ratio(at_least=0, below=0.5)]
+    poisson_ratio: Annotated[float, Si("-", ge=0, lt=0.5)]
     """Poisson's ratio ν."""
     density: Density | None = None
     """Mass density of the 3D model; sticks use the floor table."""
@@ -65,7 +63,8 @@ class MaterialOf(NameOf):
         raw = info.context.value("materials", name)
         if self.dense and isinstance(raw, dict) and "density" not in raw:
             raise refuse(
-                f"expected a material with a density, which is missing in [materials.{name}]"
+                f"expected a material with a density, which is missing in [materials.{name}]",
+                kind="no_density",
             )
         return info.context.valid(Material, raw) or UNKNOWN_MATERIAL
 
@@ -111,9 +110,9 @@ class Floor(Section):
     """Upper bound of the height in the calibration; default the height itself."""
     storey_stiffness_factor: PositiveFactor = 1.0
     """Factor on all stiffnesses of this storey, besides the building's."""
-    length: Annotated[float | None, Quantity(LENGTH, above=0)] = None
+    length: Annotated[float | None, Si("m", gt=0)] = None
     """Length of this floor along x; default that of the building."""
-    width: Annotated[float | None, Quantity(LENGTH, above=0)] = None
+    width: Annotated[float | None, Si("m", gt=0)] = None
     """Width of this floor along y; default that of the building."""
 
     @model_validator(mode="before")

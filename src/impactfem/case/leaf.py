@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import ValidationInfo
+from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic_core import CoreSchema, core_schema
 
 from impactfem.case.base import Leaf, nearest, refuse
 from impactfem.system.errors import CONTROL
@@ -28,74 +29,48 @@ LONGEST_NAME = 64  # letters; file names are made of names, two at a time
 _RESERVED = re.compile("con|prn|aux|nul|com[0-9]|lpt[0-9]", re.IGNORECASE)  # by Windows, for files
 
 
-def _one_or_list(one: dict[str, Any]) -> dict[str, Any]:
-    """The JSON schema of a value or a list of such values."""
-    return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}]}
-
-
 @dataclass(frozen=True)
 class Whole(Leaf):
-    """A whole number, from ``at_least`` to ``at_most``."""
+    """A whole number between bounds."""
 
-    at_least: int
-    at_most: int = _LARGEST
+    least: int
+    most: int = _LARGEST
 
     @property
     def phrase(self) -> str:
-        words = f"a whole number of at least {self.at_least}"
-        return words if self.at_most == _LARGEST else f"{words} and at most {self.at_most}"
+        words = f"a whole number of at least {self.least}"
+        return words if self.most == _LARGEST else f"{words} and at most {self.most}"
 
-    def check(self, value: Any, info: ValidationInfo) -> int:
-        if isinstance(value, bool) or not isinstance(value, int) or value < self.at_least:
-            raise refuse(f"expected {self.phrase}")
-        if value > self.at_most:
-            also = "" if self.at_most < _LARGEST else f" and at most {_LARGEST}"
-            raise refuse(f"expected {self.phrase}{also}")
-        return value
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.int_schema(strict=True, ge=self.least, le=self.most)
 
     def schema(self) -> dict[str, Any]:
-        bounds = {"minimum": self.at_least, "maximum": self.at_most}
+        bounds = {"minimum": self.least, "maximum": self.most}
         return {"type": "integer", "x-accepts": self.phrase} | bounds
 
 
 @dataclass(frozen=True)
-class Wholes(Leaf):
-    """One whole number of at least 1, or a list of them; held as a tuple."""
+class OneOrMore:
+    """A value, or a list of such values; held as a tuple."""
 
-    phrase = "a whole number of at least 1, or a list of such numbers"
+    count: int = 1  #: number of values of the list that a single value stands for
 
-    def check(self, value: Any, info: ValidationInfo) -> tuple[int, ...]:
-        numbers = tuple(value) if isinstance(value, list | tuple) else (value,)
-        if any(isinstance(k, bool) or not isinstance(k, int) or k < 1 for k in numbers):
-            raise refuse(f"expected {self.phrase}")
-        if not numbers:
-            raise refuse(f"expected {self.phrase}; the list is empty")
-        return numbers
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        return core_schema.no_info_before_validator_function(self._listed, handler(source))
 
-    def schema(self) -> dict[str, Any]:
-        return _one_or_list({"type": "integer", "minimum": 1}) | {"x-accepts": self.phrase}
+    def _listed(self, value: Any) -> tuple[Any, ...]:
+        return tuple(value) if isinstance(value, list | tuple) else (value,) * self.count
 
-
-@dataclass(frozen=True)
-class FloorsByBuilding(Wholes):
-    """Numbers of floors, of all 3D models alike or by the names of their buildings."""
-
-    phrase = f"{Wholes.phrase}; or a table of such by the names of buildings with a 3D model"
-
-    def check(self, value: Any, info: ValidationInfo) -> Any:
-        if not isinstance(value, dict):
-            return super().check(value, info)
-        models = [] if info.context is None else list(info.context.three_d)
-        unknown = [name for name in value if models and name not in models]
-        if unknown:
-            known = " or ".join(repr(name) for name in models)
-            raise refuse(f"expected buildings with a 3D model, {known}; found '{unknown[0]}'")
-        return {name: super(FloorsByBuilding, self).check(v, info) for name, v in value.items()}
-
-    def schema(self) -> dict[str, Any]:
-        either = super().schema()["anyOf"]
-        table = {"type": "object", "additionalProperties": {"anyOf": either}}
-        return {"anyOf": [*either, table], "x-accepts": self.phrase}
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        array = handler(schema)
+        item = array["items"] if "items" in array else array["prefixItems"][0]
+        return {"anyOf": [item, array]}
 
 
 @dataclass(frozen=True)
@@ -115,14 +90,17 @@ class Words(Leaf):
     def check(self, value: Any, info: ValidationInfo) -> str:
         matches = isinstance(value, str) and value.strip() != ""
         if not matches or (self.pattern and re.fullmatch(self.pattern, value) is None):
-            raise refuse(f"expected {self.phrase}")
+            raise refuse(f"expected {self.phrase}", kind="text")
         if len(value) > self.longest:
-            raise refuse(f"expected at most {self.longest} characters, not {len(value)}")
+            expected = f"expected at most {self.longest} characters, not {len(value)}"
+            raise refuse(expected, kind="text_too_long")
         if CONTROL.search(re.sub(r"[\r\n\t]", "", value) if self.lines else value):
             one = "" if self.lines else "one line "
-            raise refuse(f"expected {one}without control characters: {self.phrase}")
+            expected = f"expected {one}without control characters: {self.phrase}"
+            raise refuse(expected, kind="control_character")
         if self.file and _RESERVED.fullmatch(value):
-            raise refuse("expected another name: files are named by it, and Windows reserves it")
+            expected = "expected another name: files are named by it, and Windows reserves it"
+            raise refuse(expected, kind="reserved")
         return str(value)
 
     def schema(self) -> dict[str, Any]:
@@ -143,10 +121,10 @@ class NameOf(Leaf):
 
     def check(self, value: Any, info: ValidationInfo) -> Any:
         if not isinstance(value, str):
-            raise refuse(f"expected {self.phrase}")
+            raise refuse(f"expected {self.phrase}", kind="text")
         known = info.context.names(self.group) if info.context is not None else None
         if known is not None and value not in known:
-            raise refuse(f"unknown {self.word}; {nearest(value, list(known))}")
+            raise refuse(f"unknown {self.word}; {nearest(value, list(known))}", kind="unknown_name")
         return value
 
     def schema(self) -> dict[str, Any]:
@@ -169,12 +147,12 @@ class ModelledBuilding(NameOf):
         models = [] if info.context is None else list(info.context.three_d)
         known = " or ".join(repr(name) for name in models)
         if value is None and len(models) > 1 and self.whose:
-            raise refuse(f"missing; expected the building of {self.whose}: {known}")
+            raise refuse(f"missing; expected the building of {self.whose}: {known}", kind="missing")
         if value is None:
             return models[0] if len(models) == 1 else ""
         name = super().check(value, info)
         if models and name not in models:
-            raise refuse(f"expected a building with a 3D model: {known}")
+            raise refuse(f"expected a building with a 3D model: {known}", kind="no_3d_model")
         return name
 
 
@@ -195,9 +173,9 @@ class FileName(Leaf):
         if isinstance(value, str) and (found := CONTROL.search(value)):
             letter = _ESCAPES.get(found[0])
             words = f"; \\{letter} in double quotes is a control character: write / in paths"
-            raise refuse(f"expected {self.phrase}{words if letter else ''}")
+            raise refuse(f"expected {self.phrase}{words if letter else ''}", kind="file_name")
         if not isinstance(value, str) or not value.strip():
-            raise refuse(f"expected {self.phrase}")
+            raise refuse(f"expected {self.phrase}", kind="file_name")
         if info.context is None:
             return Path(value)
         if not self.what:
@@ -206,28 +184,6 @@ class FileName(Leaf):
 
     def schema(self) -> dict[str, Any]:
         return {"type": "string", "minLength": 1, "x-accepts": self.phrase}
-
-
-@dataclass(frozen=True)
-class OneOrMore(Leaf):
-    """A word of several, or a list of them, each once; held as a tuple."""
-
-    words: tuple[str, ...]
-
-    @property
-    def phrase(self) -> str:
-        return f"{' or '.join(repr(word) for word in self.words)}, or a list of them, each once"
-
-    def check(self, value: Any, info: ValidationInfo) -> tuple[str, ...]:
-        found = tuple(value) if isinstance(value, list | tuple) else (value,)
-        if not found or any(found.count(one) > 1 or one not in self.words for one in found):
-            raise refuse(f"expected {self.phrase}")
-        return found
-
-    def schema(self) -> dict[str, Any]:
-        schema = _one_or_list({"type": "string", "enum": list(self.words)})
-        schema["anyOf"][1]["uniqueItems"] = True
-        return schema | {"x-accepts": self.phrase}
 
 
 @dataclass(frozen=True)
@@ -246,10 +202,11 @@ class Levels(Leaf):
             match = _RANGE.fullmatch(part)
             first, last = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
             if last > MOST_FLOORS:
-                raise refuse(f"expected numbers of {self.word} up to {MOST_FLOORS}, found {last}")
+                expected = f"expected numbers of {self.word} up to {MOST_FLOORS}, found {last}"
+                raise refuse(expected, kind="too_high")
             levels += range(first, last + 1) or [0]  # which is no number
         if not levels or any(a >= b for a, b in itertools.pairwise((0, *levels))):
-            raise refuse(f"expected {self.phrase}")
+            raise refuse(f"expected {self.phrase}", kind="levels")
         return tuple(levels)
 
     @staticmethod
@@ -265,7 +222,7 @@ class Levels(Leaf):
 
 Storeys = Annotated[tuple[int, ...], Levels("storeys")]
 Floors = Annotated[tuple[int, ...], Levels("floors")]
-FloorNumbers = Annotated[tuple[int, ...], Wholes()]
+FloorNumbers = Annotated[tuple[Annotated[int, Whole(1)], ...], Field(min_length=1), OneOrMore()]
 Text = Annotated[str, Words()]
 Prose = Annotated[str, Words(longest=10_000, lines=True)]
 Key = Annotated[str, Words("a name of visible characters", longest=LONGEST_NAME)]

@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from impactfem.case.base import REPORTED, UNREADABLE
-from impactfem.case.checks import CHECKS, file_faults
+from impactfem.case.checks import CHECKS, FILE_CHECKS
 from impactfem.case.devices import STEPS, DeviceAnalysis
 from impactfem.case.explain import explain, places
 from impactfem.case.model import Case, CaseFile
@@ -76,13 +76,16 @@ def read_case(path: str | Path | Source) -> tuple[Case | None, list[Fault], set[
     except ValidationError as error:
         faults = explain(error, source, CaseFile)
         sections = _rest(error, reading)
-    faults += [reading.fault(*finding) for finding in file_faults(reading)]
+    for as_it_stands in FILE_CHECKS:
+        kind = as_it_stands.__name__.strip("_")
+        faults += [reading.fault(*finding, kind) for finding in as_it_stands(reading)]
     if sections is None:
         return None, [*faults, *reading.faults], reading.left_out
     case, left_out = _completed(sections, reading), reading.left_out
     reading.lenient = True
     for check in CHECKS:
-        faults += [reading.fault(*finding) for finding in check(case, reading)]
+        kind = check.__name__.strip("_")
+        faults += [reading.fault(*finding, kind) for finding in check(case, reading)]
     faults += reading.faults
     if not left_out:
         return case, faults, left_out

@@ -23,13 +23,12 @@ from impactfem.case.quantity import (
     Number,
     PositiveSpeed,
     PositiveTime,
-    Ratio,
+    Si,
     Time,
     TimeStep,
 )
 from impactfem.case.reading import TableFile, reading_of
 from impactfem.case.table import name_and_unit, read_numbers, unit_of_column
-from impactfem.case.unit import FORCE, TIME
 from impactfem.records import AMBIGUOUS_ENDINGS, FORMAT_OF_ENDING, FORMATS, RecordFormat
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault
@@ -49,7 +48,7 @@ class Component(Words):
         """A number counts from 1."""
         number = isinstance(value, int) and not isinstance(value, bool) and value > 0
         if not number and not (isinstance(value, str) and value.strip()):
-            raise refuse(f"expected {self.phrase}")
+            raise refuse(f"expected {self.phrase}", kind="text")
         return str(value).strip()
 
     def schema(self) -> dict[str, Any]:
@@ -83,7 +82,7 @@ class SyntheticMotion(_Motion):
     least."""
     iterations: Annotated[int, Whole(1, 10_000)] = 30
     """Number of iterations that match the motion to the spectrum."""
-    damping: Annotated[float, Ratio(above=0, below=1)] = 0.05
+    damping: Annotated[float, Si("-", gt=0, lt=1)] = 0.05
     """Damping ratio of the spectrum that is matched."""
     spectrum: SpectrumEntry
     """The design spectrum that is matched."""
@@ -144,7 +143,7 @@ class RecordMotion(_Motion):
     step above 0.55 ms is divided by an integer until linear interpolation keeps 99.8 % of the
     amplitude up to the Nyquist frequency or 100 Hz. The step of the record keeps linear
     interpolation between its samples."""
-    scale: Annotated[float, Ratio()] = 1.0
+    scale: Annotated[float, Si("-")] = 1.0
     """Factor on the accelerations, not zero; -1 reverses the direction."""
     pga: Acceleration | None = None
     """Peak ground acceleration after scaling, in place of scale; a scale of -1 reverses the
@@ -166,7 +165,8 @@ class RecordMotion(_Motion):
             return FORMAT_OF_ENDING[ending]
         if ending not in AMBIGUOUS_ENDINGS:
             known = " or ".join(f"'{name}'" for name in FORMATS)
-            raise refuse(f"missing; expected {known}, the ending of the file is of none of them")
+            expected = f"missing; expected {known}, the ending of the file is of none of them"
+            raise refuse(expected, kind="missing")
         return None
 
     _band = ascending("filter", "expected the low corner frequency before the high one")
@@ -293,11 +293,11 @@ def _read_forces(path: Path, faults: list[Fault], info: ValidationInfo) -> Force
         known = [one.floor for one in floors_of(building, info)]
         if building not in names:
             expected = f"expected a building of the case; {nearest(building, list(names))}"
-            faults.append(Fault(path, column, building, expected))
+            faults.append(Fault(path, column, building, expected, "forces"))
         elif known and floor not in known:
             numbers = ", ".join(map(str, known))
             expected = f"{building} has no floor {floor}; its floors are {numbers}"
-            faults.append(Fault(path, column, floor, expected))
+            faults.append(Fault(path, column, floor, expected, "forces"))
     return table if len(faults) == before else None
 
 
@@ -361,19 +361,21 @@ def read_force_table(path: Path, faults: list[Fault]) -> ForceTable | None:
         elif place is None and name != "time":
             expected = "expected '<building>.floor_<k> [N]', or 'time [s]'"
         else:
-            factor = unit_of_column(header, TIME if place is None else FORCE)
+            factor = unit_of_column(header, "s" if place is None else "N")
             factors[k], expected = (1.0, factor) if isinstance(factor, str) else (factor, "")
         if place is not None:
             floors[k] = place[1], int(place[2])
         if expected:
-            faults.append(Fault(path, f"line {number}, column {header}", None, expected))
+            faults.append(Fault(path, f"line {number}, column {header}", None, expected, "forces"))
     if "time" not in names:
-        faults.append(Fault(path, f"line {number}", None, "missing column; expected 'time [s]'"))
+        faults.append(
+            Fault(path, f"line {number}", None, "missing column; expected 'time [s]'", "forces")
+        )
     if not floors:
         expected = "expected a column '<building>.floor_<k> [N]' besides the time"
-        faults.append(Fault(path, f"line {number}", None, expected))
+        faults.append(Fault(path, f"line {number}", None, expected, "forces"))
     if len(table.values) < 2:
-        faults.append(Fault(path, "", None, "expected at least two lines of values"))
+        faults.append(Fault(path, "", None, "expected at least two lines of values", "forces"))
     if len(faults) > before:
         return None
     values = table.values * factors
@@ -382,6 +384,6 @@ def read_force_table(path: Path, faults: list[Fault]) -> ForceTable | None:
     if late.size:
         expected = "expected times that increase, from 0 s or later"
         key = f"line {table.lines[late[0]]}, column {headers[names.index('time')]}"
-        faults.append(Fault(path, key, float(time[late[0]]), expected))
+        faults.append(Fault(path, key, float(time[late[0]]), expected, "forces"))
         return None
     return ForceTable(time, tuple(floors.values()), values[:, list(floors)])

@@ -43,12 +43,12 @@ class Reading:
     building: str = ""
     _tables: dict[tuple[Path, str, str], Any] = field(default_factory=dict)
 
-    def fault(self, place: Place, expected: str) -> Fault:
+    def fault(self, place: Place, expected: str, kind: str) -> Fault:
         """A fault of a key in the file that says it, with its value unless it holds tables."""
         value = self.value(*place)
         listed = value if isinstance(value, list) else [value]
         shown = listed and not any(isinstance(one, dict) for one in listed)
-        return self.source.fault(place, value if shown else None, expected)
+        return self.source.fault(place, value if shown else None, expected, kind)
 
     def original(self, place: Place) -> Place:
         """A place among the tables that are kept, as a place of the file."""

@@ -190,7 +190,8 @@ def _read_reference(path: Path, faults: list[Fault], info: ValidationInfo) -> Re
     try:
         source = read_source(path, Reference, REFERENCE)
         if {"buildings", "pounding"} & source.raw.keys():
-            raise refuse("this is a case; expected a reference: a title and [[items]], its figures")
+            expected = "this is a case; expected a reference: a title and [[items]], its figures"
+            raise refuse(expected, kind="not_a_reference")
         reference = Reference.model_validate(source.raw, context=Reading(source))
     except InputError as error:
         faults.extend(error.faults)

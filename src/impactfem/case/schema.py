@@ -17,7 +17,7 @@ from impactfem.case.device_tables import DeviceMode
 from impactfem.case.floors import Floor
 from impactfem.case.members import Bay, Beam, Column, Wall
 from impactfem.case.model import CaseFile
-from impactfem.case.quantity import Quantity, Ratio
+from impactfem.case.quantity import Si
 from impactfem.case.report import PublishedRow
 from impactfem.case.soil import ImpedanceRow
 from impactfem.case.table import leaf_of
@@ -135,7 +135,12 @@ def accepted(entry: dict[str, Any]) -> tuple[str, str]:
             return f"list of {' and '.join(each)}", ""
         words, unit = parts[0]
         return f"list of {len(parts)}, each {words}", unit
-    if "items" in entry and "x-accepts" not in entry:
+    if "anyOf" in entry and entry["anyOf"][-1].get("type") == "array":
+        item, array = entry["anyOf"]
+        words, unit = accepted(item)
+        count = array.get("maxItems")
+        return f"{words}, or a list of {count or 'such values'}".replace("of 2", "of two"), unit
+    if "items" in entry:
         words, unit = accepted(entry["items"])
         return f"list, each {words}", unit
     if "enum" in entry:
@@ -162,10 +167,8 @@ def default_of(entry: dict[str, Any]) -> str:
 def column(info: FieldInfo) -> tuple[str, str, str]:
     """What a column of a table accepts, its SI unit, and its default in words."""
     leaf = leaf_of(info)
-    if isinstance(leaf, Quantity):
-        words, unit = f"{leaf.kind.name} {leaf.bound}".strip(), leaf.kind.unit
-    elif isinstance(leaf, Ratio):
-        words, unit = f"a number {leaf.bound}".strip(), "-"
+    if isinstance(leaf, Si):
+        words, unit = leaf.accepts, leaf.unit
     else:
         words, unit = leaf.phrase.replace(" in quotes", ""), ""
     if info.is_required():

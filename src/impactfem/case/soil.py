@@ -20,11 +20,11 @@ from impactfem.case.quantity import (
     Number,
     PositiveLength,
     PositiveSpeed,
-    Ratio,
+    Si,
 )
 from impactfem.case.reading import TableFile
 from impactfem.case.table import Table, read_table
-from impactfem.case.unit import ROTATIONAL_STIFFNESS, STIFFNESS, UnitError, si_factor
+from impactfem.case.unit import KINDS, UnitError, si_factor
 from impactfem.dynamics.impedance import Curve, fitted
 from impactfem.dynamics.soil import BAND, MATERIAL, MOST_DAMPED, HalfSpace, Soil, raft_mass, soil_of
 from impactfem.system.arrays import Array
@@ -106,9 +106,9 @@ class HalfSpaceSoil(_OnRaft):
     """Speed of shear waves c_s, at the strains of the earthquake."""
     density: Density
     """Mass density of the soil."""
-    poisson_ratio: Annotated[float, Ratio(at_least=0, at_most=0.5)]
+    poisson_ratio: Annotated[float, Si("-", ge=0, le=0.5)]
     """Poisson's ratio ν of the soil."""
-    damping_ratio: Annotated[float, Ratio(at_least=0, at_most=MOST_DAMPED)] = 0.0
+    damping_ratio: Annotated[float, Si("-", ge=0, le=MOST_DAMPED)] = 0.0
     """Hysteretic material damping ratio ζ of the soil, in addition to radiation. Constant from 1 to
     20 Hz; the given stiffness applies at 4.5 Hz (softer below, stiffer above)."""
     model: Literal["pais-kausel", "cone"] | None = Field(default=None, validate_default=True)
@@ -171,8 +171,8 @@ class MatrixSoil(_OnRaft):
     damping: Matrix = Field(min_length=6, max_length=6)
     """Dashpots, likewise in N s/m, N s/rad, N m s/m and N m s/rad: radiation damping."""
 
-    _holds = rule("stiffness")(partial(_wrong, above=True))
-    _takes = rule("damping")(partial(_wrong, above=False))
+    _holds = rule("stiffness", kind="definite")(partial(_wrong, above=True))
+    _takes = rule("damping", kind="definite")(partial(_wrong, above=False))
 
     @property
     def law(self) -> Soil:
@@ -202,15 +202,15 @@ def read_impedances(path: Path, faults: list[Fault]) -> Table[ImpedanceRow] | No
 
     def in_si(table: Table[ImpedanceRow]) -> Iterator[Fault]:
         for line, row in table:
-            kind = ROTATIONAL_STIFFNESS if row.component.startswith("r") else STIFFNESS
+            unit = "N m/rad" if row.component.startswith("r") else "N/m"
             try:
-                factor = si_factor(row.unit, kind)
+                factor = si_factor(row.unit, unit)
             except UnitError as error:
-                expected = f"{error}; expected the unit of {kind.name}, as '{kind.unit}'"
+                expected = f"{error}; expected the unit of {KINDS[unit].name}, as '{unit}'"
                 yield table.fault(line, "unit", row.unit, expected)
                 continue
             parts = {"real": factor * row.real, "imaginary": factor * row.imaginary}
-            rows.append(row.model_copy(update=parts | {"unit": kind.unit}))
+            rows.append(row.model_copy(update=parts | {"unit": unit}))
 
     def complete(table: Table[ImpedanceRow]) -> Iterator[Fault]:
         yield from table.disorder("frequency", "component", "component")

@@ -65,9 +65,10 @@ class Source:
 
         return of(self.raw, ())[0]
 
-    def fault(self, place: Place, value: Any, expected: str) -> Fault:
+    def fault(self, place: Place, value: Any, expected: str, kind: str = "") -> Fault:
         """A fault in the file that says a key, with the value as it is written there, or None."""
-        return Fault(self.file_of(place), dotted(place), self.written.get(place, value), expected)
+        written = self.written.get(place, value)
+        return Fault(self.file_of(place), dotted(place), written, expected, kind)
 
     def remark(self, place: Place, text: str) -> Fault:
         """What is to be said about a key, with the value as it is written."""
@@ -79,7 +80,7 @@ class Source:
         value = value_at(place, self.raw)
         if fault.file != self.path or value is None or isinstance(value, dict):
             return fault
-        return self.fault(place, value, fault.expected)
+        return self.fault(place, value, fault.expected, fault.kind)
 
     def lay(self, over: dict[str, Any], file: Path, table: Place = ()) -> None:
         """Lay a table that a file says over what stands at its place, and note who says what."""
@@ -96,7 +97,9 @@ class Source:
                     if name not in named:
                         hint = nearest(name, list(named))
                         expected = f"no table of this name is extended; {hint}"
-                        raise InputError([Fault(file, dotted((*place, name)), None, expected)])
+                        raise InputError(
+                            [Fault(file, dotted((*place, name)), None, expected, "source")]
+                        )
                     inside = (*place, named[name])
                     self._note(below[named[name]], inside, self.speakers[place])
                     self.lay(entry, file, inside)
@@ -155,25 +158,27 @@ def read_source(path: Path, model: type[BaseModel], what: str = _CASE_FILE) -> S
         if extended is None:
             break
         if not isinstance(extended, str) or not extended.strip() or CONTROL.search(extended):
-            raise InputError([Fault(file, EXTENDS, extended, f"expected {FileName().phrase}")])
+            raise InputError(
+                [Fault(file, EXTENDS, extended, f"expected {FileName().phrase}", "file_name")]
+            )
         below, expected = file.parent / extended, ""
         text = read_text(below, what, LARGEST_TOML)
         if isinstance(text, Fault):
-            raise InputError([Fault(file, EXTENDS, extended, text.expected)])
+            raise InputError([Fault(file, EXTENDS, extended, text.expected, text.kind)])
         if len(contents) == MOST_FILES:
             expected = f"expected at most {MOST_FILES} files that extend one another"
         elif any(below.samefile(one) for one in folders):
             names = " > ".join(one.name for one in [*folders, below])
             expected = f"expected a file that does not extend this one in turn: {names}"
         if expected:
-            raise InputError([Fault(file, EXTENDS, extended, expected)])
+            raise InputError([Fault(file, EXTENDS, extended, expected, "source")])
         file, name = below, name.parent / extended
     try:
         for one, content in reversed(contents):
             source.lay(content, one)
         files = list(file_names(source.raw, (), source.raw, model))
     except RecursionError as error:
-        raise InputError([Fault(path, "", None, "tables nested too deeply")]) from error
+        raise InputError([Fault(path, "", None, "tables nested too deeply", "source")]) from error
     for place, written in files:
         folder = folders[source.file_of(place)]
         if folder != Path() and not Path(written).is_absolute():
@@ -189,7 +194,7 @@ def parse(path: Path, text: str) -> dict[str, Any]:
         count = _keys(content)
         if count > MOST_KEYS:
             expected = f"{count} keys; expected at most {MOST_KEYS}"
-            raise InputError([Fault(path, "", None, expected)])
+            raise InputError([Fault(path, "", None, expected, "source")])
         return content
     except tomllib.TOMLDecodeError as error:
         place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
@@ -200,10 +205,10 @@ def parse(path: Path, text: str) -> dict[str, Any]:
             turned = written[1].replace("\\\\", "/").replace("\\", "/")
             reason += f'; in double quotes \\ begins an escape: write / in paths, "{turned}", or '
             reason += "\\\\ for a backslash, or single quotes"
-        raise InputError([Fault(path, key, line, f"not valid TOML: {reason}")]) from error
+        raise InputError([Fault(path, key, line, f"not valid TOML: {reason}", "toml")]) from error
     except (ValueError, RecursionError) as error:
         reason = "tables nested too deeply" if isinstance(error, RecursionError) else str(error)
-        raise InputError([Fault(path, "", None, f"not valid TOML: {reason}")]) from error
+        raise InputError([Fault(path, "", None, f"not valid TOML: {reason}", "toml")]) from error
 
 
 def _keys(content: Any) -> int:

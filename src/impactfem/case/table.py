@@ -10,7 +10,7 @@ import re
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -19,17 +19,18 @@ from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
 from impactfem.case.base import Section, nearest
+from impactfem.case.explain import expected_of
 from impactfem.case.leaf import Levels, Whole, Words
 from impactfem.case.place import one_line
-from impactfem.case.quantity import Quantity, Ratio
-from impactfem.case.unit import Kind, UnitError, scale, si_factor
+from impactfem.case.quantity import Si
+from impactfem.case.unit import KINDS, UnitError, si_factor
 from impactfem.records.file import read_number
 from impactfem.system.arrays import Array
 from impactfem.system.errors import MOST_FAULTS, Fault
 from impactfem.system.files import LARGEST, read_text, wrong_separators
 
 Row = TypeVar("Row", bound=Section)
-CellLeaf = Quantity | Ratio | Whole | Words | Levels
+CellLeaf = Si | Whole | Words | Levels
 Line = tuple[int, list[str]]
 """Number of a line, from 1, and its cells."""
 
@@ -59,10 +60,10 @@ class Table(Generic[Row]):
         """The rows with their lines."""
         return zip(self.lines, self.rows, strict=True)
 
-    def fault(self, line: int, column: str, value: Any, expected: str) -> Fault:
+    def fault(self, line: int, column: str, value: Any, expected: str, kind: str = "") -> Fault:
         """A fault of a cell."""
         key = f"line {line}, column {self.headers.get(column, column)}"
-        return Fault(self.path, key, value, expected)
+        return Fault(self.path, key, value, expected, kind)
 
     def duplicates(self, column: str, *further: str) -> Iterator[Fault]:
         """Rows with a value, or a combination of those of columns, that stands above already."""
@@ -72,7 +73,7 @@ class Table(Generic[Row]):
                 above = first.setdefault(tuple(cells[k] for k in (column, *further)), line)
                 if above != line:
                     expected = f"duplicate {column}, the first is in line {above}"
-                    yield self.fault(line, column, cells[column], expected)
+                    yield self.fault(line, column, cells[column], expected, "duplicate")
 
     def curves(self, x: str, y: str, *by: str) -> dict[tuple[Any, ...], list[tuple[float, float]]]:
         """Points (x, y) of the curves that columns tell apart, as they stand."""
@@ -90,13 +91,13 @@ class Table(Generic[Row]):
         for points in curves.values():
             if len(points) < 2:
                 expected = f"expected at least 2 points of each {of_each}"
-                yield Fault(self.path, f"line {points[0][0]}", None, expected)
+                yield Fault(self.path, f"line {points[0][0]}", None, expected, "points")
                 continue
             sign = math.copysign(1.0, points[1][1] - points[0][1])
             for (_, a), (line, b) in itertools.pairwise(points):
                 if (b - a) * sign <= 0.0:
                     expected = f"expected values in order, each once; before: {a:g}"
-                    yield self.fault(line, x, b, expected)
+                    yield self.fault(line, x, b, expected, "order")
                     break  # one says it of all that follow
 
 
@@ -105,7 +106,16 @@ class _Column:
     header: str
     field: str
     leaf: CellLeaf
-    factor: float | None  #: None when the unit could not be used: its cells are not read
+    unit: str | None  #: as written; None when it cannot be used: its cells are not read
+
+    def value(self, cell: str) -> float | int | str | None:
+        """The content of a cell as a case file would state it; None where it is no value."""
+        if isinstance(self.leaf, Whole):
+            return int(cell) if re.fullmatch(r"[+-]?\d{1,9}", cell) else None
+        if not isinstance(self.leaf, Si):
+            return cell or None
+        number = read_number(cell)
+        return f"{cell} {self.unit}" if number is not None and self.unit else number
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +179,7 @@ def read_numbers(
                 if value is None:
                     key = f"line {number}, column {cells[0][1][k]}"
                     expected = "expected a finite number (the unit is in the header)"
-                    faults.append(Fault(path, key, text, expected))
+                    faults.append(Fault(path, key, text, expected, "cell"))
                 row[k] = np.nan if value is None else value
             if len(faults) > before + MOST_FAULTS:
                 break
@@ -203,7 +213,7 @@ def _filled_lines(
     elif len(lines) - 1 > most:
         expected = f"{len(lines) - 1} rows below the header; expected at most {most}"
     if expected:
-        faults.append(Fault(path, key, None, expected))
+        faults.append(Fault(path, key, None, expected, "csv"))
     return None if expected else lines
 
 
@@ -215,7 +225,7 @@ def _cells(path: Path, lines: list[tuple[int, str]], faults: list[Fault]) -> lis
         try:
             cells = [cell.strip() for cell in next(csv.reader([line], skipinitialspace=True))]
         except csv.Error as error:
-            faults.append(Fault(path, key, None, f"not a line of a CSV file ({error})"))
+            faults.append(Fault(path, key, None, f"not a line of a CSV file ({error})", "csv"))
             if not found:
                 return None
             continue
@@ -224,11 +234,11 @@ def _cells(path: Path, lines: list[tuple[int, str]], faults: list[Fault]) -> lis
             cells = cells[:columns]
         if len(cells) != columns:
             expected = f"expected {columns} cells as in the header, found {len(cells)}"
-            faults.append(Fault(path, key, None, expected))
+            faults.append(Fault(path, key, None, expected, "cells"))
             continue
         found.append((number, cells))
     if len(lines) == 1:
-        faults.append(Fault(path, "", None, "the table has no row below its header"))
+        faults.append(Fault(path, "", None, "the table has no row below its header", "no_row"))
     return found
 
 
@@ -266,7 +276,8 @@ def read_table(
         sound = not found
         found.extend(table.duplicates(*once) if once else ())
         for check in checks if sound else ():
-            found.extend(check(table))
+            kind = getattr(check, "__name__", "").strip("_")
+            found.extend(replace(fault, kind=fault.kind or kind) for fault in check(table))
     faults.extend(found)
     return None if found else table
 
@@ -282,19 +293,19 @@ def name_and_unit(header: str) -> tuple[str, str | None]:
     return (match[1], match[2]) if match else (header, None)
 
 
-def unit_of_column(header: str, kind: Kind) -> float | str:
-    """Return the factor to SI of a column by the unit in its header, or what is wrong with it."""
-    name, unit = name_and_unit(header)
+def unit_of_column(header: str, unit: str) -> float | str:
+    """Return the factor to an SI unit of a column by its header, or what is wrong with it."""
+    name, written = name_and_unit(header)
     try:
-        return si_factor(unit or "", kind)
+        return si_factor(written or "", unit)
     except UnitError as error:
-        said = f"{error if unit else 'no unit'}; expected the unit of {kind.name} in brackets"
-        return f"{said}, '{name} [{kind.unit}]'"
+        said = f"{error if written else 'no unit'}; expected the unit of {KINDS[unit].name}"
+        return f"{said} in brackets, '{name} [{unit}]'"
 
 
 def _header_of(name: str, info: FieldInfo) -> str:
     leaf = leaf_of(info)
-    return f"{name} [{leaf.kind.unit}]" if isinstance(leaf, Quantity) else name
+    return f"{name} [{leaf.unit}]" if isinstance(leaf, Si) and leaf.unit != "-" else name
 
 
 def _columns(
@@ -304,7 +315,7 @@ def _columns(
     fields = row_model.model_fields
     if not any(name_and_unit(header)[0] in fields for header in headers):
         names = ",".join(_header_of(*one) for one in fields.items() if one[1].is_required())
-        faults.append(Fault(path, f"line {number}", None, f"no header; expected {names}"))
+        faults.append(Fault(path, f"line {number}", None, f"no header; expected {names}", "header"))
         return [None] * len(headers)
     columns: list[_Column | None] = []
     found: set[str] = set()
@@ -322,24 +333,21 @@ def _columns(
         else:
             found.add(name)
             leaf = leaf_of(fields[name])
-            factor = None
-            if isinstance(leaf, Quantity):
-                read = unit_of_column(header, leaf.kind)
-                factor, wrong = (None, read) if isinstance(read, str) else (read, "")
-            elif isinstance(leaf, Ratio) and unit == "%":
-                factor = 0.01
-            elif unit in {None, "", "-"}:
-                factor = 1.0
-            else:
-                wrong = f"this column has no unit; expected '{name}'"
-            column = _Column(header, name, leaf, factor)
+            if isinstance(leaf, Si) and leaf.unit != "-":
+                read = unit_of_column(header, leaf.unit)
+                wrong = read if isinstance(read, str) else ""
+            elif unit == "-" or (unit and not (isinstance(leaf, Si) and unit == "%")):
+                wrong = "" if unit == "-" else f"this column has no unit; expected '{name}'"
+                unit = ""
+            column = _Column(header, name, leaf, None if wrong else unit or "")
         if wrong:
-            faults.append(Fault(path, f"line {number}, column {header}", None, wrong))
+            at = f"line {number}, column {header}"
+            faults.append(Fault(path, at, None, wrong, "column"))
         columns.append(column)
     for name, info in fields.items():
         if info.is_required() and name not in found:
             expected = f"missing column; expected '{_header_of(name, info)}': {one_line(info)}"
-            faults.append(Fault(path, f"line {number}", None, expected))
+            faults.append(Fault(path, f"line {number}", None, expected, "missing_column"))
     return columns
 
 
@@ -360,21 +368,16 @@ def _row(
             continue
         written[column.field] = cell
         unknown = not cell and column.field in row_model.MAY_BE_EMPTY
-        if column.factor is None or unknown:
+        if column.unit is None or unknown:
             continue
-        leaf = column.leaf
-        value: float | int | str | None = cell or None
-        expected = leaf.phrase
-        if isinstance(leaf, Words):
-            expected = "a text, the cell is empty"
-        elif isinstance(leaf, Whole):
-            value = int(cell) if re.fullmatch(r"[+-]?\d{1,9}", cell) else None
-        elif not isinstance(leaf, Levels):
-            number = read_number(cell)
-            value = None if number is None else scale(number, column.factor)
-            expected = "a finite number (the unit is in the header)"
+        value = column.value(cell)
         if value is None:
-            faults.append(Fault(path, key + column.header, cell, f"expected {expected}"))
+            expected = "a finite number (the unit is in the header)"
+            if not isinstance(column.leaf, Si):
+                text = isinstance(column.leaf, Words)
+                expected = "a text, the cell is empty" if text else column.leaf.phrase
+            at = key + column.header
+            faults.append(Fault(path, at, cell, f"expected {expected}", "cell"))
         else:
             values[column.field] = value
     try:
@@ -384,19 +387,18 @@ def _row(
         items = error.errors(include_url=False)
         fields = [str(item["loc"][0]) if item["loc"] else "" for item in items]
         said = [(i["msg"], i["input"]) for i, f in zip(items, fields, strict=True) if f in values]
-        further = []
         for item, field in zip(items, fields, strict=True):
-            message = item["msg"]
+            expected = expected_of(item, row_model.model_fields.get(field))
             if field in values:
-                faults.append(Fault(path, key + headers[field], written[field], message))
+                at, cell = key + headers[field], written[field]
+                faults.append(Fault(path, at, cell, expected, item["type"]))
             # What is missing, or in a column but not read, was said of the header or the cell
             # already; and a field without a column may follow another one, whose fault it repeats.
             elif (
                 item["type"] != "missing"
                 and field not in written
-                and (message, item["input"]) not in said
+                and (item["msg"], item["input"]) not in said
             ):
-                expected = f"{field}, which has no column: {message}" if field else message
-                further.append(Fault(path, f"line {line}", None, expected))
-        faults += further
+                expected = f"{field}, which has no column: {expected}" if field else expected
+                faults.append(Fault(path, f"line {line}", None, expected, item["type"]))
         return None, values

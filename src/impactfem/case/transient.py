@@ -5,17 +5,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, StrictBool, field_validator
+from pydantic import Discriminator, Field, StrictBool, Tag, field_validator
 
 from impactfem.case.base import Section, ascending, once, refuse, rule, step_within, together
-from impactfem.case.leaf import FileName, FloorsByBuilding, ModelledBuilding, Name, Whole, Words
+from impactfem.case.leaf import FileName, FloorNumbers, ModelledBuilding, Name, Whole, Words
 from impactfem.case.quantity import (
     Duration,
     Frequency,
     Length,
     PositiveLength,
     PositiveTime,
-    Ratio,
+    Si,
     Time,
     TimeStep,
 )
@@ -34,6 +34,7 @@ _STANDARD = "(?:centre|edge|line)_[1-9][0-9]*"
 _FORCES = FileName("a force history (NetCDF or CSV)", largest=LARGEST_FORCES, deferred=True)
 OUTSIDE = 1.0
 """Distance of a point from the building that is always taken for a point of it [m]."""
+ModelName = Annotated[str, ModelledBuilding()]
 _WAYS = "point, or from with to and count, or group"
 
 
@@ -51,7 +52,7 @@ class Probe(Section):
 
     name: Name
     """Name of the probe; several points are numbered."""
-    building: Annotated[str, ModelledBuilding()] = Field(default=None, validate_default=True)
+    building: ModelName = Field(default=None, validate_default=True)
     """Name of the building; default each one with a 3D model."""
     point: _Point | None = None
     """Coordinates (x, y, z) of one point; the nearest node is taken."""
@@ -149,7 +150,7 @@ class Transient(Section):
     """Time step of the 3D model."""
     maximum_frequency: Frequency = MAXIMUM_FREQUENCY
     """Highest frequency of the reduced basis; spectra above are marked."""
-    tolerance: Annotated[float, Ratio(above=0, below=1)] = TOLERANCE
+    tolerance: Annotated[float, Si("-", gt=0, lt=1)] = TOLERANCE
     """Allowed relative error of the reduced transfer functions at the probes, estimated by nested
     bases."""
     serve_damping_cases: StrictBool = False
@@ -159,7 +160,14 @@ class Transient(Section):
     """Expansion frequency of the reduced basis."""
     largest_basis: Annotated[int, Whole(1, 100_000)] = LARGEST_BASIS
     """Largest number of vectors of the reduced basis."""
-    floors: Annotated[Any, FloorsByBuilding()] = None
+    floors: (
+        Annotated[
+            Annotated[FloorNumbers, Tag("list")]
+            | Annotated[dict[ModelName, FloorNumbers], Tag("table")],
+            Discriminator(lambda value: "table" if isinstance(value, dict) else "list"),
+        ]
+        | None
+    ) = None
     """Floors that may be hit or loaded, each with the storey below; fewer floors need fewer
     vectors. One list for all 3D models, or a table by name: { B1 = [7, 8], B2 = 5 }. Default those
     of contacts and loads."""
@@ -237,7 +245,7 @@ class Transient(Section):
         if isinstance(value, dict):
             return {name: cls._floors_once(floors) for name, floors in value.items()}
         if value is not None and len(set(value)) < len(value):
-            raise refuse("expected each floor once")
+            raise refuse("expected each floor once", kind="once")
         return None if value is None else tuple(sorted(value))
 
     _maps_once = once("fields", "map")

@@ -23,7 +23,6 @@ class Kind:
     """A kind of physical quantity."""
 
     name: str  #: what it is called in a message, with its article: ``a length``
-    unit: str  #: its SI unit, which all values have inside the program
     example: str  #: a value as it may be written in a case file
     #: The only units it may be built of, by pint's names; None when the dimension alone decides. A
     #: frequency in rad/s has the dimension of one in Hz and is 2π off, so frequencies are asked for
@@ -33,65 +32,39 @@ class Kind:
     #: energy.
     one_of: frozenset[str] = frozenset()
 
-    @property
-    def phrase(self) -> str:
-        """What is expected of a value, in words."""
-        return f"{self.name} with its unit, for example '{self.example}'"
 
-
-LENGTH = Kind("a length", "m", "1 cm")
-AREA = Kind("an area", "m2", "13.86 m2")
-SECOND_MOMENT = Kind("a second moment of area", "m4", "6.4e3 m4")
-MASS = Kind("a mass", "kg", "2502 t")
-INERTIA = Kind("a moment of inertia", "kg m2", "6.3e7 kg m2")
-DENSITY = Kind("a density", "kg/m3", "2400 kg/m3")
-TIME = Kind("a time", "s", "5 ms")
-FREQUENCY = Kind("a frequency", "Hz", "20 Hz", frozenset({"hertz"}))
-RATE = Kind("a rate", "1/s", "0.838 1/s", frozenset({"second", "minute", "hour"}))
-VELOCITY = Kind("a velocity", "m/s", "0.36 m/s")
-ACCELERATION = Kind("an acceleration", "m/s2", "2.3 m/s2")
-FORCE = Kind("a force", "N", "121 MN")
-STRESS = Kind("a stress", "Pa", "33 GPa")
-STIFFNESS = Kind("a stiffness", "N/m", "1e11 N/m")
-ROTATIONAL_STIFFNESS = Kind(
-    "a rotational stiffness", "N m/rad", "3e7 N m/rad", one_of=frozenset({"radian", "degree"})
-)
-BENDING_STIFFNESS = Kind("a bending or twisting stiffness", "N m2", "8e7 N m2")
-SECTION_STIFFNESS = Kind("a shear or stretching stiffness", "N", "1.2e9 N")
-HERTZ_STIFFNESS = Kind("a stiffness of Hertz contact", "N/m^1.5", "2.75e9 N/m^1.5")
-FLEXIBILITY = Kind("a flexibility", "m/N", "1e-11 m/N")
-IMPULSE = Kind("an impulse", "N s", "829 kN s")
-ENERGY = Kind("an energy", "J", "4 kJ")
-ACCELERANCE = Kind("an acceleration per force", "1/kg", "1.5e-6 1/kg")
-
-# A shear or stretching stiffness is not among them: without its name it is a force.
-KINDS = (
-    *(LENGTH, AREA, SECOND_MOMENT, MASS, INERTIA, DENSITY, TIME, FREQUENCY, RATE, VELOCITY),
-    *(ACCELERATION, FORCE, STRESS, STIFFNESS, ROTATIONAL_STIFFNESS, BENDING_STIFFNESS),
-    *(HERTZ_STIFFNESS, FLEXIBILITY, IMPULSE, ENERGY, ACCELERANCE),
-)
+KINDS = {
+    "m": Kind("a length", "1 cm"),
+    "m2": Kind("an area", "13.86 m2"),
+    "m4": Kind("a second moment of area", "6.4e3 m4"),
+    "kg": Kind("a mass", "2502 t"),
+    "kg m2": Kind("a moment of inertia", "6.3e7 kg m2"),
+    "kg/m3": Kind("a density", "2400 kg/m3"),
+    "s": Kind("a time", "5 ms"),
+    "Hz": Kind("a frequency", "20 Hz", frozenset({"hertz"})),
+    "1/s": Kind("a rate", "0.838 1/s", frozenset({"second", "minute", "hour"})),
+    "m/s": Kind("a velocity", "0.36 m/s"),
+    "m/s2": Kind("an acceleration", "2.3 m/s2"),
+    "N": Kind("a force", "121 MN"),
+    "Pa": Kind("a stress", "33 GPa"),
+    "N/m": Kind("a stiffness", "1e11 N/m"),
+    "N m/rad": Kind(
+        "a rotational stiffness", "3e7 N m/rad", one_of=frozenset({"radian", "degree"})
+    ),
+    "N m2": Kind("a bending or twisting stiffness", "8e7 N m2"),
+    "N/m^1.5": Kind("a stiffness of Hertz contact", "2.75e9 N/m^1.5"),
+    "m/N": Kind("a flexibility", "1e-11 m/N"),
+    "N s": Kind("an impulse", "829 kN s"),
+    "J": Kind("an energy", "4 kJ"),
+    "1/kg": Kind("an acceleration per force", "1.5e-6 1/kg"),
+}
+"""Kinds of quantity by the SI unit that all their values have inside the program."""
 
 SPELLED = (
-    *("Pa", "kPa", "MPa", "GPa", "N", "kN", "MN", "GN", "m", "mm", "cm", "dm", "km", "s", "ms"),
-    *(
-        "Hz",
-        "kHz",
-        "MHz",
-        "kg",
-        "g",
-        "t",
-        "kt",
-        "J",
-        "kJ",
-        "MJ",
-        "rad",
-        "deg",
-        "min",
-        "h",
-        "kgf",
-        "tf",
-    ),
-    *("lb", "lbf", "kip", "kips", "psi", "ksi", "psf", "ksf", "pcf", "ft", "in", "sec", "daN"),
+    *("Pa", "kPa", "MPa", "GPa", "N", "kN", "MN", "GN", "daN", "m", "mm", "cm", "dm", "km", "kg"),
+    *("g", "t", "kt", "s", "ms", "min", "h", "sec", "Hz", "kHz", "MHz", "J", "kJ", "MJ", "rad"),
+    *("deg", "kgf", "tf", "lb", "lbf", "kip", "kips", "psi", "ksi", "psf", "ksf", "pcf"),
+    *("ft", "in"),
 )
 """Units as they are spelled, of which another spelling may be meant: ``Gpa``, ``KN``."""
 
@@ -161,10 +134,12 @@ class _Measured:
     dimension: tuple[tuple[str, str], ...]
     symbols: frozenset[str]
 
-    def is_of(self, kind: Kind) -> bool:
+    def is_of(self, unit: str) -> bool:
+        """Whether it measures the kind of quantity of an SI unit."""
+        kind = KINDS[unit]
         only = kind.symbols is None or self.symbols <= kind.symbols
         one = not kind.one_of or bool(self.symbols & kind.one_of)
-        return self.dimension == _measure(kind.unit).dimension and only and one
+        return self.dimension == _measure(unit).dimension and only and one
 
 
 @cache
@@ -234,53 +209,53 @@ def _measure(text: str) -> _Measured:
     return _Measured(base.magnitude, dimension, frozenset(symbols))
 
 
-def _kind_of(measured: _Measured) -> Kind | None:
-    return next((kind for kind in KINDS if measured.is_of(kind)), None)
+def _unit_of(measured: _Measured) -> str | None:
+    return next((unit for unit in KINDS if measured.is_of(unit)), None)
 
 
-def si_factor(text: str, kind: Kind) -> float:
-    """Return the factor from a unit to the SI unit of a kind of quantity, which it must measure.
+def si_factor(text: str, unit: str) -> float:
+    """Return the factor from a unit to an SI unit of `KINDS`, of which it must measure the kind.
 
     Units are written ``cm``, ``m/s2``, ``m/s^2`` or ``kg·m²``. Where an acceleration is expected
     ``g`` is the standard gravity, elsewhere the gram; ``t`` is the tonne. UnitError where the text
     is not a unit, or measures something else.
     """
-    if kind is ACCELERATION and text.strip() != "Mg":  # which is a tonne
+    if unit == "m/s2" and text.strip() != "Mg":  # which is a tonne
         in_records = ACCELERATION_UNITS.get(plain_unit(text))
         if in_records is not None:
             return in_records
-    measured, si = _measure(text), _measure(kind.unit)
-    if not measured.is_of(kind):
-        other = _kind_of(measured)
+    measured, si = _measure(text), _measure(unit)
+    if not measured.is_of(unit):
+        other = _unit_of(measured)
         if other is not None:
-            given = other.name
+            given = KINDS[other].name
         elif measured.dimension == si.dimension:  # rad/s in place of hertz
-            given = f"not accepted as a unit of {kind.name}; write '{kind.unit}'"
+            given = f"not accepted as a unit of {KINDS[unit].name}; write '{unit}'"
         elif measured.dimension:
             given = "a quantity of another dimension"
         else:
             given = "a number without dimension"
-        raise UnitError(f"'{text}' is {given}{_meant(text, kind) or _of_weight(text, kind)}")
+        raise UnitError(f"'{text}' is {given}{_meant(text, unit) or _of_weight(text, unit)}")
     return measured.factor / si.factor
 
 
-def _meant(text: str, kind: Kind | None = None) -> str:
-    """A question for the unit that is spelled with other capitals, of the kind if one is given."""
+def _meant(text: str, kind: str = "") -> str:
+    """A question for the unit that is spelled with other capitals, of a kind if one is given."""
     for unit in SPELLED:
         alike = unit.lower() == text.strip().lower() and unit != text.strip()
-        if alike and (kind is None or _measure(unit).is_of(kind)):
+        if alike and (not kind or _measure(unit).is_of(kind)):
             return f"; did you mean '{unit}'?"
     return ""
 
 
-def _of_weight(text: str, kind: Kind) -> str:
+def _of_weight(text: str, unit: str) -> str:
     """The unit to write in place of one of weights for masses, or of masses for weights."""
     for swap in (_WEIGHT, {weight: mass for mass, weight in _WEIGHT.items()}):
         names = re.split(f"({_NAME})", text)
         other = "".join(swap.get(name, name) for name in names)
-        if other != text and _measure(other).is_of(kind):
+        if other != text and _measure(other).is_of(unit):
             return f"; write '{other}'"
-    if _measure(text).dimension == _measure(f"{kind.unit} m/s2").dimension:
+    if _measure(text).dimension == _measure(f"{unit} m/s2").dimension:
         return "; divide weights by 9.81 m/s2 and write the unit of the mass"
     return ""
 
@@ -307,7 +282,7 @@ def to_si(value: float, text: str) -> tuple[float, str]:
         return value, "-"
     if text.strip() == "%":
         return value / 100.0, "-"
-    kind = _kind_of(_measure(text))
-    if kind is None:
+    unit = _unit_of(_measure(text))
+    if unit is None:
         raise UnitError(f"'{text}' measures no kind of quantity known here")
-    return scale(value, si_factor(text, kind)), kind.unit
+    return scale(value, si_factor(text, unit)), unit

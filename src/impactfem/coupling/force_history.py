@@ -36,7 +36,6 @@ import numpy as np
 import xarray as xr
 
 from impactfem.case.table import name_and_unit, read_numbers, unit_of_column
-from impactfem.case.unit import FORCE, TIME
 from impactfem.coupling.pounding import End, Pair, Response
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, InputError
@@ -354,7 +353,7 @@ def _read_csv(path: Path) -> ForceHistory:
         raise InputError([Fault(path, f"line {number}", header[0] or None, expected)])
     factors = []
     for k, cell in enumerate(header):
-        factor = unit_of_column(cell, FORCE if k else TIME)
+        factor = unit_of_column(cell, "N" if k else "s")
         if isinstance(factor, str):
             faults.append(Fault(path, f"line {number}, column {cell}", None, factor))
         else:

@@ -27,7 +27,7 @@ from impactfem.case.quantity import (
     DampingRatio,
     Frequency,
     Length,
-    Ratio,
+    Si,
 )
 from impactfem.case.reading import Reading, TableFile
 from impactfem.case.source import EXTENDS, Source, parse
@@ -103,7 +103,7 @@ class Quantity(Leaf):
 
 Value = Annotated[Given, Quantity()]
 Spread = Annotated[Given, Quantity(part=True)]
-Part = Annotated[float, Ratio(at_least=LEAST, at_most=LARGEST)]
+Part = Annotated[float, Si("-", ge=LEAST, le=LARGEST)]
 
 
 def spread(deviation: Given, value: float) -> float:
@@ -131,9 +131,7 @@ class FreeKey(Section):
     """First start; default the value of the case."""
     prior: Prior | None = None
     """What is known of it before; left out, nothing but its bounds."""
-    step: Annotated[float, Ratio(at_least=1e-6, at_most=0.1)] = Field(
-        default=1e-3, validate_default=True
-    )
+    step: Annotated[float, Si("-", ge=1e-6, le=0.1)] = Field(default=1e-3, validate_default=True)
     """Step of differences, as part of the range between the bounds."""
 
     @rule("bounds")
@@ -315,7 +313,7 @@ class MeasuredMode(Section):
     """Number of the mode, as in the table of its shape."""
     frequency: Frequency
     """Natural frequency."""
-    damping: Annotated[float | None, Ratio(above=0, below=1)] = None
+    damping: Annotated[float | None, Si("-", gt=0, lt=1)] = None
     """Damping ratio."""
 
 
@@ -332,7 +330,7 @@ class MeasuredShape(Section):
     """Place of the sensor."""
     direction: Direction
     """Direction of the sensor."""
-    amplitude: Annotated[float, Ratio(percent=False, at_least=-LARGEST, at_most=LARGEST)]
+    amplitude: Annotated[float, Si("-", percent=False, ge=-LARGEST, le=LARGEST)]
     """Amplitude, of any scale, with its sign."""
 
 

@@ -200,7 +200,8 @@ def check_contacts(case: Case, mesh: BuildingMesh) -> tuple[EdgeForce, ...]:
         history = given_forces(transient)
         found, faults = _ends_by_file(history, path, building) if history.pairs else ({}, [])
         ends += [(history.pairs[j], end) for j, pair in found.items() for end in pair]
-    named = None if transient is None else transient.floors
+    floors = None if transient is None else transient.floors
+    named = None if isinstance(floors, dict) else floors  # a view has no table of buildings
     patterns: list[EdgeForce] = []
     for name, end in ends:
         if end.building != building:

@@ -37,6 +37,7 @@ class Fault:
     key: str  #: dotted key (``buildings[0].floors``) or ``line 12``; "" for the file as a whole
     value: object | None  #: the value as written; None where there is none
     expected: str  #: what was expected, in words that say how to mend it
+    kind: str = ""  #: kind of the fault, for tests and programs: ``missing``, ``unit``
 
     def __str__(self) -> str:
         where = f"{self.file}: {_cut(self.key, 160)}" if self.key else f"{self.file}"

@@ -164,10 +164,10 @@ def read_bytes(path: Path, what: str, largest: float = LARGEST_FILE) -> bytes | 
         content = path.read_bytes()
     except OSError as error:
         reason = f"cannot be read ({error.strerror or error})"
-        return Fault(path, "", None, f"{reason}; expected {what}")
+        return Fault(path, "", None, f"{reason}; expected {what}", "file")
     if content.strip():
         return content
-    return Fault(path, "", None, f"the file is empty; expected {what}")
+    return Fault(path, "", None, f"the file is empty; expected {what}", "file")
 
 
 def unreadable(path: Path, what: str, largest: float = LARGEST_FILE) -> Fault | None:
@@ -189,10 +189,12 @@ def unreadable(path: Path, what: str, largest: float = LARGEST_FILE) -> Fault | 
     else:
         if stat.S_ISREG(status.st_mode) and status.st_size > largest:
             size, most = _size(status.st_size), _size(largest)
-            return Fault(path, "", None, f"the file has {size}; expected at most {most}: {what}")
+            return Fault(
+                path, "", None, f"the file has {size}; expected at most {most}: {what}", "file"
+            )
         reason = "" if stat.S_ISREG(status.st_mode) else "this is not an ordinary file"
         reason = "this is a directory" if stat.S_ISDIR(status.st_mode) else reason
-    return Fault(path, "", None, f"{reason}; expected {what}") if reason else None
+    return Fault(path, "", None, f"{reason}; expected {what}", "file") if reason else None
 
 
 def _size(count: float) -> str:
@@ -220,7 +222,7 @@ def read_text(path: Path, what: str, largest: float = LARGEST) -> str | Fault:
     if not reason:
         return text
     save = "save it as text in UTF-8 (in a spreadsheet: CSV UTF-8)"
-    return Fault(path, "", None, f"not a text file ({reason}); {save}; expected {what}")
+    return Fault(path, "", None, f"not a text file ({reason}); {save}; expected {what}", "file")
 
 
 def wrong_separators(header: str) -> str | None:
