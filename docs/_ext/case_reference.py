@@ -39,7 +39,7 @@ SHORT = {
 FEWEST_SHARED = 3
 """Least number of equal keys that are not written again."""
 SKETCHES = {
-    "[damping]": (
+    '[damping] type = "rayleigh"': (
         "damping",
         "Damping ratio over frequency of the types rayleigh, constant and table",
     ),

@@ -41,11 +41,12 @@ def own_faults(path):
     return faults_of(path)
 
 
-def refused(path, key, words):
-    """A case has one fault, of a key of it or of 'file: key', with these words."""
+def refused(path, key, what):
+    """A case has one fault, of a key of it or of 'file: key', of a kind, with its limit."""
     (fault,) = all_faults(path)
     assert (fault.file, fault.key) == (path, key) or f"{Path(fault.file).name}: {fault.key}" == key
-    assert words in f"{fault.value} {fault.expected}"
+    kind, _, limit = what.partition(" ")
+    assert fault.kind == kind and limit in fault.expected
 
 
 def each_row(tables):

@@ -6,7 +6,7 @@ from typing import get_args
 import pytest
 
 from impactfem.case import DeviceAnalysis, DeviceSetup, load_case
-from impactfem.case.damping import Damping
+from impactfem.case.damping import RayleighDamping
 from impactfem.case.device_tables import DeviceMode
 from impactfem.case.devices import (
     BaseStiffness,
@@ -58,7 +58,7 @@ def test_a_body_on_springs(with_devices):
             mass_height=0.46,
             shape=Cylinder(type="cylinder", radius=0.5, length=1.0),
             stiffness=BaseStiffness(x=1.4e8, y=1.2e8, z="rigid", rx=3e7, ry="rigid", rz="rigid"),
-            damping=Damping(ratio=0.02, frequencies=(30.0, 80.0)),
+            damping=RayleighDamping(ratio=0.02, frequencies=(30.0, 80.0)),
             maximum_frequency=1000.0,
         ),
     )
@@ -128,13 +128,10 @@ def test_nothing_moves(with_devices):
 
 
 def test_what_devices_need(broken, structured):
-    transient = "[transient]: the response of that model in time"
-    model = "[buildings.structure]: the 3D model of their building"
-    for write, needed in ((structured, transient), (broken, f"{model}, and {transient}")):
-        faults = faults_of(write(more=PUMP))
-        assert faults == {"devices": f"None expected beside them {needed}"}
+    refused(structured(more=PUMP), "devices", "missing_section [transient]")
+    refused(broken(more=PUMP), "devices", "missing_section [buildings.structure]")
     path = structured(more=TRANSIENT + ANALYSIS)
-    refused(path, "device_analysis", "None expected [[devices]] beside it: the devices to analyse")
+    refused(path, "device_analysis", "missing_section [[devices]]")
 
 
 def test_all_at_once(with_devices):

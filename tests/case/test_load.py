@@ -83,20 +83,20 @@ def test_two_motions_of_one_direction(broken):
 
 
 @pytest.mark.parametrize(
-    ("content", "expected"),
+    ("content", "kind"),
     [
-        (b"", "the file is empty; expected a case file (TOML); 'impactfem new NAME'"),
-        (b"\n  \n", "the file is empty"),
-        (b"\x7fELF\x02\x01\x01\x00\x80", "not a text file (byte 0x80 at position 8 is not UTF-8)"),
-        (b"title = \"a\0b\"", "not a text file (NUL at position 10)"),
-        (b"x = " + b"[" * 20_000, "not valid TOML: tables nested too deeply"),
-        (b"x = " + b"1" * 5_000, "not valid TOML"),
+        (b"", "file empty"),
+        (b"\n  \n", "file empty"),
+        (b"\x7fELF\x02\x01\x01\x00\x80", "file byte 0x80 at position 8"),
+        (b"title = \"a\0b\"", "file NUL at position 10"),
+        (b"x = " + b"[" * 20_000, "toml"),
+        (b"x = " + b"1" * 5_000, "toml"),
     ],
 )  # fmt: skip
-def test_no_case_file_at_all(tmp_path, content, expected):
+def test_no_case_file_at_all(tmp_path, content, kind):
     path = tmp_path / "case.toml"
     path.write_bytes(content)
-    refused(path, "case.toml: ", expected)
+    refused(path, "case.toml: ", kind)
 
 
 def test_paths_that_cannot_be_read(tmp_path):

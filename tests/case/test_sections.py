@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.case import Damping, RecordMotion, Spectra, load_case
+from impactfem.case import RayleighDamping, RecordMotion, Spectra, load_case
 from impactfem.case.contacts import (
     ContactEntry,
     HertzDampLaw,
@@ -26,7 +26,7 @@ DAMPED = {"hertz-damp": HertzDampLaw, "hunt-crossley": HuntCrossleyLaw, "jankows
 
 
 def test_rayleigh_coefficients_of_the_paper():
-    α_R, β_R = astuple(Damping(ratio=0.07, frequencies=(1.0, 20.0)).rayleigh)
+    α_R, β_R = astuple(RayleighDamping(ratio=0.07, frequencies=(1.0, 20.0)).rayleigh)
     assert α_R == pytest.approx(0.8378, abs=5e-5)  # section 3.2.2
     assert β_R == pytest.approx(1.06e-3, abs=5e-6)  # Table 8
 

@@ -27,7 +27,7 @@ COLUMNS = "column,storeys,x [m],y [m],width_x [m],width_y [m]\nc,1-3,5,6,0.4,0.4
 MODES = "frequency [Hz],direction,effective_mass [kg],height [m]\n8,y,300,1\n"
 FORCES = "time [s],west.floor_3-east.floor_3 [N]\n0,0\n1,1\n"
 # A key for the other of two ways.
-OTHER_WAY = "not both|together|Cannot overwrite|expected none: damping of type"
+OTHER_WAY = "not both|together|Cannot overwrite|a key of type"
 
 FLOOR = "frequency [Hz],acceleration [m/s2],direction,damping\n" + "".join(
     f"{f},5,y,{ratio}\n" for ratio in ("0.1 %", "40 %") for f in (1, 2000)

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.case import Damping, DeviceAnalysis, DeviceSetup, load_case
+from impactfem.case import DeviceAnalysis, DeviceSetup, RayleighDamping, load_case
 from impactfem.case.device_tables import DeviceMatrices, DeviceMode, GivenSpectrum, NamedMatrix
 from impactfem.case.devices import BaseStiffness, Cylinder, DeviceBeam, DeviceSupport, RigidPart
 from impactfem.device.combination import Gupta, LindleyYow, Rules
@@ -16,9 +16,9 @@ from impactfem.system.errors import InputError
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 RIGID = dict.fromkeys(("x", "y", "z", "rx", "ry", "rz"), "rigid")
-LIGHT = Damping(ratio=0.02, frequencies=(30.0, 80.0))
+LIGHT = RayleighDamping(ratio=0.02, frequencies=(30.0, 80.0))
 # β ω / 2 = 0.04 s · 20 π / s / 2
-OVER = Damping(mass_coefficient=0.0, stiffness_coefficient=0.04)
+OVER = RayleighDamping(mass_coefficient=0.0, stiffness_coefficient=0.04)
 BODY = {"mass": 100.0, "mass_height": 0.0, "inertia": (1.0, 1.0, 1.0)}
 
 
@@ -155,7 +155,7 @@ def test_every_fault_at_once(paper):
     heavy = DeviceMode(frequency=8.0, direction="y", effective_mass=120.0)
     high = DeviceMode(frequency=8.0, direction="y", effective_mass=90.0, height=3.0)
     loose = BaseStiffness(**RIGID | {"rx": 1.0}).model_copy(update={"rx": 0.0})
-    free = Damping(mass_coefficient=0.0, stiffness_coefficient=0.0)
+    free = RayleighDamping(mass_coefficient=0.0, stiffness_coefficient=0.0)
     devices = {
         "too_much": (of_modes(heavy, **BODY), "its modes carry 120 kg along y, more than the 100"),
         "sound": (setup(), None),
@@ -184,7 +184,7 @@ def test_a_maximum_frequency_below_all_modes(paper):
 
 def test_overdamped_above_the_maximum_frequency(paper, caplog):
     # 10 Hz by 10 %, and 200 Hz by 200 %.
-    law = Damping(mass_coefficient=0.0, stiffness_coefficient=0.2 / (20.0 * math.pi))
+    law = RayleighDamping(mass_coefficient=0.0, stiffness_coefficient=0.2 / (20.0 * math.pi))
     springs = RIGID | {"y": 100.0 * (20.0 * math.pi) ** 2, "z": 100.0 * (400.0 * math.pi) ** 2}
     rigid = setup(stiffness=BaseStiffness(**springs), damping=law, maximum_frequency=100.0)
     assert len(checked_devices(with_devices(paper, rigid))) == 1

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from impactfem.case import DampingCase, load_case
-from impactfem.case.damping import PartDamping
+from impactfem.case import load_case
+from impactfem.case.damping import PartDamping, RayleighCase
 from impactfem.case.transient import Transient
 from impactfem.run.stages import STAGES
 from impactfem.stages import inputs
@@ -20,7 +20,7 @@ from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.errors import ImpactfemError
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
-LIGHT = DampingCase(name="light", mass_coefficient=0.8, stiffness_coefficient=2e-4)
+LIGHT = RayleighCase(name="light", mass_coefficient=0.8, stiffness_coefficient=2e-4)
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 from impactfem.case.analysis import Spectra
 from impactfem.case.buildings import Building, FileMesh
 from impactfem.case.contacts import Contact, ContactPoint, KelvinVoigtLaw
-from impactfem.case.damping import Damping, DampingCase
+from impactfem.case.damping import DampingCase, DampingEntry, RayleighDamping
 from impactfem.case.devices import DeviceAnalysis, DeviceSetup
 from impactfem.case.load import load_case
 from impactfem.case.model import Case
@@ -15,14 +15,15 @@ __all__ = [
     "Case",
     "Contact",
     "ContactPoint",
-    "Damping",
     "DampingCase",
+    "DampingEntry",
     "DeviceAnalysis",
     "DeviceSetup",
     "FileMesh",
     "KelvinVoigtLaw",
     "Motion",
     "Published",
+    "RayleighDamping",
     "RecordMotion",
     "Spectra",
     "SyntheticMotion",

@@ -18,7 +18,7 @@ from pydantic import (
 from pydantic.json_schema import SkipJsonSchema
 
 from impactfem.case.base import Section, refuse, rule
-from impactfem.case.damping import Damping, PartDamping, Parts
+from impactfem.case.damping import DampingEntry, PartDamping, Parts
 from impactfem.case.floors import (
     FLOORS,
     UNKNOWN_DAMPING,
@@ -412,7 +412,7 @@ class Building(Section):
     """Factor on all stiffnesses of the storeys."""
     second_moment_factor: PositiveFactor = 1.0
     """Factor on the second moments of area I_x and I_y of the storeys."""
-    damping: Damping = Field(default=None, validate_default=True)
+    damping: DampingEntry = Field(default=None, validate_default=True)
     """Damping of this building in place of [damping]; on soil, of its motion relative to the
     raft."""
     soil: SoilEntry | None = None
@@ -425,7 +425,8 @@ class Building(Section):
     @classmethod
     def _own_or_that_of_all(cls, value: Any, info: ValidationInfo) -> Any:
         if value is None and info.context is not None:
-            return info.context.valid(Damping, info.context.value("damping")) or UNKNOWN_DAMPING
+            of_all = info.context.value("damping")
+            return info.context.valid(DampingEntry, of_all) or UNKNOWN_DAMPING
         return value
 
     @field_validator("structure", mode="wrap")

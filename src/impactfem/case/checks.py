@@ -12,7 +12,7 @@ from impactfem.case.base import nearest
 from impactfem.case.buildings import Building, GeneratedMesh
 from impactfem.case.contact_checks import Finding, of_contacts, of_struck_sides
 from impactfem.case.contacts import KelvinVoigtLaw, UnilateralLaw
-from impactfem.case.damping import Damping
+from impactfem.case.damping import DampingEntry, RayleighDamping, TableDamping
 from impactfem.case.design_spectrum import TABLE, TableSpectrum, read_spectrum
 from impactfem.case.members import TOUCH
 from impactfem.case.model import Case
@@ -110,14 +110,14 @@ def _of_damping(case: Case, reading: Reading) -> Iterator[Finding]:
     highest = case.spectra.frequency_values[-1]
     if case.transient is not None:
         highest = max(highest, case.transient.maximum_frequency)
-    laws: list[tuple[Place, Damping]] = [(("damping",), case.damping)]
+    laws: list[tuple[Place, DampingEntry]] = [(("damping",), case.damping)]
     laws += [(("buildings", k, "damping"), one.damping) for k, one in enumerate(case.buildings)]
     laws += [(("damping_cases", k), one) for k, one in enumerate(case.damping_cases)]
     by_part = any(structure.damping for structure in case.structures)
     for place, damping in laws:
-        if reading.value(*place) is None or damping.type == "rayleigh":
+        if reading.value(*place) is None or isinstance(damping, RayleighDamping):
             continue
-        last = damping.points[-1][0] if damping.type == "table" and damping.points else highest
+        last = damping.points[-1][0] if isinstance(damping, TableDamping) else highest
         if last < highest * (1.0 - 1e-9):
             yield (*place, "points"), f"expected points up to {highest:g} Hz, which are in use"
         if by_part and place[0] != "damping_cases":

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, once, refuse, rule
-from impactfem.case.damping import Damping
+from impactfem.case.damping import DampingEntry
 from impactfem.case.device_tables import (
     MODES_FILE,
     SPECTRA_FILE,
@@ -249,7 +249,7 @@ class DeviceSetup(Section):
     """Springs between the base of the device and its anchor."""
     beam: DeviceBeam | None = Field(default=None, validate_default=True)
     """Beam from the base to the body; without it, base and body are one."""
-    damping: Damping | None = Field(default=None, validate_default=True)
+    damping: DampingEntry | None = Field(default=None, validate_default=True)
     """Damping of the device; not needed if each row of modes has a damping."""
     maximum_frequency: Frequency = 1000.0
     """Modes above this frequency follow the anchor rigidly; the first mode must be below."""
@@ -368,7 +368,7 @@ class DeviceSetup(Section):
 
     @rule("damping", "modes")
     @staticmethod
-    def _of_a_body(damping: Damping | None, modes: tuple[DeviceMode, ...] | None) -> Iterator[str]:
+    def _of_a_body(damping: Any, modes: tuple[DeviceMode, ...] | None) -> Iterator[str]:
         if damping is None and modes is None:
             yield "missing; expected the damping of the device"
         if damping is None and any(mode.damping is None for mode in modes or ()):

@@ -26,15 +26,6 @@ from impactfem.case.place import (
 from impactfem.case.source import Source
 from impactfem.system.errors import MOST_FAULTS, Fault
 
-MOVED = {
-    "structure": "moved; expected [buildings.structure] below the [[buildings]] of its building, "
-    "without the key building; in a variant [buildings.NAME.structure]",
-    "device_analysis.solver": "removed: equipment is always analysed with the reduced model; remove"
-    " the key, and lower transient.tolerance for more accuracy",
-}
-"""Replacements of removed keys, by their place."""
-RENAMED = {"acroterion": "renamed; expected parapet"}
-"""Replacements of removed keys, by their name."""
 TABLES = "one or more tables"
 """What is said of an array of tables."""
 LIST, NOT_EMPTY = "a list, ", "a list that is not empty"
@@ -42,7 +33,7 @@ LIST, NOT_EMPTY = "a list, ", "a list that is not empty"
 
 # Names of the alternatives of a union, which pydantic puts into the place of an error. Besides
 # these, the type that a table has.
-_FORMS = {"grid", "list", "table", "corner-periods"}
+_FORMS = {"grid", "list", "table", "corner-periods", "rayleigh"}
 
 
 def places(error: ValidationError, raw: Any) -> list[tuple[Place, str]]:
@@ -117,14 +108,15 @@ def _fault(
         place = (*place, *inside)
         return place, value_at(place, raw), item["msg"]
     if kind == "extra_forbidden":
-        if moved := MOVED.get(dotted(place)) or RENAMED.get(str(place[-1])):
-            return place, None, moved
         known = list(fields_by_key(parent)) if parent is not None else []
-        return place, None, f"unknown key; {nearest(str(place[-1]), known)}"
+        holder = field_at(model, place[:-1], raw)[1]
+        types = " or ".join(_tags(form_of(holder) if holder else None, str(place[-1])))
+        hint = f"a key of type {types}" if types else nearest(str(place[-1]), known)
+        return place, None, f"unknown key; {hint}"
     if kind in {"union_tag_not_found", "union_tag_invalid"}:
         # A table with a name of the user's choice has no field of its own, but that of all of them.
         holder = info or field_at(model, place[:-1], raw)[1]
-        words = " or ".join(f"'{tag}'" for tag in _tags(form_of(holder) if holder else None))
+        words = " or ".join(_tags(form_of(holder) if holder else None))
         place = (*place, "type")
         given = value.get("type") if isinstance(value, Mapping) else None
         lead = "missing; expected" if given is None else "expected"
@@ -190,9 +182,10 @@ def _without_tags(place: Place, raw: Any) -> Place:
     return tuple(cleaned)
 
 
-def _tags(annotation: Any) -> list[str]:
-    """The types of the tables of an annotation, wherever they stand in it."""
+def _tags(annotation: Any, key: str = "type") -> list[str]:
+    """The types, in quotes, of the tables of an annotation that have a key."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         info = annotation.model_fields.get("type")
-        return [] if info is None else [str(tag) for tag in get_args(info.annotation)]
-    return [tag for arg in get_args(annotation) for tag in _tags(arg)]
+        known = info is not None and key in fields_by_key(annotation)
+        return [f"'{tag}'" for tag in get_args(info.annotation)] if info and known else []
+    return [tag for arg in get_args(annotation) for tag in _tags(arg, key)]

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 from pydantic import ValidationInfo, model_validator
 
 from impactfem.case.base import Section, refuse, rule
-from impactfem.case.damping import Damping
+from impactfem.case.damping import RayleighDamping
 from impactfem.case.leaf import MOST_FLOORS, NameOf, Whole
 from impactfem.case.quantity import (
     Area,
@@ -41,7 +41,7 @@ class Material(Section):
 
 
 UNKNOWN_MATERIAL = Material(young_modulus=1e9, poisson_ratio=0.2, density=1e3)
-UNKNOWN_DAMPING = Damping(ratio=0.05, frequencies=(1.0, 20.0))
+UNKNOWN_DAMPING = RayleighDamping(ratio=0.05, frequencies=(1.0, 20.0))
 """Stand for those that have faults, where only the other faults of a case are looked for."""
 
 

@@ -12,7 +12,7 @@ from impactfem.case.base import Section, Written
 from impactfem.case.buildings import Building, Structure
 from impactfem.case.calibration import Calibration, WallImpactSetup
 from impactfem.case.contacts import Contact, ContactEntry, ContactLawEntry, expand
-from impactfem.case.damping import Damping, DampingCase
+from impactfem.case.damping import DampingCase, DampingEntry
 from impactfem.case.devices import DeviceAnalysis, DeviceSetup
 from impactfem.case.floors import Material
 from impactfem.case.leaf import File, Key, Text
@@ -33,7 +33,7 @@ class CaseFile(Section):
     """Table of published values (CSV), compared with the results in summary.json."""
     materials: dict[Key, Material]
     """Materials by name."""
-    damping: Damping
+    damping: DampingEntry
     """Damping of all buildings without their own."""
     damping_cases: tuple[DampingCase, ...] = ()
     """Further dampings of all buildings, each a repetition of the study."""

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from impactfem.case.buildings import GeneratedMesh
-from impactfem.case.damping import Damping
+from impactfem.case.damping import DampingEntry
 from impactfem.case.facade import GRAZING, side_of
 from impactfem.case.facing import facing_floors
 from impactfem.case.floors import Floor
@@ -59,7 +59,7 @@ def of_buildings(source: Source, case: Case, told: set[str]) -> Iterator[Fault]:
 
 def _dampings(source: Source, case: Case, told: set[str]) -> Iterator[Fault]:
     """No damping, too much of it, or twice the same; of keys that were told already no more."""
-    places: list[tuple[Place, Damping]] = [
+    places: list[tuple[Place, DampingEntry]] = [
         (("damping",), case.damping),
         *((("buildings", k, "damping"), one.damping) for k, one in enumerate(case.buildings)),
         *((("damping_cases", k), one) for k, one in enumerate(case.damping_cases)),
@@ -68,7 +68,7 @@ def _dampings(source: Source, case: Case, told: set[str]) -> Iterator[Fault]:
         if damping.law == UNDAMPED and value_at(place, source.raw) is not None:
             yield source.fault(place, None, "both coefficients are 0: no damping at all")
         strange = any(key.startswith(f"{dotted(place)}.") for key in told)
-        for k, (_, ratio) in enumerate(damping.points or ()):
+        for k, (_, ratio) in enumerate(getattr(damping, "points", ())):
             point: Place = (*place, "points", k)
             if not 1e-3 <= ratio <= 1.0 and value_at(point, source.raw) is not None:
                 strange = True
@@ -91,7 +91,7 @@ def _dampings(source: Source, case: Case, told: set[str]) -> Iterator[Fault]:
                 yield source.fault(("damping_cases", j, "name"), b.name, text)
 
 
-def _same(a: Damping, b: Damping) -> bool:
+def _same(a: DampingEntry, b: DampingEntry) -> bool:
     """Whether two laws of damping give the same ratios."""
     pairs = zip(a.law.modal(RATES), b.law.modal(RATES), strict=True)
     return all(math.isclose(p, q, rel_tol=SAME) for p, q in pairs)

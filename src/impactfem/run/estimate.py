@@ -21,7 +21,7 @@ from typing import Self
 from impactfem.building.from_case import geometry_of
 from impactfem.building.geometry import Geometry
 from impactfem.building.mesh import BuildingMesh
-from impactfem.case import Case, Damping
+from impactfem.case import Case, DampingEntry
 from impactfem.case.buildings import FileMesh, Structure
 from impactfem.case.motions import SyntheticMotion
 from impactfem.case.transient import MAXIMUM_FREQUENCY, TOLERANCE, Transient
@@ -282,7 +282,7 @@ def nodes_of_file(path: Path) -> int:
         return 0
 
 
-def _block_steps(damping: Damping, frequency: float, tolerance: float) -> float:
+def _block_steps(damping: DampingEntry, frequency: float, tolerance: float) -> float:
     """Vectors for each load; the paper's building with three dampings to 100 and 450 Hz."""
     ratio = max(float(damping.law.ratio(frequency)), 1e-4)
     growth = (frequency / ratio / 300.0) ** 0.69

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from impactfem.case import Building, Case, ContactPoint, Damping, load_case
+from impactfem.case import Building, Case, ContactPoint, RayleighDamping, load_case
 from impactfem.case.facing import facing_floors
 from impactfem.coupling import contact
 from impactfem.coupling import restitution as relation
@@ -403,7 +403,7 @@ def _row_of_three(height: float, gap: float) -> Case:
     case = load_case(in_source_tree("geometry/row_of_three.toml"))
     size, apart, level = 10.0, (0.5, gap), height == 3.0
     axes = (0.0, size + apart[0], 2.0 * size + sum(apart))
-    undamped = Damping(mass_coefficient=0.0, stiffness_coefficient=0.0)
+    undamped = RayleighDamping(mass_coefficient=0.0, stiffness_coefficient=0.0)
     columns = ((3.0, 0.0374), (3.0, 0.004), (height, 0.009 if level else 0.003))
     buildings = []
     for building, y, (h, Avy) in zip(case.buildings, axes, columns, strict=True):

@@ -10,9 +10,9 @@ from mpi4py import MPI
 from impactfem.building.from_case import read_parts
 from impactfem.building.model import assemble_building
 from impactfem.building.shell_model import csr
-from impactfem.case import DampingCase, load_case
+from impactfem.case import load_case
 from impactfem.case.calibration import WallImpactSetup
-from impactfem.case.damping import OWN
+from impactfem.case.damping import OWN, RayleighCase
 from impactfem.dynamics.columns import product
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.galerkin import GalerkinModes
@@ -184,8 +184,8 @@ def test_wall_inside_the_building(frame, reduced):
         run_reduced(stretched, inside, MASS, damping)
 
 
-LIGHT = DampingCase(name="light", mass_coefficient=0.838, stiffness_coefficient=2.12e-4)
-HEAVY = DampingCase(name="heavy", ratio=0.09, frequencies=(1.0, 20.0), restitution=0.5)
+LIGHT = RayleighCase(name="light", mass_coefficient=0.838, stiffness_coefficient=2.12e-4)
+HEAVY = RayleighCase(name="heavy", ratio=0.09, frequencies=(1.0, 20.0), restitution=0.5)
 
 
 @pytest.mark.parametrize("cases", [(), (LIGHT, HEAVY), (HEAVY, LIGHT)])

@@ -5,7 +5,8 @@ import math
 import pytest
 import xarray as xr
 
-from impactfem.case import DampingCase, KelvinVoigtLaw, load_case
+from impactfem.case import KelvinVoigtLaw, load_case
+from impactfem.case.damping import RayleighCase
 from impactfem.case.transient import Transient
 from impactfem.coupling.from_case import system_of
 from impactfem.stages.calibrate.selection import (
@@ -149,7 +150,7 @@ def test_a_store_without_the_values(case, tmp_path, epsilon, more, missing):
 
 def test_restitutions_of_damping_cases(given, tmp_path):
     """Of those that leave it to the wall, by name; none where there is no wall."""
-    other = DampingCase(name="other", ratio=0.07, frequencies=(1.0, 20.0))
+    other = RayleighCase(name="other", ratio=0.07, frequencies=(1.0, 20.0))
     dampings = other, other.model_copy(update={"name": "stiff", "restitution": 0.4})
     case = given.model_copy(update={"damping_cases": dampings})
     assert calibrated_restitutions(case, tmp_path / "nowhere") == {}

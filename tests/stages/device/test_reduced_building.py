@@ -11,7 +11,7 @@ from scipy.sparse.linalg import splu
 from impactfem.building.links import linked
 from impactfem.building.model import assemble_building
 from impactfem.case import load_case
-from impactfem.case.damping import DampingCase
+from impactfem.case.damping import RayleighCase
 from impactfem.coupling.body import reduced_body
 from impactfem.device.mounted import MountedDevice, mounted_response
 from impactfem.dynamics.damping import Rayleigh
@@ -132,7 +132,7 @@ def test_total_ground_load(reduced, frame):
     assert 0.8 * total < effective < total
 
 
-LIGHT = DampingCase(name="light", mass_coefficient=0.2, stiffness_coefficient=1e-4)
+LIGHT = RayleighCase(name="light", mass_coefficient=0.2, stiffness_coefficient=1e-4)
 
 
 @pytest.fixture

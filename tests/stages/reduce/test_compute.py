@@ -8,8 +8,9 @@ import pytest
 
 from impactfem.building.floor import contact_edge
 from impactfem.building.from_case import read_parts
-from impactfem.case import Damping, DampingCase, load_case
+from impactfem.case import RayleighDamping, load_case
 from impactfem.case.calibration import WallImpactSetup
+from impactfem.case.damping import RayleighCase
 from impactfem.case.transient import Transient
 from impactfem.stages.calibrate import compute as calibrate
 from impactfem.stages.reduce import compute as stage
@@ -57,13 +58,13 @@ def test_a_clamped_floor_cannot_be_held_as_a_whole(case, monkeypatch):
 )
 def test_lightest_damping(case, served, ratios, lightest):
     dampings = [
-        DampingCase(name=name, ratio=ratio, frequencies=(1.0, 20.0))
+        RayleighCase(name=name, ratio=ratio, frequencies=(1.0, 20.0))
         for name, ratio in zip(("first", "second"), ratios, strict=True)
     ]
     transient = Transient(time_step=1e-3, serve_damping_cases=served)
     update = {"damping_cases": tuple(dampings), "transient": transient, "wall_impact": None}
     case = case.model_copy(update=update)
-    ξ = Damping(ratio=lightest, frequencies=(1.0, 20.0))
+    ξ = RayleighDamping(ratio=lightest, frequencies=(1.0, 20.0))
     [first] = accuracies(case)
     assert astuple(first.damping) == pytest.approx(astuple(ξ.rayleigh), rel=1e-14)
     assert (first.maximum_frequency, first.tolerance) == (450.0, 0.001)
