@@ -12,15 +12,13 @@ from impactfem.report.caveats import flags
 from impactfem.report.decision import (
     answers,
     governing,
-    key_results,
     spectra_figure,
     spectra_table,
 )
-from impactfem.report.overview import _carried_floors, device_verdict
+from impactfem.report.overview import _carried_floors
 from impactfem.stages.stores import open_store
-from impactfem.system.files import write_netcdf
 
-from ..stages.device.device_store import WantedDevice, device_folder, device_store
+from ..stages.device.device_store import device_folder
 
 F = np.geomspace(1.0, 100.0, 21)
 GOVERNING = "Governing floor response spectrum"
@@ -151,9 +149,6 @@ def test_unresolved_frequencies_do_not_govern(tmp_path):
         first = governing(run)[0]
         assert (first.peak, first.end) == pytest.approx((peak, end))
         assert first.zpa == pytest.approx(float(first.psa[-1]))
-        text = by_question(run)[GOVERNING].text
-        assert f"up to {end:.4g} Hz" in text
-        assert ("end of this band" in text) == (peak > 20.0)
 
 
 def test_no_ratio_of_a_small_value(tmp_path):
@@ -174,76 +169,24 @@ def by_question(run):
 
 
 @pytest.mark.parametrize(
-    ("margin", "required", "mark"), [(-0.01, "30 mm required", "warn"), (0.001, "19 mm", "good")]
+    ("margin", "required", "mark"), [(-0.01, "30 mm", "warn"), (0.001, "19 mm", "good")]
 )
-def test_the_gap_is_that_of_the_pair_that_lacks_most(tmp_path, margin, required, mark):
-    run = run_of(tmp_path, pounding=sticks(margin))
-    gap = by_question(run)[GAP]
+def test_gap_of_the_pair_with_the_smallest_margin(tmp_path, margin, required, mark):
+    gap = by_question(run_of(tmp_path, pounding=sticks(margin)))[GAP]
     assert gap.value.startswith(required) and "20 mm" in gap.value and gap.mark == mark
-    assert gap.text == "between floor 2 of A and storey 2 at 0.5 of B"
-    bounds = {"05": 0.025, "95": 0.04}
-    run.values |= {f"ensemble.p{q}.pounding.required_separation": v for q, v in bounds.items()}
-    run.values["ensemble.members"] = 100.0
-    assert "25 to 40 mm" in by_question(run)[GAP].text
-
-
-def test_of_sticks_alone(tmp_path):
-    """What the case does not have is not there."""
-    found = by_question(run_of(tmp_path, pounding=sticks()))
-    assert set(found) == {
-        GOVERNING,
-        AMPLIFICATION,
-        GAP,
-        "Largest impact",
-        "Checks",
-    }
-    over = found[AMPLIFICATION]
-    assert over.value == "× 8"
-    assert "B, floor 1, stick, direction y" in over.text
-    force = found["Largest impact"]
-    assert force.value == "1.759 MN" and "floor 2 of A" in force.text
-    assert (found["Checks"].value, found["Checks"].mark) == ("1 of 2 failed", "warn")
 
 
 @pytest.mark.parametrize(
-    ("pulls", "value", "mark"),
-    [
-        ((-4e3, 90e3), "net tension", "warn"),
-        ((-4e3, -1e3), "no net tension", "good"),
-        ((np.nan, np.nan), "net tension unknown", ""),
-    ],
+    ("pulls", "mark"),
+    [((-4e3, 90e3), "warn"), ((-4e3, -1e3), "good"), ((np.nan, np.nan), "")],
 )
-def test_anchors(tmp_path, pulls, value, mark):
+def test_anchors(tmp_path, pulls, mark):
     run = run_of(tmp_path, pounding=sticks(), device=device_folder(tmp_path, pulls=pulls))
     found = by_question(run)["Anchors"]
-    assert (found.value, found.mark, found.link) == (value, mark, "device_pump")
-    assert "Fy 66 kN (× 6.6), Fz 33 kN, Mx 33 kN m" in found.text
-    assert ("90 kN / n" in found.text) == (mark == "warn")
-
-
-def test_several_devices(tmp_path):
-    folder = device_folder(tmp_path, devices=("pump", "rack"), pulls=(-4e3, 90e3))
-    found = by_question(run_of(tmp_path, pounding=sticks(), device=folder))["Anchors"]
-    assert found.value == "net tension at 2 of 2"
-    assert "not known" not in found.text
-
-
-@pytest.mark.parametrize(
-    ("pulls", "value", "mark"),
-    [((-4e3, 90e3), "net tension at 1 of 2", "warn"), ((-4e3, -1e3), "no net tension", "")],
-)
-def test_one_of_two_devices_whose_weight_is_not_known(tmp_path, pulls, value, mark):
-    store = device_store(WantedDevice(devices=("pump", "rack"), pulls=pulls))
-    store["net_tension"].loc[{"device": "rack"}] = np.nan
-    # 4 kN up and 3 kN m on a circle of 0.5 m.
-    rack = {"device": "rack", "time": store["time"][0]}
-    store["force"].loc[rack | {"component": "z"}] = 4e3
-    store["force"].loc[rack | {"component": "rx"}] = -3e3
-    write_netcdf(tmp_path / "device.nc", store)
-    found = by_question(run_of(tmp_path / "run", pounding=sticks(), device=tmp_path))["Anchors"]
-    assert (found.value, found.mark, found.link) == (value, mark, "device_pump")
-    unknown = "16 kN / n, at rack"
-    assert found.text.endswith(unknown)
+    assert (found.mark, found.link) == (mark, "device_pump")
+    for value in ("66 kN", "× 6.6", "33 kN"):
+        assert value in found.text
+    assert ("90 kN" in found.text) == (mark == "warn")
 
 
 @pytest.mark.parametrize("device", [False, True])
@@ -252,43 +195,8 @@ def test_its_figure(tmp_path, device):
     run = run_of(tmp_path, pounding=sticks(), **stores)
     path = spectra_figure(run, governing(run))
     text = path.read_text(encoding="utf-8")
-    assert ("with impacts" in text) and ("Anchor of pump" in text) == device
+    assert ("pump" in text) == device
     assert spectra_figure(run, []) is None
-
-
-@pytest.mark.parametrize("laws", [{"floor": {"restitution": "calibrated"}}, {"floor": {}}])
-def test_a_restitution_that_the_own_model_does_not_have(tmp_path, laws):
-    run = run_of(tmp_path, pounding=sticks())
-    run.case["contact_laws"] = laws
-    assert flags(run, []) == []
-    run.values["calibration.epsilon"] = 0.467
-    used = "restitution" in laws["floor"]
-    texts = [
-        "The contact laws have a restitution of 0.6; the impact of the 3D model on a rigid wall "
-        "gives 0.467, which is not used."
-    ]
-    assert flags(run, []) == ([] if used else texts)
-    (words,) = (words for value, words in key_results(run) if value == "0.467")
-    assert words.endswith("at a rigid wall") == used
-
-
-def test_the_wall_of_a_further_building(tmp_path):
-    """Its restitution is by its name in the run, and by its own in the files of the building."""
-    run = run_of(tmp_path, pounding=sticks())
-    run.models["B2"] = SimpleNamespace(
-        values={"calibration.epsilon": 0.467}, ran=lambda _: False, store=run.store
-    )
-    (text,) = flags(run, [])
-    assert "gives 0.467, which is not used" in text
-    assert "0.467" in [value for value, _ in key_results(run)]
-
-
-def test_a_wall_without_contacts(tmp_path):
-    """No law has a restitution beside that of the wall."""
-    store = sticks()
-    run = run_of(tmp_path, pounding=store.isel(pair=slice(0, 0)))
-    run.values["calibration.epsilon"] = 0.467
-    assert flags(run, []) == []
 
 
 def test_what_impacts_alone_move_has_no_factor(tmp_path):
@@ -316,8 +224,7 @@ def test_the_factor_is_that_of_any_floor_whose_ordinates_count(tmp_path, share, 
     store["psa"][0, 1] *= share
     store["psa_free"][0, 1] = store["psa"][0, 1] / 9.0
     found = by_question(run_of(tmp_path, pounding=store))
-    assert "floor 3" in found[GOVERNING].text
-    assert f"B, floor {floor}, stick" in found[AMPLIFICATION].text
+    assert "floor 3" in found[GOVERNING].text and f"floor {floor}" in found[AMPLIFICATION].text
 
 
 @pytest.mark.parametrize("vertices", [0, 2])
@@ -334,8 +241,7 @@ def test_whole_floors_govern_where_the_run_has_them(tmp_path, vertices):
     if vertices:
         design["vertex_node"] = ("vertex", np.zeros(vertices, int))
     first, second = governing(run_of(tmp_path, transient=probes, design=design))
-    where = "over the floor" if vertices else "of its probes"
-    assert first.words == f"B1, floor 1, largest {where}, 3D model"
+    assert (first.building, first.floor) == ("B1", 1)
     assert (first.peak, first.zpa, second.peak, second.place) == (45.0, 45.0, 1.5, "wall")
 
 
@@ -346,39 +252,7 @@ def test_what_goes_with_the_steps_of_the_pounding_is_told(change):
     entry = {"name": "pounding.main_impact_force", "value": 1e6, "unit": "N", "note": "pair A-B"}
     run = SimpleNamespace(checks=[], summary=[entry], ran=lambda _: False, models={}, values=values)
     (text,) = (answer.text for answer in answers(run, []) if answer.question == "Largest impact")
-    assert ("up to 30 %" in text) == ("700 kN" in text) == (change > 0.05)
-
-
-def test_ten_numbers_of_any_run(tmp_path):
-    run = run_of(tmp_path, pounding=sticks())
-    run.values |= {f"pounding.peak_displacement.{name}": 0.02 for name in "AB"}
-    run.values |= {"pounding.peak_displacement_no_contact.A": 0.03, "pounding.impacts": 2.0}
-    run.values |= {"motion.pga": 3.0, "motion.x.pga": 2.0}
-    found = key_results(run)
-    assert ("2 cm", "largest displacement of A; 3 cm without contact") in found
-    assert found[-1] == ("3 m/s²", "peak ground acceleration")
-    run.values |= {f"pounding.peak_displacement.{k}": 0.01 for k in range(20)}
-    assert len(key_results(run)) == 10
-
-
-@pytest.mark.parametrize(
-    ("difference", "value", "words"),
-    [
-        (0.02, "2.0 %", ", unconservative"),
-        (-0.02, "2.0 %", ", conservative"),
-        (4e-4, "0.0 %", ""),
-    ],
-)
-def test_how_far_spectrum_analysis_is_off(tmp_path, difference, value, words):
-    run = run_of(tmp_path / "run", pounding=sticks(), device=device_folder(tmp_path))
-    run.values["device.relative_difference.impact"] = difference
-    text = f"difference of response spectrum analysis{words}: Fy of pump, with impacts"
-    # By the store the moment that it is turned over by is 5 kN m for 0.1 of 10 kN.
-    assert (value, f"{text}; Mx unconservative by 80.0 %") in key_results(run)
-    store = xr.load_dataset(tmp_path / "device.nc", engine="netcdf4")
-    store["largest_force"].loc[{"component": "rx"}] *= 0.2
-    write_netcdf(tmp_path / "device.nc", store)
-    assert (value, text) in key_results(run)
+    assert ("30 %" in text) == ("700 kN" in text) == (change > 0.05)
 
 
 def test_one_motion_of_many(tmp_path):
@@ -399,10 +273,10 @@ def test_one_motion_of_many(tmp_path):
     run = run_of(tmp_path, pounding=sticks(), ensemble=members)
     spectra = governing(run)
     (text,) = flags(run, spectra)
-    assert "under 84 % of 100 motions" in text and "B along y (stick) is up to 1.25 times" in text
+    assert "100 motions" in text and "1.25 times" in text
     psa = spectra[0].psa * (24.0 / spectra[0].peak)
     (text,) = flags(run, [replace(spectra[0], building="A", floor=1, psa=psa)])
-    assert "A along y (stick) is up to 1.50 times" in text
+    assert "1.50 times" in text
 
 
 def test_one_motion_of_many_in_3d(tmp_path):
@@ -416,7 +290,7 @@ def test_one_motion_of_many_in_3d(tmp_path):
     design["member_centre_peak"] = (dims, np.full((8, 1, 1, 1), 12.0))
     run = run_of(tmp_path, transient=probes, design=design)
     (text,) = flags(run, governing(run))
-    assert "8 motions" in text and "B1 along y (3D model, mass centre) is up to 1.20" in text
+    assert "8 motions" in text and "1.20" in text
     (alone,) = (run_of(tmp_path, transient=probes, design=design.drop_dims("motion")),)
     assert flags(alone, governing(alone)) == []
 
@@ -454,65 +328,14 @@ def names(rows):
 
 
 def test_all_floors_that_are_hit(store):
-    rows, note = _carried_floors(store)
+    rows, _ = _carried_floors(store)
     assert names(rows) == ["floor 5, y", "floor 4, y", "floor 5, x", "floor 4, x"]
     # Mean of 4, 8 and 12 beside 1 of this motion; the fractile between the two largest.
     assert rows[0][1:3] == ["1", "8"] and 8.0 < float(rows[0][3]) <= 12.0
     assert float(rows[0][4]) == pytest.approx(float(rows[0][3]), abs=0.01)
-    assert "All floors that one of the motions hits along y" in note
-
-
-def test_where_none_is_hit_those_that_differ_most(store):
-    store["member_impact_force"][:] = 0
-    rows, note = _carried_floors(store)
-    wanted = ["floor 5", "floor 4", "floor 2"]
-    assert names(rows) == [f"{floor}, {one}" for one in "yx" for floor in wanted]
-    assert note.startswith("The 3 floors on which the 84 % are highest")
 
 
 def test_a_direction_in_which_this_motion_does_not_move(store):
     store["psa"][0, 4, 1] = 0.0
     rows, _ = _carried_floors(store)
     assert rows[0][1] == "0" and rows[0][4] == ""
-
-
-def forces(folder, **wanted):
-    """The table of a device, from a store that no solver made."""
-    path = device_folder(folder, **wanted) / "device.nc"
-    return device_verdict(SimpleNamespace(store=lambda name: open_store(path)), "pump")
-
-
-@pytest.mark.parametrize(("share", "difference"), [(0.825, "+17.5"), (1.1, "-10.0")])
-def test_the_difference_of_a_device_has_the_sign_of_its_tables(tmp_path, share, difference):
-    """From the detailed force, over it: positive where the spectra give too little."""
-    table = forces(tmp_path, choices={"srss": (share, share)})
-    column = list(table.head).index("difference of Fy [%]")
-    assert [row[column] for row in table.rows[:-1]] == ["", difference] * 2
-    assert "positive where response spectrum analysis (RSA) underestimates" in table.note
-
-
-def test_a_device_has_all_components_and_every_rigid_part(tmp_path):
-    choices = {"srss": (0.8, 0.9), "srss.gupta": (1.0, np.nan), "srss.lindley-yow": (1.0, 0.95)}
-    table = forces(tmp_path, choices=choices, pulls=(-4e3, 90e3))
-    assert [row[:2] for row in table.rows] == [
-        ["without impact", "3D model"],
-        ["without impact", "RSA, srss"],
-        ["without impact", "RSA, rigid part by Gupta"],
-        ["without impact", "RSA, rigid part by Lindley-Yow"],
-        ["with impacts", "3D model"],
-        ["with impacts", "RSA, srss"],
-        # Gupta's was not done here.
-        ["with impacts", "RSA, rigid part by Lindley-Yow"],
-        ["ratio with / without impact", "3D model"],
-    ]
-    detailed = dict(zip(table.head, table.rows[4], strict=True))
-    assert (detailed["Fy [kN]"], detailed["Fz [kN]"]) == ("66.00", "33.00")
-    assert (detailed["Mx [kN m]"], detailed["net tension [kN]"]) == ("33.00", "90.00")
-    assert table.rows[5][-1] == "99.00"
-    factors = dict(zip(table.head, table.rows[-1], strict=True))
-    assert (factors["Fy [kN]"], factors["net tension [kN]"]) == ("6.6", "")
-
-
-def test_a_device_whose_weight_is_not_known(tmp_path):
-    table = forces(tmp_path, pulls=(np.nan, np.nan))
-    assert {row[-1] for row in table.rows[:-1]} == {"not known"}
