@@ -40,7 +40,8 @@ from impactfem.fit.misfit import Misfit
 from impactfem.run.check import check, mesh_of
 from impactfem.run.stages import asked_stages
 from impactfem.run.variants import COMMAND_LINE, Axis, Variant, check_variants, in_si
-from impactfem.stages.building.store import OUTPUTS, SCALARS
+from impactfem.stages.building.store import OUTPUTS as OF_BUILDING
+from impactfem.stages.building.store import SCALARS
 from impactfem.stages.building.targets import SHOWN_BENDING, from_structure
 from impactfem.stages.inputs import program_key
 from impactfem.stages.pounding.scalars import DEMANDS, MAIN_IMPACT
@@ -468,7 +469,7 @@ def _units(case: Case) -> dict[str, str]:
             for variable, k in product(variables.split(), range(1, count + 1)):
                 name = pattern.format(variable=variable, bending=k, floor=k)
                 of = of_building(name, view.part) if view.part else name
-                units[of] = OUTPUTS[variable].unit.partition(",")[0] or "-"
+                units[of] = OF_BUILDING[variable].unit.partition(",")[0] or "-"
     return units
 
 

@@ -122,8 +122,10 @@ def building_scalars(store: xr.Dataset) -> list[Scalar]:
         note += "; raise buildings.structure.modes"
     own = store.drop_dims(["mode", "bending"]).sel(direction="x")
     own = own.assign(bending.reindex(bending=1 + np.arange(SHOWN_BENDING)))
+    for name in names:
+        own[name].attrs["long_name"] = note
     return [
         scalar
         for pattern, variables in SCALARS.items()
-        for scalar in scalars(own, pattern, variables, dict.fromkeys(names, note))
+        for scalar in scalars(own, pattern, variables)
     ]
