@@ -9,7 +9,7 @@ import pytest
 from impactfem.case import load_case
 from impactfem.case.plausibility import implausible
 from impactfem.case.usual import USUAL
-from impactfem.motion.from_case import hardly_meant
+from impactfem.motion.from_case import plausibility_warnings
 from impactfem.verify.motion import at2_text
 
 from .sections import (
@@ -53,7 +53,7 @@ def recorded(broken):
 
 def warnings(path, longest=LONGEST):
     case = load_case(path)
-    found = (*implausible(case, longest), *hardly_meant(case))
+    found = (*implausible(case, longest), *plausibility_warnings(case))
     return [str(one).replace(f"{path.parent}/", "") for one in found]
 
 

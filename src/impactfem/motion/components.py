@@ -90,7 +90,11 @@ def aligned(
             LOGGER.info(
                 "%s: its first sample is at %s, that of %s at %s: it begins %.6g s later, with "
                 "the ground at rest before",
-                *(record.name, start, records[first].name, clocks[first], later),
+                record.name,
+                start,
+                records[first].name,
+                clocks[first],
+                later,
             )
     return result
 

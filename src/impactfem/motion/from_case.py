@@ -1,7 +1,7 @@
 """From the case file's motions to accelerograms with their measures and spectra."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import combinations
@@ -165,13 +165,36 @@ def ground_motions(motions: Sequence[Motion], *, accept: bool = False) -> tuple[
     return tuple(made)
 
 
-def hardly_meant(case: Case) -> list[Fault]:
-    """What is hardly meant of the motions of a case, beside the values of its file.
+def plausibility_warnings(case: Case) -> list[Fault]:
+    """Return plausibility warnings for the motions of a case and of its ensemble.
 
-    Of a synthetic motion a peak that is not that of its target; of a record, also of the ensemble,
-    its peak, as the case uses it, its time step and duration, and a velocity that is left at its
-    end; two that are the same. Motions at fault are left out.
+    Warned of are a synthetic motion whose peak differs from that of its target; the peak, time
+    step, duration and final velocity of a record as the case uses it; and two motions that are the
+    same. Motions that cannot be read are left out.
     """
+    found = _same_motions(case)
+    records = () if case.ensemble is None else case.ensemble.of_records(case.motions)
+    together = dict[int, Accelerogram]()
+    for index, motion in enumerate(case.motions):
+        # Warnings and faults of the files were given when these were checked.
+        with suppress(InputError), quiet(warnings=False):
+            if isinstance(motion, RecordMotion):
+                together[index] = treated_record(motion)
+    together = aligned(case.motions, together)
+    for index, motion in (*enumerate(case.motions), *enumerate(records, len(case.motions))):
+        with suppress(InputError):
+            if isinstance(motion, SyntheticMotion):
+                found += _of_synthetic(case, index, motion)
+            elif isinstance(motion, RecordMotion):
+                if index < len(case.motions) and index not in together:
+                    continue
+                with quiet(warnings=False):
+                    record = together.get(index) or treated_record(motion)
+                found += _of_record(case, motion, record)
+    return [*found, *same_directions(case.motions, together)]
+
+
+def _same_motions(case: Case) -> list[Fault]:
     source, found = read_source(case.path, CaseFile), list[Fault]()
     for (i, a), (j, b) in combinations(enumerate(case.motions), 2):
         what, key = "", "seed"
@@ -183,81 +206,69 @@ def hardly_meant(case: Case) -> list[Fault]:
         if what:
             text = f"{what} of motions[{i}] along {a.direction}, too: both go up and down together"
             found.append(source.remark(("motions", j, key), text))
-    low, high = PEAK
-    computed = case.pounding.duration or math.inf
-    records = () if case.ensemble is None else case.ensemble.of_records(case.motions)
-    together = dict[int, Accelerogram]()
-    for index, motion in enumerate(case.motions):
-        # Warnings and faults of the files were given when these were checked.
-        with suppress(InputError), quiet(warnings=False):
-            if isinstance(motion, RecordMotion):
-                together[index] = treated_record(motion)
-    together = aligned(case.motions, together)
-    for index, motion in (*enumerate(case.motions), *enumerate(records, len(case.motions))):
-        try:
-            if isinstance(motion, SyntheticMotion):
-                loss = straight_line_loss(motion.time_step, RIGID)
-                if loss > COARSE:
-                    text = (
-                        f"the structure takes straight lines between the samples, which lose "
-                        f"{100 * loss:.2g} % of the amplitude at {RIGID:g} Hz: floor spectra are "
-                        "too low there; give time_step = '5 ms' or less"
-                    )
-                    found.append(source.remark(("motions", index, "time_step"), text))
-                end = motion.strong_phase[1]
-                if computed < end:
-                    text = f"the strong phase of motions[{index}] lasts until {end:g} s"
-                    found.append(source.remark(("pounding", "duration"), text))
-                level = _at_zero_period(design_spectrum(motion.spectrum, motion.damping))
-                if level is not None and not low <= motion.pga / level <= high:
-                    place = ("motions", index, "pga")
-                    text = (
-                        f"{motion.pga / level:.3g} times that of its spectrum at zero period, "
-                        f"{level:.4g} m/s2 with the soil; usual is the same"
-                    )
-                    found.append(source.remark(place, text))
-            elif isinstance(motion, RecordMotion):
-                if index < len(case.motions) and index not in together:
-                    continue
-                with quiet(warnings=False):
-                    record = together.get(index) or treated_record(motion)
-                along_z, of = motion.direction == "z", record.recording.orientation
-                if of is not None and of.vertical != along_z:
-                    text = (
-                        f"{record.recording.component} is the name of a "
-                        f"{'vertical' if of.vertical else 'horizontal'} component: the spectra "
-                        f"along {motion.direction} would be those of another direction; give "
-                        f"{'the vertical one' if along_z else 'a horizontal one'} as file or "
-                        "component, or the direction that it has"
-                    )
-                    found.append(Fault(motion.file, "direction", motion.direction, text))
-                # What the case itself says of either is warned of as its own.
-                size = np.abs(record.acceleration)
-                peak = float(size.max())
-                late, whole = (np.sum(one**2) for one in (size[record.time > computed], size))
-                if late > LEFT_OUT * whole:
-                    text = f"{100 * late / whole:.3g} % of its Arias intensity come later"
-                    found.append(Fault(motion.file, "pounding.duration", f"{computed:g} s", text))
-                for what, value, unit, usual, given in (
-                    ("peak ground acceleration", peak, "m/s2", PGA, motion.pga),
-                    ("time step", record.sampling_step, "s", STEP, motion.resample),
-                    ("duration", record.duration, "s", LASTING, None),
-                ):
-                    if given is None and not usual.low <= value <= usual.high:
-                        text = f"as the case uses it; usual is {usual.words}"
-                        found.append(Fault(motion.file, what, f"{value:.4g} {unit}", text))
-                velocity = record.velocity
-                last, most = abs(float(velocity[-1])), float(np.abs(velocity).max())
-                if last > AT_REST * most:
-                    text = (
-                        f"{100 * last / most:.3g} % of the largest, as an offset or a cut leaves "
-                        "it; usual is a motion that ends at rest: see baseline of [[motions]]"
-                    )
-                    found.append(Fault(motion.file, "velocity at the end", f"{last:.3g} m/s", text))
-        except InputError:
-            continue
-    found += same_directions(case.motions, together)
     return found
+
+
+def _of_synthetic(case: Case, index: int, motion: SyntheticMotion) -> Iterator[Fault]:
+    """Warnings of the time step, the strong phase and the peak of a synthetic motion."""
+    source, (low, high) = read_source(case.path, CaseFile), PEAK
+    loss = straight_line_loss(motion.time_step, RIGID)
+    if loss > COARSE:
+        text = (
+            f"the structure takes straight lines between the samples, which lose "
+            f"{100 * loss:.2g} % of the amplitude at {RIGID:g} Hz: floor spectra are "
+            "too low there; give time_step = '5 ms' or less"
+        )
+        yield source.remark(("motions", index, "time_step"), text)
+    end = motion.strong_phase[1]
+    if (case.pounding.duration or math.inf) < end:
+        text = f"the strong phase of motions[{index}] lasts until {end:g} s"
+        yield source.remark(("pounding", "duration"), text)
+    level = _at_zero_period(design_spectrum(motion.spectrum, motion.damping))
+    if level is not None and not low <= motion.pga / level <= high:
+        text = (
+            f"{motion.pga / level:.3g} times that of its spectrum at zero period, "
+            f"{level:.4g} m/s2 with the soil; usual is the same"
+        )
+        yield source.remark(("motions", index, "pga"), text)
+
+
+def _of_record(case: Case, motion: RecordMotion, record: Accelerogram) -> Iterator[Fault]:
+    """Warnings of the direction, duration, peak, time step and end of a record."""
+    computed = case.pounding.duration or math.inf
+    along_z, of = motion.direction == "z", record.recording.orientation
+    if of is not None and of.vertical != along_z:
+        text = (
+            f"{record.recording.component} is the name of a "
+            f"{'vertical' if of.vertical else 'horizontal'} component: the spectra "
+            f"along {motion.direction} would be those of another direction; give "
+            f"{'the vertical one' if along_z else 'a horizontal one'} as file or "
+            "component, or the direction that it has"
+        )
+        yield Fault(motion.file, "direction", motion.direction, text)
+    # What the case itself says of either is warned of as its own.
+    size = np.abs(record.acceleration)
+    peak = float(size.max())
+    late, whole = (np.sum(one**2) for one in (size[record.time > computed], size))
+    if late > LEFT_OUT * whole:
+        text = f"{100 * late / whole:.3g} % of its Arias intensity come later"
+        yield Fault(motion.file, "pounding.duration", f"{computed:g} s", text)
+    for what, value, unit, usual, given in (
+        ("peak ground acceleration", peak, "m/s2", PGA, motion.pga),
+        ("time step", record.sampling_step, "s", STEP, motion.resample),
+        ("duration", record.duration, "s", LASTING, None),
+    ):
+        if given is None and not usual.low <= value <= usual.high:
+            text = f"as the case uses it; usual is {usual.words}"
+            yield Fault(motion.file, what, f"{value:.4g} {unit}", text)
+    velocity = record.velocity
+    last, most = abs(float(velocity[-1])), float(np.abs(velocity).max())
+    if last > AT_REST * most:
+        text = (
+            f"{100 * last / most:.3g} % of the largest, as an offset or a cut leaves "
+            "it; usual is a motion that ends at rest: see baseline of [[motions]]"
+        )
+        yield Fault(motion.file, "velocity at the end", f"{last:.3g} m/s", text)
 
 
 def checked_durations(motions: Sequence[Motion], path: Path | None = None) -> list[float]:
@@ -314,8 +325,11 @@ def _report_refinement(file: Path, record: Accelerogram) -> None:
         LOGGER.info(
             "%s: time step refined from %.4g ms to %.4g ms, band-limited; straight lines between "
             "its samples would lose up to %.2g %% of the amplitude at %.3g Hz",
-            *(file, 1e3 * step, 1e3 * record.time_step),
-            *(100.0 * straight_line_loss(step, highest), highest),
+            file,
+            1e3 * step,
+            1e3 * record.time_step,
+            100.0 * straight_line_loss(step, highest),
+            highest,
         )
 
 

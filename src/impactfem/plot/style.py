@@ -55,7 +55,10 @@ DASHES = ("-", "--", "-.", ":")
 """Of the buildings, with their colours: blue and red are equally dark in print."""
 ORDERED: tuple[Any, ...] = (
     *DASHES,
-    *((0, (8, 2)), (0, (8, 2, 2, 2)), (0, (4, 1, 1, 1, 1, 1)), (0, (1, 4))),
+    (0, (8, 2)),
+    (0, (8, 2, 2, 2)),
+    (0, (4, 1, 1, 1, 1, 1)),
+    (0, (1, 4)),
 )
 """Of curves in an order, of which neighbours are hardly told apart by their lightness alone."""
 HANDLE = 3.0

@@ -16,9 +16,23 @@ TRIGGER_DELAY = 15.0  # s, that the recorders add to the Record Time
 
 _KEY_WIDTH = 18
 _KEYS = (
-    *("Origin Time", "Lat.", "Lon", "Depth", "Mag.", "Station Code", "Station Lat."),
-    *("Station Lon", "Station Height", "Record Time", "Sampling Freq", "Duration Time", "Dir."),
-    *("Scale Factor", "Max", "Last Correction", "Memo."),
+    "Origin Time",
+    "Lat.",
+    "Lon",
+    "Depth",
+    "Mag.",
+    "Station Code",
+    "Station Lat.",
+    "Station Lon",
+    "Station Height",
+    "Record Time",
+    "Sampling Freq",
+    "Duration Time",
+    "Dir.",
+    "Scale Factor",
+    "Max",
+    "Last Correction",
+    "Memo.",
 )
 _FREQUENCY = re.compile(r"(\d+(?:\.\d*)?)\s*Hz", re.IGNORECASE)
 _SCALE = re.compile(r"(\d+(?:\.\d*)?)\s*\(gal\)\s*/\s*(\d+(?:\.\d*)?)", re.IGNORECASE)

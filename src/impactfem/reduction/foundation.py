@@ -54,7 +54,7 @@ class Foundation:
         made = {name: Port(Φ, R) for name, (Φ, R) in ports.items()}
         mass = self.rigid_mass + self.soil.raft
         return Body(
-            *("building", eigenvalue, damping, -ground, mass, made), free_base=True, soil=self.soil
+            "building", eigenvalue, damping, -ground, mass, made, free_base=True, soil=self.soil
         )
 
     def loads(self, body: Body, edges: Array, loads: Loads) -> Array:

@@ -14,8 +14,12 @@ from impactfem.stages.transient.selection import at_floor, floors_of
 
 TABLE, FIGURE = "comparison", "comparison_spectra"
 FIRST = (
-    *("pounding.main_impact_force", "pounding.impacts", "pounding.required_separation"),
-    *("frs.largest", "transient.frs.largest", "device.f?.detailed.impact"),
+    "pounding.main_impact_force",
+    "pounding.impacts",
+    "pounding.required_separation",
+    "frs.largest",
+    "transient.frs.largest",
+    "device.f?.detailed.impact",
 )
 """Results that come before others."""
 LABELS = ("this run", "the other")

@@ -106,9 +106,13 @@ def impacts(run: RunFiles) -> Facts:
         main = hits.iloc[hits["impact_peak_force"].to_numpy().argmax()]
         rows.append(
             (
-                *(words, len(hits), digits(1e-6 * main["impact_peak_force"], 4)),
-                *(main["impact_peak_time"], 1e3 * main["impact_duration"]),
-                *(digits(main["impact_approach"], 3), 1e3 * main["impact_penetration"]),
+                words,
+                len(hits),
+                digits(1e-6 * main["impact_peak_force"], 4),
+                main["impact_peak_time"],
+                1e3 * main["impact_duration"],
+                digits(main["impact_approach"], 3),
+                1e3 * main["impact_penetration"],
                 *(1e3 * gaps.loc[name, column] for column in GAPS),
             )
         )
@@ -208,7 +212,8 @@ def anchor_forces(store: xr.Dataset, device: str) -> list[list[str]]:
             tension = load.tension(choice)
             rows.append(
                 [
-                    *(words, label),
+                    words,
+                    label,
                     *(f"{1e-3 * value:.2f}" for value in load.components(choice).values),
                     "" if off is None else f"{100.0 * off:+.1f}",
                     f"{1e-3 * tension:.2f}" if math.isfinite(tension) else "not known",

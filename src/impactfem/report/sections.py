@@ -40,9 +40,30 @@ _NAMED = re.compile(r'(\bid="|url\(#|href="#)')
 """Where an SVG names one of its parts."""
 ELEMENTS = frozenset(
     {
-        *("circle", "clipPath", "defs", "desc", "ellipse", "g", "image", "line", "linearGradient"),
-        *("marker", "metadata", "path", "pattern", "polygon", "polyline", "radialGradient", "rect"),
-        *("stop", "svg", "symbol", "text", "title", "tspan", "use"),
+        "circle",
+        "clipPath",
+        "defs",
+        "desc",
+        "ellipse",
+        "g",
+        "image",
+        "line",
+        "linearGradient",
+        "marker",
+        "metadata",
+        "path",
+        "pattern",
+        "polygon",
+        "polyline",
+        "radialGradient",
+        "rect",
+        "stop",
+        "svg",
+        "symbol",
+        "text",
+        "title",
+        "tspan",
+        "use",
     }
 )
 """Elements of an SVG that draw or describe; others, as a script, have no place in a figure."""

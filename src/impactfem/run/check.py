@@ -26,7 +26,7 @@ from impactfem.coupling.force_history import FORCES, ForceHistory
 from impactfem.coupling.given_forces import doubts, given_forces
 from impactfem.coupling.periods import unusual_periods
 from impactfem.device.from_case import checked_devices
-from impactfem.motion.from_case import checked_durations, hardly_meant
+from impactfem.motion.from_case import checked_durations, plausibility_warnings
 from impactfem.run.estimate import (
     DAY,
     Estimate,
@@ -119,7 +119,7 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
 
 def warn_of_implausible(case: Case, longest: float) -> None:
     """Warn of values that are probably mistakes; the longest motion has this duration [s]."""
-    found = [*implausible(case, longest), *hardly_meant(case), *unusual_periods(case)]
+    found = [*implausible(case, longest), *plausibility_warnings(case), *unusual_periods(case)]
     transient = case.transient
     if transient is not None and transient.forces is not None:
         # Where they cannot be read, that is a fault.

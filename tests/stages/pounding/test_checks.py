@@ -357,7 +357,7 @@ def test_a_plan_that_is_not_known(tmp_path, case):
 
 
 def test_the_table_of_facing_floors():
-    table = columns_of(store(-0.0138), "facing_floors", "", COLUMNS["facing_floors"])
+    table = columns_of(store(-0.0138), "facing_floors", "", COLUMNS["facing_floors"].split())
     assert table.rows[0][:3] == ("B.floor_4", "C.floor_3", 12.0)
     assert table.rows[0][3:6] == pytest.approx((30.0, -13.8, 4.36))
 

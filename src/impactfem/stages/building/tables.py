@@ -96,8 +96,10 @@ def _bending(store: xr.Dataset, published: Mapping[str, float]) -> Table:
         ],
     ).comparing(
         {
-            *("published frequency", "difference of frequency"),
-            *("published effective mass", "difference of mass"),
+            "published frequency",
+            "difference of frequency",
+            "published effective mass",
+            "difference of mass",
         }
     )
 

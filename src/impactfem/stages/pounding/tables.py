@@ -22,39 +22,27 @@ TITLES = {
     "soil": "Soil under the rafts, about the middle of the underside",
     "facing_floors": "Floors that face each other and are in no contact pair: closest approach",
 }
-PLACE = ("impact_pair", "impact_peak_time")
 COLUMNS = {
     # Table 5 of the paper, with the step rule of its equation 7.
-    "contact_parameters": (
-        *("pair", "pair_young_modulus", "pair_poisson_ratio", "pair_law", "pair_asked"),
-        *("pair_restitution", "pair_damping_ratio", "pair_stiffness", "pair_dashpot"),
-        *("pair_onset_force", "pair_effective_mass", "pair_rest_gap", "pair_law_duration"),
-        *("time_step", "steps_in_it"),
-    ),
-    "impacts": ("impact_pair", *outputs(Impact, prefix="impact_")),
+    "contact_parameters": "pair pair_young_modulus pair_poisson_ratio pair_law pair_asked "
+    "pair_restitution pair_damping_ratio pair_stiffness pair_dashpot pair_onset_force "
+    "pair_effective_mass pair_rest_gap pair_law_duration time_step steps_in_it",
+    "impacts": " ".join(["impact_pair", *outputs(Impact, prefix="impact_")]),
     # Validity of linear analysis in each impact.
-    "impact_checks": (*PLACE, *outputs(ImpactCheck, prefix="impact_")),
-    "separation": ("pair", "pair_rest_gap", *outputs(Separation, prefix="pair_")),
-    "calibration": (
-        *("target_building", "target_mode", "calibrated_frequency", "target_frequency"),
-        *("frequency_error", "calibrated_effective_mass", "target_effective_mass"),
-        "effective_mass_error",
+    "impact_checks": " ".join(
+        ["impact_pair", "impact_peak_time", *outputs(ImpactCheck, prefix="impact_")]
     ),
-    "foundations": (
-        *("foundation", "foundation_direction", "foundation_clamped_frequency"),
-        *("foundation_frequency", "foundation_period_ratio", "foundation_clamped_ratio"),
-        "foundation_ratio",
-    ),
-    "soil": (
-        *("foundation", "foundation_component", "foundation_stiffness", "foundation_dashpot"),
-        *("foundation_stiffness_error", "foundation_damping_error"),
-    ),
-    "facing_floors": (
-        *("facing_a", "facing_b", "facing_level", "facing_rest_gap", "facing_distance_min"),
-        "facing_time",
-    ),
+    "separation": " ".join(["pair", "pair_rest_gap", *outputs(Separation, prefix="pair_")]),
+    "calibration": "target_building target_mode calibrated_frequency target_frequency "
+    "frequency_error calibrated_effective_mass target_effective_mass effective_mass_error",
+    "foundations": "foundation foundation_direction foundation_clamped_frequency "
+    "foundation_frequency foundation_period_ratio foundation_clamped_ratio foundation_ratio",
+    "soil": "foundation foundation_component foundation_stiffness foundation_dashpot "
+    "foundation_stiffness_error foundation_damping_error",
+    "facing_floors": "facing_a facing_b facing_level facing_rest_gap facing_distance_min "
+    "facing_time",
 }
-"""Variables of each table."""
+"""Variables of each table, separated by blanks."""
 
 
 def stick_tables(folder: Path) -> list[Path]:
@@ -73,10 +61,10 @@ def stick_tables(folder: Path) -> list[Path]:
         names += ["facing_floors"] if "facing" in store.dims else []
         tables = [modes]
         for name in names:
-            rows = content[list(COLUMNS[name])]
+            rows = content[COLUMNS[name].split()]
             if len(rows.dims) > 1:  # a row for each pair of places
                 rows = rows.stack(row=list(rows.dims))
-            tables.append(columns_of(rows, name, TITLES[name], COLUMNS[name]))
+            tables.append(columns_of(rows, name, TITLES[name], COLUMNS[name].split()))
     return write_tables(folder, tables)
 
 
