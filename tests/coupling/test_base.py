@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg
 
 from impactfem.coupling.base import coupled_modes, first_along
-from impactfem.coupling.contact import kelvin_voigt
+from impactfem.coupling.laws import KelvinVoigt
 from impactfem.coupling.links import Assembly, Link
 from impactfem.coupling.pounding import System, simulate
 from impactfem.coupling.unilateral import ModalMotion, unilateral_response
@@ -157,7 +157,7 @@ def test_unilateral_links_of_a_stick_on_soil(floors):
 
 def test_two_sticks_on_soil_pound(row, shaken):
     """With a contact law: larger motions than on clamped bases, and the energies balance."""
-    clamped = row(0.004, law=kelvin_voigt(1e9, 0.1, 1.2e5))
+    clamped = row(0.004, law=KelvinVoigt(1e9, 0.1, mass=1.2e5))
     soil = half_space(150.0)
     soft = replace(clamped, sticks=tuple(replace(stick, soil=soil) for stick in clamped.sticks))
     found, fixed = (simulate(system, shaken[:1000], DT / 4) for system in (soft, clamped))

@@ -6,8 +6,8 @@ import pytest
 from impactfem.case import ContactPoint
 from impactfem.case.facing import Facing
 from impactfem.coupling.base import BaseHistory
-from impactfem.coupling.contact import kelvin_voigt
 from impactfem.coupling.impacts import approaches, impact_checks, impacts, separations
+from impactfem.coupling.laws import KelvinVoigt
 from impactfem.coupling.pounding import End, Pair, Response, System, simulate
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.energy import Energy
@@ -98,7 +98,7 @@ def test_a_blow_inside_a_storey(floors):
     stick = damped_stick("a", floors(2), storey_points=[(1, 0.5)])
     master = stick.storey_points[1, 0.5]
     end = End("a", master, (0.0, 6.0, 0.0), 1, 0.5)
-    law = kelvin_voigt(1e10, 0.1, 1e5)
+    law = KelvinVoigt(1e10, 0.1, mass=1e5)
     system = System((stick,), (Pair("wall", end, None, np.eye(3)[UY], 0.01, law),))
     load = np.zeros(stick.n)
     load[6 * master + UY] = P

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from impactfem.coupling.contact import hertz, hertz_damp, hunt_crossley, jankowski
 from impactfem.coupling.impacts import impacts
+from impactfem.coupling.laws import Hertz, HertzDamp, HuntCrossley, Jankowski
 from impactfem.coupling.pounding import System, simulate
 from impactfem.sticks.stick import mass_on_spring
 
@@ -26,11 +26,11 @@ def test_identity_with_impacts(row, shake, update, tension):
 @pytest.mark.parametrize(
     "law",
     [
-        hertz(5e11, 120e3),
-        hertz_damp(5e11, 0.6, 120e3),
-        hunt_crossley(5e11, 0.6, 120e3, exact=True),
+        Hertz(5e11, mass=120e3),
+        HertzDamp(5e11, 0.6, mass=120e3),
+        HuntCrossley(5e11, 0.6, mass=120e3, relation="exact"),
         # With a restitution near 1: see the barely closed gap in test_implicit.
-        jankowski(5e11, 0.9, 120e3),
+        Jankowski(5e11, 0.9, mass=120e3),
     ],
     ids=lambda law: law.name,
 )

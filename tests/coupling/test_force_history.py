@@ -6,7 +6,6 @@ import pytest
 import scipy.io
 import xarray as xr
 
-from impactfem.coupling.contact import kelvin_voigt
 from impactfem.coupling.force_history import (
     ForceHistory,
     PairEnds,
@@ -14,6 +13,7 @@ from impactfem.coupling.force_history import (
     read_forces,
     write_forces,
 )
+from impactfem.coupling.laws import KelvinVoigt
 from impactfem.coupling.pounding import End, Pair, System, simulate
 from impactfem.system.errors import InputError
 
@@ -94,7 +94,7 @@ def test_netcdf_there_and_back(response, tmp_path):
 def test_a_storey_point_and_a_wall(floors, tmp_path):
     stick = damped_stick("a", floors(2), storey_points=[(2, 0.25)])
     end = End("a", stick.storey_points[2, 0.25], (0.0, 6.0, 0.0), 2, 0.25)
-    pair = Pair("wall", end, None, Y, 0.01, kelvin_voigt(1e9, 0.1, 1e5))
+    pair = Pair("wall", end, None, Y, 0.01, KelvinVoigt(1e9, 0.1, mass=1e5))
     path = tmp_path / "forces.nc"
     write_forces(path, simulate(System((stick,), (pair,)), np.zeros((5, 3)), DT), "")
     with xr.open_dataset(path, engine="netcdf4") as data:

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impactfem.coupling.contact import hertz, hertz_damp, hunt_crossley, jankowski, kelvin_voigt
 from impactfem.coupling.impacts import impacts
+from impactfem.coupling.laws import Hertz, HertzDamp, HuntCrossley, Jankowski, KelvinVoigt
 from impactfem.coupling.pounding import System, simulate
 from impactfem.sticks.stick import mass_on_spring
 from impactfem.verify.contact import against_wall, collision
@@ -15,7 +15,7 @@ KINETIC = 0.5 * M * V0**2
 
 def hit(xi, steps, *, phase=0.3, tension=True, update="implicit", law=None):
     """Two masses of 2 M, so that M is their effective mass."""
-    law = law or kelvin_voigt(K, xi, M, tension=tension)
+    law = law or KelvinVoigt(K, xi, mass=M, tension=tension)
     dt = law.duration(V0) / steps
     return collision(law, 2 * M, 2 * M, V0, dt, phase=phase, update=update)
 
@@ -93,15 +93,15 @@ def largest_defect(steps, phases=(0.2, 0.5, 0.8), **changes):
 
 
 LAWS = {
-    "damped": kelvin_voigt(K, 0.12, M),
-    "elastic": kelvin_voigt(K, 0.0, M),
-    "elastic without tension": kelvin_voigt(K, 0.0, M, tension=False),
-    "damped without tension": kelvin_voigt(K, 0.12, M, tension=False),
-    "much damped without tension": kelvin_voigt(K, 0.6, M, tension=False),
-    "hertz": hertz(1e12, M),
-    "hertz-damp": hertz_damp(1e12, 0.5, M),
-    "hunt-crossley": hunt_crossley(1e12, 0.5, M),
-    "jankowski": jankowski(1e12, 0.7, M),
+    "damped": KelvinVoigt(K, 0.12, mass=M),
+    "elastic": KelvinVoigt(K, 0.0, mass=M),
+    "elastic without tension": KelvinVoigt(K, 0.0, mass=M, tension=False),
+    "damped without tension": KelvinVoigt(K, 0.12, mass=M, tension=False),
+    "much damped without tension": KelvinVoigt(K, 0.6, mass=M, tension=False),
+    "hertz": Hertz(1e12, mass=M),
+    "hertz-damp": HertzDamp(1e12, 0.5, mass=M),
+    "hunt-crossley": HuntCrossley(1e12, 0.5, mass=M),
+    "jankowski": Jankowski(1e12, 0.7, mass=M),
 }
 
 
@@ -165,7 +165,7 @@ def test_defect_counts_the_time_of_contact_only():
 
 def test_a_contact_that_begins_at_rest_has_no_restitution():
     # A mass on a spring, at rest against a wall that the ground moves towards it.
-    law, n_t = kelvin_voigt(1e9, 0.1, 1e3), 400
+    law, n_t = KelvinVoigt(1e9, 0.1, mass=1e3), 400
     at_rest = against_wall(mass_on_spring("m", 1e3, 1e5), law, 0.0, 0.0, 1e-4, n_t)
     ground = np.zeros((n_t, 3))
     ground[:, 1] = -2.0
@@ -177,7 +177,9 @@ def test_a_contact_that_begins_at_rest_has_no_restitution():
 
 
 def test_nothing_touches():
-    wall = against_wall(mass_on_spring("m", M, 0.0), kelvin_voigt(K, 0.1, M), 1.0, V0, 1e-3, 100)
+    wall = against_wall(
+        mass_on_spring("m", M, 0.0), KelvinVoigt(K, 0.1, mass=M), 1.0, V0, 1e-3, 100
+    )
     assert impacts(wall) == []
     assert (
         impacts(replace(wall, system=wall.system.without_contact(), force=np.zeros((100, 0)))) == []
@@ -226,7 +228,7 @@ def test_an_impact_that_begins_in_the_last_step():
 
 def test_a_contact_that_lets_go_and_presses_again_before_the_gap_opens():
     # Pushed at a wall by 1 N while it bounces: without tension the force is zero for a while.
-    law = kelvin_voigt(1.0, 0.5, 1.0, tension=False)
+    law = KelvinVoigt(1.0, 0.5, mass=1.0, tension=False)
     system = against_wall(mass_on_spring("m", 1.0, 0.0), law, 0.0, 0.0, 0.005, 2).system
     ground, v0 = np.zeros((4000, 3)), np.zeros(6)
     ground[:, 1], v0[1] = -1.0, 8.0

@@ -7,8 +7,8 @@ import pytest
 import scipy.linalg
 
 from impactfem.coupling.body import Port, modal_coordinates, reduced_body
-from impactfem.coupling.contact import kelvin_voigt
-from impactfem.coupling.implicit import respond
+from impactfem.coupling.implicit import Start, respond
+from impactfem.coupling.laws import KelvinVoigt
 from impactfem.coupling.links import Assembly, Inverse, Link, Mount, Spring
 from impactfem.coupling.pounding import System, simulate
 from impactfem.coupling.unilateral import ModalMotion, unilateral_response
@@ -153,7 +153,7 @@ def test_contact_of_bodies_on_springs(stick, shaken, free):
         dense[2][-6:, -6:] += soil.stiffness
         R = np.zeros((stick.n, 0))
     along = np.array([0.0, 1.0, 0.0, 0.3, 0.0, 0.0])
-    link = Link("wall", ("a", "top"), None, along, 1e-3, kelvin_voigt(5e8, 0.1, 2e5))
+    link = Link("wall", ("a", "top"), None, along, 1e-3, KelvinVoigt(5e8, 0.1, mass=2e5))
     assembly = Assembly([body], [link], springs=[soil])
     motion = by_assembly(assembly, shaken)
     n, extra = stick.n, R.shape[1]
@@ -205,7 +205,9 @@ def test_a_spring_between_two_bodies_and_a_mounted_mass(stick, shaken):
     fine = np.repeat(shaken, 2, axis=0)[1:]
     fine[::2], fine[1::2] = shaken, 0.5 * (shaken[:-1] + shaken[1:])
     half = respond(assembly, fine @ assembly.ground.T, fine, DT / 2)
-    sub = by_assembly(assembly, shaken, substeps=2, recorded=np.zeros(0, dtype=np.int64))
+    sub = by_assembly(
+        assembly, shaken, substeps=2, start=Start(recorded=np.zeros(0, dtype=np.int64))
+    )
     assert np.abs(sub.reaction - half.reaction[::2]).max() < 1e-9 * np.abs(half.reaction).max()
     assert not sub.u.size
 
@@ -228,7 +230,7 @@ def test_unilateral_links_of_a_body_on_soil(stick, theta):
     assert history.energy.gained < 1e-12
     # Free motion of it is that of the implicit loop.
     free = Assembly([body], springs=[soil])
-    z = respond(free, np.zeros((100, len(free))), np.zeros((100, 3)), DT, v0=v0)
+    z = respond(free, np.zeros((100, len(free))), np.zeros((100, 3)), DT, start=Start(v=v0))
     far = unilateral_response(ModalMotion(assembly, DT), 10.0, 99, velocity=v0)
     tops = coordinates(z, free) @ free.rows(("a", "top"))[1]
     assert np.abs(10.0 - far.gap[:, 0] - tops).max() < 1e-9 * np.abs(tops).max()
@@ -302,7 +304,7 @@ def test_what_is_refused(stick):
     walls = Assembly([body], [Link("1", ("a", "top"), None, np.eye(6)[1], 1.0)])
     with pytest.raises(SolutionError, match="a unilateral constraint needs the time loop of"):
         by_assembly(walls, np.zeros((3, 3)))
-    law = kelvin_voigt(1e9, 0.1, 1e3)
+    law = KelvinVoigt(1e9, 0.1, mass=1e3)
     closed = Assembly([body], [Link("wall", ("a", "top"), None, np.eye(6)[1], -1.0, law)])
     with pytest.raises(SolutionError, match="pair wall penetrates at the start"):
         by_assembly(closed, np.zeros((3, 3)))
@@ -323,7 +325,7 @@ def test_a_body_and_its_mirror_image(smooth, wrong):
     start = np.linalg.lstsq(shapes, np.ones(m), rcond=None)[0]
 
     def assembly(pair):
-        law = kelvin_voigt((0.5 if pair else 1.0) * 1e6, 0.1, (0.5 if pair else 1.0) * 10.0)
+        law = KelvinVoigt((0.5 if pair else 1.0) * 1e6, 0.1, mass=(0.5 if pair else 1.0) * 10.0)
         names = ("a", "b") if pair else ("a",)
         bodies = [reduced_body(name, eigenvalue, damping, {"edge": shapes}) for name in names]
         other = ("b", "edge") if pair else None
@@ -340,7 +342,7 @@ def test_a_body_and_its_mirror_image(smooth, wrong):
         one = assembly(pair)
         loads, v0 = (np.concatenate([x, -x], axis=-1) if pair else x for x in (load, start))
         if smooth:
-            motion = respond(one, loads, np.zeros((steps + 1, 3)), DT, v0=v0)
+            motion = respond(one, loads, np.zeros((steps + 1, 3)), DT, start=Start(v=v0))
             found.append((coordinates(motion, one), motion.force))
         else:
             motion = ModalMotion(one, DT, load=np.eye(len(one)), probes=np.eye(len(one)))

@@ -159,9 +159,7 @@ def test_a_mass_at_rest_carries_its_load():
     """The wall gives what the load has, also while it changes, and lets go when it pulls."""
     h = 1e-3
     load = np.linspace(5.0, -1.0, 601)[:, None]
-    told = []
-    history = unilateral_response(mass(h), 0.0, 600, amplitudes=load, progress=told.append)
-    assert told[:2] == [50 / 600, 100 / 600] and told[-1] == 1.0
+    history = unilateral_response(mass(h), 0.0, 600, amplitudes=load)
     mean = 0.5 * (load[1:, 0] + load[:-1, 0])
     assert history.force[1:, 0] == pytest.approx(np.maximum(mean, 0.0), abs=1e-12)
     assert np.all(history.displacement[:500] == pytest.approx(0.0, abs=1e-16))

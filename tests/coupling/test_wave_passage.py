@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from impactfem.coupling.contact import kelvin_voigt, law_force
 from impactfem.coupling.ground import Ground
 from impactfem.coupling.impacts import impacts, separations
+from impactfem.coupling.laws import KelvinVoigt
 from impactfem.coupling.pounding import End, Pair, System, simulate
 from impactfem.sticks.stick import mass_on_spring
 from impactfem.verify.soil import _half_space
@@ -36,7 +36,7 @@ def towers(floors, gap, soil=None, second=1.0):
     """Two sticks of two floors, the roofs a gap apart along y; the second one stiffer or softer."""
     a, b = (damped_stick(name, floors(2), soil=soil) for name in "ab")
     b = replace(b, K=second * b.K, damping=None)
-    law = kelvin_voigt(1e8, 0.1, 1e4)
+    law = KelvinVoigt(1e8, 0.1, mass=1e4)
     pair = Pair("a-b", End.of_floor(a, 2), End.of_floor(b, 2), Y, gap, law)
     return System((a, b), (pair,))
 
@@ -107,7 +107,7 @@ def test_energy_and_momentum_with_impacts(floors, waves):
     # The force is that of the law with the speed at which the ground closes the gap, too.
     law, p, rate = system.pairs[0].law, -response.gap[:, 0], response.gap_rate[:, 0]
     closed = np.flatnonzero(response.force[:, 0])
-    by_law = [law_force(law.code, law.parameters, p[t], -rate[t], 0.0)[0] for t in closed]
+    by_law = [law.at(p[t], -rate[t], (0.0,))[0] for t in closed]
     assert response.force[closed, 0] == pytest.approx(by_law, rel=1e-6, abs=1e-3)
     far = simulate(system.without_contact(), waves(0.0137), DT)
     (one,) = separations(far, response)

@@ -16,12 +16,12 @@ from impactfem.building.read_mesh import read_mesh
 from impactfem.case import load_case
 from impactfem.case.analysis import Pounding
 from impactfem.case.contacts import KelvinVoigtLaw
-from impactfem.coupling.contact import hertz, kelvin_voigt
 from impactfem.coupling.force_history import ForceHistory, read_forces, write_forces
 from impactfem.coupling.from_case import system_of
 from impactfem.coupling.ground import Ground
 from impactfem.coupling.impacts import impacts
-from impactfem.coupling.implicit import respond
+from impactfem.coupling.implicit import Start, respond
+from impactfem.coupling.laws import Hertz, KelvinVoigt
 from impactfem.coupling.links import Assembly
 from impactfem.coupling.pounding import End, Load, simulate
 from impactfem.coupling.unilateral import ModalMotion, body_before_walls, unilateral_response
@@ -124,16 +124,18 @@ def test_one_with_its_mirror_image_is_one_before_a_wall(pair):
     def between(law_of_pair):
         links = [replace(link, law=law_of_pair) for link in one.links]
         pounding = Assembly(list(one.bodies.values()), links)
-        return respond(pounding, np.zeros((steps, 2 * r)), none, STEP, u0=np.tile(z0, 2)).force
+        return respond(
+            pounding, np.zeros((steps, 2 * r)), none, STEP, start=Start(np.tile(z0, 2))
+        ).force
 
     def at_wall(law_of_wall):
         links = [replace(link, gap=link.gap / 2.0, law=law_of_wall) for link in pit.links]
         wall = Assembly(list(pit.bodies.values()), links)
-        return respond(wall, np.zeros((steps, len(pit))), none, STEP, u0=at_rest).force
+        return respond(wall, np.zeros((steps, len(pit))), none, STEP, start=Start(at_rest)).force
 
     for make, factor in (
-        (lambda k: kelvin_voigt(k * 1e8, 0.1, 1e4 * k, tension=False), 2.0),
-        (lambda k: hertz(k * 1e10, 1e4), 2.0**1.5),
+        (lambda k: KelvinVoigt(k * 1e8, 0.1, mass=1e4 * k, tension=False), 2.0),
+        (lambda k: Hertz(k * 1e10, mass=1e4), 2.0**1.5),
     ):
         F, expected = between(make(1.0)), at_wall(make(factor))
         assert np.abs(F - expected).max() < 1e-8 * np.abs(expected).max()
@@ -206,7 +208,7 @@ def test_the_least_gap_of_floors_that_turn_is_at_the_ends(pair, every):
         least = np.min(line.gap[[0, -1]] + turns[:, None] * ends, axis=1)
         assert found[:, k] == pytest.approx(least, rel=1e-12)
         # Both extrapolated would be less than what is there.
-        assert (rest @ model._ends.T).reshape(-1, 2)[k].min() < line.gap.min() - 1e-5
+        assert (rest @ model._contacts.ends.T).reshape(-1, 2)[k].min() < line.gap.min() - 1e-5
 
 
 def test_what_is_reported_of_a_run(pair, shaken):

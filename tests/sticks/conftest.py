@@ -11,7 +11,7 @@ import pytest
 
 from impactfem.case import load_case
 from impactfem.case.template import write_new_case
-from impactfem.coupling.contact import kelvin_voigt
+from impactfem.coupling.laws import KelvinVoigt
 from impactfem.coupling.pounding import End, Pair, System
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.stages.pounding.compute import run_sticks
@@ -59,7 +59,7 @@ def row(floors):
             stiffness = SECTION.E * softer**k
             soft = replace(SECTION, E=stiffness, G=stiffness / 2.4)
             sticks.append(damped_stick("abcdef"[k], floors(2, section=soft), axis=(0.0, 12.0 * k)))
-        law = law or kelvin_voigt(1e10, 0.12, FLOOR.mass / 2.0, tension=tension)
+        law = law or KelvinVoigt(1e10, 0.12, mass=FLOOR.mass / 2.0, tension=tension)
         pairs = []
         if gap is not None:
             for a, b in pairwise(sticks):

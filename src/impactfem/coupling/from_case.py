@@ -13,8 +13,8 @@ from impactfem.case import Building, Case
 from impactfem.case.calibration import Calibration as CalibrationCase
 from impactfem.case.contacts import Contact
 from impactfem.case.motions import read_force_table
-from impactfem.coupling.contact import Law, effective_mass, law_of
 from impactfem.coupling.ground import Ground, History
+from impactfem.coupling.laws import LAWS, Law, effective_mass
 from impactfem.coupling.pounding import End, Load, Pair, System
 from impactfem.sticks.calibration import Bounds, Calibration, Parameters, Target, assess, calibrate
 from impactfem.sticks.element import Section
@@ -113,7 +113,8 @@ def law_between(
     """The law of a contact between points of sticks, with their effective mass along its normal."""
     normal = np.array(contact.normal)
     masses = (sticks[e.building].point_mass(e.master, e.offset, normal) for e in ends)
-    return law_of(contact.law, case.contact_laws[contact.law], effective_mass(*masses))
+    entry = case.contact_laws[contact.law]
+    return LAWS[entry.type].of_case(contact.law, entry, effective_mass(*masses))
 
 
 def system_of(case: Case, calibration: Calibration | None) -> System:

@@ -31,7 +31,7 @@ import numpy as np
 import scipy.linalg
 
 from impactfem.coupling.body import Body
-from impactfem.coupling.contact import Law
+from impactfem.coupling.law import Law
 from impactfem.dynamics.soil import Soil
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import ImpactfemError

@@ -17,9 +17,9 @@ import scipy.linalg
 
 from impactfem.coupling.base import BaseHistory, base_histories
 from impactfem.coupling.body import Body, Port, modal_coordinates
-from impactfem.coupling.contact import Law, law_force
 from impactfem.coupling.ground import Ground, as_ground
-from impactfem.coupling.implicit import respond
+from impactfem.coupling.implicit import Start, respond
+from impactfem.coupling.law import Law
 from impactfem.coupling.links import Assembly, Link
 from impactfem.dynamics.energy import Energy
 from impactfem.sticks.stick import Stick
@@ -265,7 +265,7 @@ class Response:
         here = slice(low, high + 1)
         F, gap = self.force[here, index], self.gap[here, index]
         work = float(np.sum(np.diff(gap) * 0.5 * (F[:-1] + F[1:])))
-        return work, taken(self.system.pairs[index].law, gap, self.gap_rate[here, index])
+        return work, self.system.pairs[index].law.dissipated(gap, self.gap_rate[here, index])
 
     @cached_property
     def time(self) -> Array:
@@ -351,27 +351,6 @@ class Response:
     def gap_rate(self) -> Array:
         """Rate of the gap function, shape (n_t, m) [m/s]."""
         return opening(self.system, self.v, self.relative, 1)
-
-
-def taken(law: Law, gap: Array, rate: Array) -> float:
-    """What a law takes along a motion of one contact, ∮ F(p, v) dp [J].
-
-    By trapezoids over the part of each step in which there is contact: where it begins or ends
-    inside one, the force is the law's at p = 0, with the speed outside the contact. Each time the
-    contact closes it has its own speed of approach v₀, the one before. The gap [m] and its rate
-    [m/s], shape (n,) each, begin before the contact.
-    """
-    p, v = np.maximum(-gap, 0.0), -rate
-    # Of each step the last time before it, or at its beginning, without contact.
-    before = np.maximum.accumulate(np.where(gap >= 0.0, np.arange(len(gap)), 0))
-    energy = 0.0
-    for k in np.flatnonzero((p[:-1] > 0.0) | (p[1:] > 0.0)):
-        v0 = max(v[before[k]], 0.0)
-        F = [
-            law_force(law.code, law.parameters, max(p[i], 1e-300), v[i], v0)[0] for i in (k, k + 1)
-        ]
-        energy += (p[k + 1] - p[k]) * 0.5 * (F[0] + F[1])
-    return float(energy)
 
 
 def opening(system: System, x: Array, relative: Mapping[str, Array], row: int = 0) -> Array:
@@ -464,7 +443,13 @@ def simulate(
     z0, w0 = (None if x is None else system.coordinates(x) for x in (u0, v0))
     apart = opened(system.pairs, ground)
     motion = respond(
-        assembly, f, a_g, time_step, lagged=update == "lagged", u0=z0, v0=w0, opened=apart
+        assembly,
+        f,
+        a_g,
+        time_step,
+        lagged=update == "lagged",
+        start=Start(z0, w0),
+        opened=apart,
     )
     moved = basis[:, motion.moving]
     dofs = np.flatnonzero(moved.any(axis=1))
@@ -478,7 +463,15 @@ def simulate(
     radiated = sum((base.radiated for base in bases.values()), np.zeros(n_t))
     energy = replace(motion.energy, damped=motion.energy.damped - radiated, radiated=radiated)
     response = Response(
-        *(system, time_step, u, v, motion.force, a_g, energy, tuple(loads), bases),
+        system=system,
+        time_step=time_step,
+        u=u,
+        v=v,
+        force=motion.force,
+        ground=a_g,
+        energy=energy,
+        loads=tuple(loads),
+        bases=bases,
         relative=ground.relative,
     )
     if update == "lagged":

@@ -24,7 +24,6 @@ law is continuous in s₀, so that rounding about s₀ = 0 does not matter.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -35,15 +34,14 @@ from numpy.typing import ArrayLike
 from impactfem.coupling.body import reduced_body
 from impactfem.coupling.complementarity import Complementarity, Mask
 from impactfem.coupling.links import Assembly, Inverse, Link
+from impactfem.coupling.march import Modes
 from impactfem.dynamics.damping import UNDAMPED, Damping
 from impactfem.dynamics.energy import Energy
-from impactfem.system.arrays import Array
+from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 
 SLACK = 1e-9
 """Part of the way in a step, at the largest speed so far, that counts as at the wall."""
-REPORT = 50
-"""Steps between two reports of the progress."""
 COAST = 32
 """Steps that are computed together where nothing touches."""
 
@@ -258,11 +256,12 @@ class ModalMotion:
         """See `Motion`: all modes by themselves; None with what couples them."""
         if len(self._y):
             return None
-        one = self.assembly
+        everything, load = self.assembly, self._load @ amplitudes.T
+        modes = Modes(
+            everything.mass, everything.damping, everything.eigenvalue, self._inverse.diagonal
+        )
         self._coasted = march_modes(
-            *(one.mass, one.damping, one.eigenvalue, self._inverse.diagonal),
-            *(self.displacement, self.velocity, self._load @ amplitudes.T),
-            *(self.time_step, self.theta),
+            modes, self.displacement, self.velocity, load, self.time_step, self.theta
         )
         _, v, energies = self._coasted
         before = self._seen @ np.column_stack([self.displacement, self.velocity])
@@ -278,10 +277,7 @@ class ModalMotion:
 
 @numba.njit(cache=True)
 def march_modes(
-    mass: Array,
-    damping: Array,
-    eigenvalue: Array,
-    inverse: Array,
+    modes: Modes,
     displacement: Array,
     velocity: Array,
     load: Array,
@@ -289,17 +285,19 @@ def march_modes(
     theta: float,
     counted: bool = True,
 ) -> tuple[Array, Array, Array]:
-    """States of modes after steps of the θ rule under loads f_θ, (r, K) each, and their energies.
+    """March modes alone by the θ rule under loads f_θ, shape (r, K).
 
-    The inverse is that of M̂, shape (r,); energies are as of `Motion.advance`, shape (K, 5), where
-    they are counted.
+    Returns displacements and velocities after each step, shape (r, K) each, and the energies as of
+    `Motion.advance`, shape (K, 5), summed over the modes if they are counted.
     """
+    mass, damping, stiffness, inverse = modes
     r, K = load.shape
     z, v, energies = np.empty((r, K)), np.empty((r, K)), np.zeros((K if counted else 0, 5))
     s, whole = theta * h, 1.0 / theta
     for i in range(r):
-        x, y, μ, λ = displacement[i], velocity[i], mass[i], eigenvalue[i]
+        x, y, μ, λ = displacement[i], velocity[i], mass[i], stiffness[i]
         for k in range(K):
+            # v_θ = M̂⁻¹ (M v₀ + θ h (f_θ - K u₀)), u₁ = u₀ + h v_θ, v₁ = v₀ + (v_θ - v₀)/θ.
             mean = inverse[i] * (μ * y + s * (load[i, k] - λ * x))
             jump = whole * (mean - y)
             x, y = x + h * mean, y + jump
@@ -314,6 +312,162 @@ def march_modes(
     return z, v, energies
 
 
+@dataclass(frozen=True, eq=False)
+class Walls:
+    """Constraints of a structure; they may move."""
+
+    rest: Array  #: γ, shape (n_t, m), or one row for walls at rest
+    leaving: Array  #: velocity at which they move away, same shape
+    restitution: Array  #: Newton's e, shape (m,)
+    neutral: float  #: e = (1 - θ)/θ, with which an impulse does no work
+
+    @classmethod
+    def of(
+        cls, motion: Motion, gap: ArrayLike, restitution: ArrayLike, opened: Array | None
+    ) -> Walls:
+        """Check the numbers that `unilateral_response` gets; SolutionError if one is invalid."""
+        m, theta = motion.constraints, motion.theta
+        if m == 0:
+            raise SolutionError("there are no constraints that the structure could meet")
+        gaps, neutral = _per_constraint(gap, m, "gaps"), (1.0 - theta) / theta
+        e = _per_constraint(restitution, m, "restitutions")
+        if np.any(e < 0.0) or np.any(e > neutral * (1.0 + 1e-12)):
+            raise SolutionError(
+                f"restitutions from {e.min():g} to {e.max():g}: with θ = {theta:g} they must be"
+                f" from 0 to {neutral:g}"
+            )
+        moved, leaving = np.zeros((2, 1, m)) if opened is None else opened
+        return cls(gaps + moved, leaving, e, neutral)
+
+    def at(self, step: Index) -> Index:
+        """Rows of the times after numbers of steps."""
+        return np.minimum(step, len(self.rest) - 1, dtype=np.int64)
+
+
+class MoreauTheta:
+    """Moreau's time stepping of a structure between its constraints. Collective.
+
+    Attributes:
+        done: Number of steps that are made.
+        x, v: Constraints and probes, [G L]ᵀ u and [G L]ᵀ v, after them.
+        near: A constraint took part in the last step.
+    """
+
+    def __init__(self, motion: Motion, walls: Walls, steps: int) -> None:
+        self.motion, self.walls, self.m = motion, walls, motion.constraints
+        self.problem = Complementarity(
+            motion.delassus(), name="the Delassus operator of the constraints"
+        )
+        self.done, self.near, self.fastest = 0, True, 0.0
+        self.active: Mask = np.zeros(self.m, dtype=np.bool_)
+        self.impulses, self.residuals = np.zeros((steps + 1, self.m)), np.zeros(steps + 1)
+        self.energies = np.zeros((steps + 1, 6))
+
+    def start(self, displacement: Array | None, velocity: Array | None) -> None:
+        """Set the state; refuse one that violates a constraint."""
+        x, v = self.motion.start(displacement, velocity)
+        m, rest = self.m, self.walls.rest[0]
+        clear = rest - x[:m]
+        bad = np.flatnonzero(clear < -SLACK * np.maximum(np.abs(rest), np.abs(x[:m])))
+        if bad.size:
+            raise SolutionError(
+                f"{bad.size} of {m} constraints are violated at the start: constraint {bad[0]}"
+                f" by {-clear[bad[0]]:g}"
+            )
+        self.states, self.rates = np.zeros((2, len(self.impulses), x.size))
+        self.states[0], self.rates[0], self.energies[0, :2] = x, v, self.motion.stored()
+        self.x, self.v = x, v
+        self.fastest = _largest(self.problem.scale * (v[:m] - self.walls.leaving[0]))
+
+    def fly(self, means: Array) -> bool:
+        """Make steps of free flight under loads f_θ, up to the first with a constraint.
+
+        Returns whether there was one at least.
+        """
+        flight = self.motion.coast(means)
+        if flight is None:
+            return False
+        (xs, vs, energies), m, walls = flight, self.m, self.walls
+        at = walls.at(np.arange(self.done, self.done + len(xs) + 1))
+        speed = np.abs(self.problem.scale * (vs[:, :m] - walls.leaving[at[1:]])).max(axis=1)
+        fastest = np.maximum(np.maximum.accumulate(speed), self.fastest)
+        # A constraint takes part in a step by the state before it: γ - Gᵀ u₀ ≤ (1 - θ) h s₀.
+        x = np.vstack([self.x[:m], xs[:-1, :m]])
+        closing = np.vstack([self.v[:m], vs[:-1, :m]]) - walls.leaving[at[:-1]]
+        reach = (1.0 - self.motion.theta) * self.motion.time_step
+        slack = SLACK * self.motion.time_step * fastest[:, None] / self.problem.scale
+        met = (walls.rest[at[:-1]] - x <= reach * closing + slack).any(axis=1)
+        count = int(met.argmax()) if met.any() else len(xs)
+        if count == 0 or not np.all(np.isfinite(xs[count - 1])):
+            return False
+        self.motion.keep(count)
+        done = slice(self.done + 1, self.done + count + 1)
+        self.states[done], self.rates[done] = xs[:count], vs[:count]
+        self.energies[done, :5] = energies[:count]
+        self.x, self.v, self.fastest = xs[count - 1], vs[count - 1], float(fastest[count - 1])
+        self.done += count
+        return True
+
+    def step(self, mean_load: Array) -> None:
+        """Make one step under the load f_θ.
+
+        Raises:
+            SolutionError: The response is not finite, or the complementarity problem has no
+                solution.
+        """
+        motion, walls, m = self.motion, self.walls, self.m
+        theta, h, scale = motion.theta, motion.time_step, self.problem.scale
+        old, new = walls.at(np.array([self.done, self.done + 1])).tolist()
+        self.done += 1
+        # v_θ without impulses, and the closing speeds s₀ and s₁ = (s_θ - (1 - θ) s₀)/θ.
+        mean = motion.free(mean_load)
+        if not np.all(np.isfinite(mean)):
+            raise SolutionError(f"the response is not finite in step {self.done}")
+        before = self.v[:m] - walls.leaving[old]
+        after = (mean[:m] - (1.0 - theta) * self.v[:m]) / theta - walls.leaving[new]
+        self.fastest = max(self.fastest, _largest(scale * after))
+        # Those take part that a stop would leave at the wall: γ - Gᵀ u₀ ≤ (1 - θ) h s₀.
+        slack = SLACK * h * self.fastest / scale
+        among = walls.rest[old] - self.x[:m] <= (1.0 - theta) * h * before + slack
+        self.near = bool(np.any(among))
+        # 0 ≤ P ⟂ W P - (s₁ + e s₀) ≥ 0; where a constraint opens, with e = (1 - θ)/θ.
+        bounce = np.where(before >= 0.0, walls.restitution, walls.neutral) * before
+        impulse: Array = np.zeros(m)
+        if self.near:
+            solution = self.problem.solve(-(after + bounce), active=self.active, among=among)
+            impulse, self.active = solution.p, solution.active
+        if np.any(impulse):
+            mean = motion.push(impulse)
+        # v₁ = (v_θ - (1 - θ) v₀)/θ, u₁ = u₀ + h v_θ.
+        self.v = np.asarray((mean - (1.0 - theta) * self.v) / theta, dtype=np.float64)
+        self.x = np.asarray(self.x + h * mean, dtype=np.float64)
+        # From the velocities that the structure has, not from W.
+        w, p = -scale * (self.v[:m] - walls.leaving[new] + bounce), impulse / scale
+        if self.fastest > 0.0:
+            self.residuals[self.done] = _largest(np.minimum(w, p)[among]) / self.fastest
+        self.states[self.done], self.rates[self.done] = self.x, self.v
+        self.impulses[self.done] = impulse
+        # -v_θᵀ G P is the work of the impulses; what moving walls do is input.
+        by_walls = float((walls.rest[new] - walls.rest[old]) @ impulse) / h
+        energies = (*motion.advance(), by_walls - float(mean[:m] @ impulse))
+        self.energies[self.done] = energies
+        self.energies[self.done, 4] -= by_walls
+
+    def history(self) -> ContactHistory:
+        """Return all steps."""
+        damped, numerical, work, contact = np.cumsum(self.energies[:, 2:], axis=0).T
+        kinetic, elastic = self.energies[:, :2].T
+        return ContactHistory(
+            time=self.motion.time_step * np.arange(len(self.impulses), dtype=np.float64),
+            impulse=self.impulses,
+            gap=self.walls.rest - self.states[:, : self.m],
+            displacement=self.states[:, self.m :],
+            velocity=self.rates[:, self.m :],
+            residual=self.residuals,
+            energy=Energy(kinetic, elastic, damped, work, contact, numerical),
+        )
+
+
 def unilateral_response(
     motion: Motion,
     gap: ArrayLike,
@@ -324,12 +478,11 @@ def unilateral_response(
     amplitudes: Array | None = None,
     restitution: ArrayLike = 0.0,
     opened: Array | None = None,
-    progress: Callable[[float], None] = lambda part: None,
 ) -> ContactHistory:
     """Step a structure from a given state between its constraints. Collective.
 
     Args:
-        motion: The structure; left at the last step, for `displacement` and `velocity` of it.
+        motion: The structure; left at the last step, for its `displacement` and `velocity`.
         gap: γ of each constraint in the undeformed structure, shape (m,) or one for all, in the
             unit of Gᵀ u.
         steps: Number of steps, n_t - 1.
@@ -340,9 +493,8 @@ def unilateral_response(
         restitution: Newton's e of each constraint, shape (m,) or one for all, from 0 to
             (1 − θ)/θ. The e of nodes is not that of a building: without it, a mesh loses only the
             energy of its contact nodes, which falls with their mass.
-        opened: How far the walls move away, and how fast, shape (2, n_t, m), in the unit of the
-            gaps; None where they rest. What they work is input.
-        progress: Called with the part of the steps that is done.
+        opened: Distance by which the walls move away, and its rate, shape (2, n_t, m), in the unit
+            of the gaps; None where they rest. Their work is input.
 
     Returns:
         The history, the state at the start included.
@@ -351,103 +503,20 @@ def unilateral_response(
         SolutionError: No constraints, numbers of the wrong shape or size, a constraint that is
             violated at the start, dependent constraints, a response that is not finite.
     """
-    theta, h, m = motion.theta, motion.time_step, motion.constraints
-    if m == 0:
-        raise SolutionError("there are no constraints that the structure could meet")
-    gaps, neutral = _per_constraint(gap, m, "gaps"), (1.0 - theta) / theta
-    e = _per_constraint(restitution, m, "restitutions")
-    if np.any(e < 0.0) or np.any(e > neutral * (1.0 + 1e-12)):
-        raise SolutionError(
-            f"restitutions from {e.min():g} to {e.max():g}: with θ = {theta:g} they must be from 0"
-            f" to {neutral:g}"
-        )
+    walls = Walls.of(motion, gap, restitution, opened)
     if steps < 1:
         raise SolutionError(f"{steps} steps: at least one is needed")
     shape = (steps + 1, motion.patterns)
     loads = np.zeros(shape) if amplitudes is None else np.asarray(amplitudes, dtype=np.float64)
     if loads.shape != shape:
         raise SolutionError(f"amplitudes of the loads of shape {loads.shape}, not {shape}")
-    problem = Complementarity(motion.delassus(), name="the Delassus operator of the constraints")
-
-    x, v = motion.start(displacement, velocity)
-    # Gap at rest and speed at which walls leave; one row for walls at rest.
-    rest, leaving = np.zeros((2, 1, m)) if opened is None else opened
-    rest, last = gaps + rest, len(rest) - 1
-    clear = rest[0] - x[:m]
-    bad = np.flatnonzero(clear < -SLACK * np.maximum(np.abs(gaps), np.abs(x[:m])))
-    if bad.size:
-        raise SolutionError(
-            f"{bad.size} of {m} constraints are violated at the start: constraint {bad[0]}"
-            f" by {-clear[bad[0]]:g}"
-        )
-    impulses, states, rates = np.zeros((steps + 1, m)), *np.zeros((2, steps + 1, x.size))
-    residuals, energies = np.zeros(steps + 1), np.zeros((steps + 1, 6))
-    states[0], rates[0], energies[0, :2] = x, v, motion.stored()
-    active: Mask = np.zeros(m, dtype=np.bool_)
-    nothing: Array = np.zeros(m)
-    fastest = _largest(problem.scale * (v[:m] - leaving[0]))
-    means = (1.0 - theta) * loads[:-1] + theta * loads[1:]
-    step, near = 0, True
-    while step < steps:
-        if not near and (coasting := motion.coast(means[step : step + COAST])) is not None:
-            xs, vs, found_energies = coasting
-            now = np.minimum(np.arange(step, step + len(xs) + 1), last)
-            fast = np.abs(problem.scale * (vs[:, :m] - leaving[now[1:]])).max(axis=1)
-            fast = np.maximum(np.maximum.accumulate(fast), fastest)
-            # Up to the first step in which a constraint takes part, by the states before it.
-            x_before, v_before = np.vstack([x[:m], xs[:-1, :m]]), np.vstack([v[:m], vs[:-1, :m]])
-            slack = SLACK * h * fast[:, None] / problem.scale
-            closing = v_before - leaving[now[:-1]]
-            met = (rest[now[:-1]] - x_before <= (1.0 - theta) * h * closing + slack).any(axis=1)
-            count = int(met.argmax()) if met.any() else len(xs)
-            if count and np.all(np.isfinite(xs[count - 1])):
-                motion.keep(count)
-                done = slice(step + 1, step + count + 1)
-                states[done], rates[done] = xs[:count], vs[:count]
-                energies[done, :5] = found_energies[:count]
-                x, v, fastest = xs[count - 1], vs[count - 1], float(fast[count - 1])
-                step += count
-                progress(step / steps)
-                continue
-        step += 1
-        mean = motion.free(means[step - 1])
-        if not np.all(np.isfinite(mean)):
-            raise SolutionError(f"the response is not finite in step {step}")
-        old, new = min(step - 1, last), min(step, last)
-        before = v[:m] - leaving[old]
-        after = (mean[:m] - (1.0 - theta) * v[:m]) / theta - leaving[new]
-        fastest = max(fastest, _largest(problem.scale * after))
-        slack = SLACK * h * fastest / problem.scale
-        among = rest[old] - x[:m] <= (1.0 - theta) * h * before + slack
-        near, impulse = bool(np.any(among)), nothing
-        bounce = np.where(before >= 0.0, e, neutral) * before
-        if near:
-            found = problem.solve(-(after + bounce), active=active, among=among)
-            impulse, active = found.p, found.active
-        if np.any(impulse):
-            mean = motion.push(impulse)
-        v = np.asarray((mean - (1.0 - theta) * v) / theta, dtype=np.float64)
-        x = np.asarray(x + h * mean, dtype=np.float64)
-        # From the velocities that the structure has, not from W.
-        w, p = -problem.scale * (v[:m] - leaving[new] + bounce), impulse / problem.scale
-        if fastest > 0.0:
-            residuals[step] = _largest(np.minimum(w, p)[among]) / fastest
-        states[step], rates[step], impulses[step] = x, v, impulse
-        by_walls = float((rest[new] - rest[old]) @ impulse) / h
-        energies[step] = (*motion.advance(), by_walls - float(mean[:m] @ impulse))
-        energies[step, 4] -= by_walls
-        if step % REPORT == 0 or step == steps:
-            progress(step / steps)
-    damped, numerical, work, contact = np.cumsum(energies[:, 2:], axis=0).T
-    return ContactHistory(
-        time=h * np.arange(steps + 1, dtype=np.float64),
-        impulse=impulses,
-        gap=rest - states[:, :m],
-        displacement=states[:, m:],
-        velocity=rates[:, m:],
-        residual=residuals,
-        energy=Energy(energies[:, 0], energies[:, 1], damped, work, contact, numerical),
-    )
+    scheme = MoreauTheta(motion, walls, steps)
+    scheme.start(displacement, velocity)
+    means = (1.0 - motion.theta) * loads[:-1] + motion.theta * loads[1:]
+    while scheme.done < steps:
+        if scheme.near or not scheme.fly(means[scheme.done : scheme.done + COAST]):
+            scheme.step(means[scheme.done])
+    return scheme.history()
 
 
 def _per_constraint(values: ArrayLike, m: int, name: str) -> Array:

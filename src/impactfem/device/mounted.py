@@ -22,7 +22,7 @@ import numpy as np
 import scipy.linalg
 
 from impactfem.coupling.body import Body
-from impactfem.coupling.implicit import respond
+from impactfem.coupling.implicit import Start, respond
 from impactfem.coupling.links import Assembly, Attached, Link, Mount, Place, Spring
 from impactfem.device.anchor_force import LARGEST_IMBALANCE, base_imbalance
 from impactfem.device.device import Device, coupled
@@ -184,8 +184,8 @@ def mounted_response(
             " and one sub-step or more"
         )
     assembly = Assembly(bodies, links, springs, [one.mount for one in devices])
-    none = np.zeros(0, dtype=np.int64)
-    motion = respond(assembly, loads, ground, time_step, substeps=substeps, recorded=none)
+    start = Start(recorded=np.zeros(0, dtype=np.int64))
+    motion = respond(assembly, loads, ground, time_step, substeps=substeps, start=start)
     histories = mounted_histories(
         devices,
         assembly.attached,

@@ -190,7 +190,10 @@ def warn_of_narrow(lines: Sequence[ContactLine], case: Case) -> None:
                 "warning: contacts: %s: %.4g m along the edges from there the gap is %.4g mm, by "
                 "straight lines; that of its pairs is %.4g mm or more (pairs at both ends of the "
                 "edges say it where it is)",
-                *(line.name, line.position[k], 1e3 * line.gap[k], 1e3 * least),
+                line.name,
+                line.position[k],
+                1e3 * line.gap[k],
+                1e3 * least,
             )
 
 
@@ -373,8 +376,15 @@ def _line(case: Case, pairs: Sequence[Contact], ends: Sequence[_End]) -> Contact
         kept = tuple(force for force in good if isinstance(force, EdgeForce))
         made.append(LineEnd(end.point, offset, hat[taken], kept))
     return ContactLine(
-        *(one.name, n, made[0], made[1] if len(made) > 1 else None, s[taken], weight[taken]),
-        *(np.maximum(gap, 0.0)[taken], tuple(pair.name for pair in pairs), columns[taken]),
+        name=one.name,
+        normal=n,
+        a=made[0],
+        b=made[1] if len(made) > 1 else None,
+        position=s[taken],
+        weight=weight[taken],
+        gap=np.maximum(gap, 0.0)[taken],
+        pair_names=tuple(pair.name for pair in pairs),
+        columns=columns[taken],
     )
 
 

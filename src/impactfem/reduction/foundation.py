@@ -15,7 +15,7 @@ import numpy as np
 
 from impactfem.coupling.base import BaseHistory, base_histories
 from impactfem.coupling.body import Body, Port
-from impactfem.coupling.implicit import respond
+from impactfem.coupling.implicit import Start, respond
 from impactfem.coupling.links import Assembly
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.dynamics.soil import Soil
@@ -51,10 +51,15 @@ class Foundation:
         By λ, shape (r,) [1/s2], modal loads of unit accelerations of the base, shape (r, 6), and
         of each port Φ, shape (k, r), and its motion with the base, shape (k, 6).
         """
-        made = {name: Port(Φ, R) for name, (Φ, R) in ports.items()}
-        mass = self.rigid_mass + self.soil.raft
         return Body(
-            "building", eigenvalue, damping, -ground, mass, made, free_base=True, soil=self.soil
+            name="building",
+            eigenvalue=eigenvalue,
+            damping=damping,
+            participation=-ground,
+            rigid_mass=self.rigid_mass + self.soil.raft,
+            ports={name: Port(Φ, R) for name, (Φ, R) in ports.items()},
+            free_base=True,
+            soil=self.soil,
         )
 
     def loads(self, body: Body, edges: Array, loads: Loads) -> Array:
@@ -113,6 +118,11 @@ def _base_motion(
     assembly = Assembly([body])
     forces, none = below.loads(body, edges, loads), np.zeros(0, dtype=np.int64)
     motion = respond(
-        assembly, forces, loads.ground, loads.time_step, substeps=SUBSTEPS, recorded=none
+        assembly,
+        forces,
+        loads.ground,
+        loads.time_step,
+        substeps=SUBSTEPS,
+        start=Start(recorded=none),
     )
     return base_histories(assembly, motion, loads.time_step)[body.name]

@@ -17,20 +17,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from impactfem.building.mesh import DOFS
-from impactfem.case import Case
+from impactfem.case import Building, Case
 from impactfem.coupling.body import Body, Port
-from impactfem.coupling.contact import UNILATERAL
-from impactfem.coupling.from_case import law_between
 from impactfem.coupling.ground import Ground, as_ground
-from impactfem.coupling.implicit import respond
-from impactfem.coupling.links import Assembly, Link
+from impactfem.coupling.implicit import Start, respond
+from impactfem.coupling.links import Assembly
+from impactfem.coupling.march import Modes
 from impactfem.coupling.pounding import (
-    End,
     Load,
     Pair,
     Response,
@@ -39,11 +38,11 @@ from impactfem.coupling.pounding import (
     opened,
     opening,
     simulate,
-    taken,
 )
 from impactfem.coupling.unilateral import ModalMotion, march_modes, unilateral_response
 from impactfem.dynamics.energy import Energy
-from impactfem.reduction.contact_line import ContactLine, LineEnd
+from impactfem.reduction.contact_line import ContactLine
+from impactfem.reduction.contact_points import ContactPoints, Side
 from impactfem.reduction.edge_force import Shares
 from impactfem.reduction.reduced_building import CompleteModel
 from impactfem.system.arrays import Array, Index
@@ -52,6 +51,36 @@ SEPARATION = 5e-3
 """Pulses less than this apart are one impact [s]: a slab's waves take some ms, its return 0.1 s."""
 AT_ONCE = 64
 """Modes of a building that are followed in time at once."""
+
+
+class Motions(NamedTuple):
+    """Displacements, velocities and accelerations, shape (n_t, n) each."""
+
+    u: Array
+    v: Array
+    a: Array
+
+
+class ModelMotions(NamedTuple):
+    """Motions of the floors of a 3D model, and of points of contact by it."""
+
+    u: Array  #: displacements, shape (n_t, 6 n_floors)
+    v: Array  #: velocities, same shape
+    a: Array  #: accelerations, same shape
+    gap: Array  #: change of the gaps of some points, shape (n_t, number of them)
+    rate: Array  #: its rate, same shape
+
+
+class _Contact(NamedTuple):
+    """Contact forces, and the motion of the sticks under them."""
+
+    mean: Array  #: means of the steps, shape (n_t - 1, n_points) [N]
+    force: Array  #: forces at the times, shape (n_t, n_points) [N]
+    z: Array  #: coordinates of the sticks, shape (n_t, r)
+    v: Array  #: their velocities
+    energy: Energy
+    gap: Array | None  #: gaps of the points, shape (n_t, n_points) [m]; None if not known yet
+    residual: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +128,9 @@ class Response3D(Response):
             return work, -work
         here = slice(low, high + 1)
         mine = np.flatnonzero(self.pair_of == index)
-        laws = sum(taken(self.points[k].law, self.point_gap[here, k], rate[here, k]) for k in mine)
+        laws = sum(
+            self.points[k].law.dissipated(self.point_gap[here, k], rate[here, k]) for k in mine
+        )
         return work, laws
 
     @property
@@ -117,103 +148,64 @@ class Pounding3D:
     Attributes:
         system: The same sticks with one pair for each line.
         points: The points of contact, line by line, then pairs of two sticks.
-        pair_of: Of each of them the index of its pair.
+        pair_of: Index of the pair of each of them.
         assembly: The bodies with the points as links.
     """
 
     def __init__(self, case: Case, system: System, given: Models3D, *, every: int = 1) -> None:
         self._given = given
-        in_3d = {one.name: one for one in case.contacts if case.touches_in_3d(one)}
-        first = {pair.name: pair for pair in system.pairs}
-        every_stick = {one.name: one for one in system.sticks}
-        others = tuple(pair for pair in system.pairs if pair.name not in in_3d)
-        alone = tuple(one for one in system.sticks if one.name not in given.models)
-        self._sticks = System(alone, others)
-        lines, points, number, links = list[Pair](), list[Pair](), list[int](), list[Link]()
-        ports: dict[str, dict[str, Port]] = {one.name: {} for one in system.sticks}
-        ends_of: list[tuple[int, Array]] = []
-        for line in given.lines:
-            share, w, gaps = line.joined(every)
-            one = first[line.name]
-            ends = [(line.a, one.a)]
-            if line.b is not None and one.b is not None:
-                ends.append((line.b, one.b))
-            # At its middle, wherever its pairs are: they say where it is and what its gaps are.
-            middles = [replace(at, offset=line.middle(end)) for end, at in ends]
-            law = law_between(case, in_3d[line.name], every_stick, middles)
-            # Several pairs of a line press together.
-            law = law if law.code == UNILATERAL else law.part(len(line.pair_names))
-            areas = [first[name].area for name in line.pair_names]
-            area = None if None in areas else sum(a for a in areas if a is not None)
-            a, b = middles[0], middles[1] if len(middles) > 1 else None
-            lines.append(replace(one, a=a, b=b, law=law, gap=float(line.gap.min()), area=area))
-            for (end, at), sign in zip(ends, (-1.0, 1.0), strict=False):
-                ports[at.building][line.name] = self._port(line, end, at, sign, share)
-            # The ground, which a rigid wall moves with, has no port.
-            second = None if one.b is None else (one.b.building, line.name)
-            for k, shares in enumerate(share.T):
-                placed = [
-                    replace(at, offset=tuple((shares @ end.offset).tolist())) for end, at in ends
-                ]
-                name = f"{line.name} at {shares @ line.position:.4f} m"
-                part = law if law.code == UNILATERAL else law.part(float(w[k] / w.sum()))
-                gap, hats = float(gaps[k]), None
-                if every == 1:
-                    hats = np.full((2, 3), np.nan)
-                    hats[: len(ends)] = [end.hats[k] for end, _ in ends]
-                between = placed[0], placed[1] if len(ends) > 1 else None
-                pair = Pair(name, *between, one.normal, gap, part, hats=hats, line=line.name)
-                points.append(pair)
-                places = (one.a.building, line.name), second
-                along = np.eye(len(w))[k]
-                links.append(
-                    Link(name, *places, along, gap, None if law.code == UNILATERAL else part)
-                )
-            number += [len(lines) - 1] * len(w)
-            if len(w) > 1 and not any(at.relative_height is not None for at in middles):
-                ends_of.append((len(points) - len(w), line.at_ends(share)))
-        self.system = System(system.sticks, (*lines, *others))
-        self.points = (*points, *others)
-        self.pair_of = np.array([*number, *range(len(lines), len(lines) + len(others))])
-        #: The outermost points of lines, and what gives the motion of the ends by that of points.
-        self._outermost = np.array(
-            [(begin, begin + rows.shape[1] - 1) for begin, rows in ends_of], dtype=np.int64
-        ).ravel()
-        self._ends = np.zeros((len(self._outermost), len(self.points)))
-        for k, (begin, rows) in enumerate(ends_of):
-            self._ends[2 * k : 2 * k + 2, begin : begin + rows.shape[1]] = rows
-        self.unilateral = any(pair.law.code == UNILATERAL for pair in self.points)
-        sticks = dict(zip((one.name for one in alone), self._sticks.modes, strict=True))
-        bodies = []
-        for building in case.buildings:
-            name = building.name
-            if name in sticks:
-                body = sticks[name][1]
-                bodies.append(replace(body, ports={**body.ports, **ports[name]}))
-                continue
-            model, none = given.models[name], np.zeros((DOFS, DOFS))
-            damping = building.damping.law
-            bodies.append(Body(name, model.eigenvalue, damping, -model.ground, none, ports[name]))
-        self.assembly = Assembly(bodies, [*links, *self._sticks.assembly.links])
+        in_3d = {contact.name for contact in case.contacts if case.touches_in_3d(contact)}
+        sticks = tuple(stick for stick in system.sticks if stick.name not in given.models)
+        self._sticks = System(
+            sticks, tuple(pair for pair in system.pairs if pair.name not in in_3d)
+        )
+        contacts = ContactPoints.of(case, system, given.lines, self._port, every)
+        self.system = System(system.sticks, contacts.pairs)
+        self.points, self.pair_of = contacts.points, contacts.pair_of
+        self._contacts = contacts
+        self.unilateral = any(pair.law.unilateral for pair in self.points)
+        self.assembly = Assembly(
+            [self._body(building) for building in case.buildings],
+            [*contacts.links, *self._sticks.assembly.links],
+        )
 
-    def _port(self, line: ContactLine, end: LineEnd, at: End, sign: float, share: Array) -> Port:
-        """Motion of the points of a line along its normal, of the building on one side."""
-        model = self._given.models.get(at.building)
+    def _body(self, building: Building) -> Body:
+        """Body of a building, with the ports of its lines."""
+        ports = self._contacts.ports[building.name]
+        if building.name not in self._given.models:
+            names = [stick.name for stick in self._sticks.sticks]
+            body = self._sticks.modes[names.index(building.name)][1]
+            return replace(body, ports={**body.ports, **ports})
+        model = self._given.models[building.name]
+        return Body(
+            name=building.name,
+            eigenvalue=model.eigenvalue,
+            damping=building.damping.law,
+            participation=-model.ground,
+            rigid_mass=np.zeros((DOFS, DOFS)),
+            ports=ports,
+        )
+
+    def _port(self, side: Side) -> Port:
+        """Motion of the points of a line along its normal, by the coordinates of one building."""
+        model = self._given.models.get(side.at.building)
+        share, normal = side.share, side.line.normal
         if model is None:
-            k = [one.name for one in self._sticks.sticks].index(at.building)
+            names = [stick.name for stick in self._sticks.sticks]
+            k = names.index(side.at.building)
             stick, (basis, _) = self._sticks.sticks[k], self._sticks.modes[k]
-            translations = [stick.translation(at.master, place) for place in end.offset]
-            moved = share.T @ np.array([line.normal @ one for one in translations])
+            translations = (stick.translation(side.at.master, r) for r in side.end.offset)
+            moved = share.T @ np.array([normal @ one for one in translations])
             return Port(moved @ basis, moved @ stick.rigid_body())
         column = {str(name): k for k, name in enumerate(model.names)}
         # Forces push inwards, on the first building against the normal.
-        rows = sign * model.edges[:, [column[force.name] for force in end.forces]]
+        rows = side.sign * model.edges[:, [column[force.name] for force in side.end.forces]]
         return Port(share.T @ rows.T, np.zeros((share.shape[1], DOFS)))
 
     def respond(
         self, ground: Array | Ground, time_step: float, loads: Sequence[Load] = ()
     ) -> Response3D:
-        """The response to a ground motion, as `simulate` takes it, at a time step [s].
+        """Return the response to a ground motion, as `simulate` takes it, at a time step [s].
 
         Further loads act at mass centres of sticks, and along the edges of floors of 3D models.
 
@@ -222,87 +214,130 @@ class Pounding3D:
                 are not found.
         """
         ground = as_ground(ground)
-        one, h, n_t = self.assembly, time_step, len(ground.acceleration)
-        apart = opened(self.points, ground)
         patterns, amplitudes = self._loads(ground, loads)
-        kept, residual = self._of_sticks, 0.0
-        if self.unilateral:
-            push = np.pad(one.attached.push, ((0, 0), (0, patterns.shape[1] - 3)))
-            motion = ModalMotion(one, h, load=patterns, push=push, probes=np.eye(len(one))[:, kept])
-            found = unilateral_response(
-                *(motion, one.gaps, n_t - 1), amplitudes=amplitudes, opened=apart
-            )
-            # Row k is the mean of the step that ends at k; the ends keep their half of a step.
-            mean = found.force[1:]
-            force = 0.5 * (found.force + np.vstack([mean, mean[-1:]]))
-            force[0] = mean[0]
-            z, v, energy = found.displacement, found.velocity, found.energy
-            residual, wanted = float(found.residual.max()), self._in_storeys
-        else:
-            f, a_g = amplitudes @ patterns.T, ground.acceleration
-            moved = respond(one, f, a_g, h, recorded=kept, opened=apart)
-            force, energy = moved.force, moved.energy
-            mean = 0.5 * (force[:-1] + force[1:])
-            z, v = np.zeros((2, n_t, kept.size))
-            here = np.searchsorted(kept, moved.moving)
-            z[:, here], v[:, here] = moved.u, moved.v
-            wanted = np.arange(len(one.gaps))
-        u_sticks, v_sticks = z @ self._sticks.basis.T, v @ self._sticks.basis.T
-        a_sticks = self._accelerations(u_sticks, v_sticks, force, ground, loads)
-        models = self._motions(h, patterns, amplitudes, (mean, force), wanted)
-        u, v, a = self._joined(ground, (u_sticks, v_sticks, a_sticks), models)
-        change, rate = self._opened((u_sticks, v_sticks), models, wanted)
+        apart = opened(self.points, ground)
+        # First the contact forces, with the motion of the sticks alone.
+        solve = self._unilateral if self.unilateral else self._smooth
+        contact = solve(ground, time_step, patterns, amplitudes, apart)
+        basis = self._sticks.basis
+        u_sticks, v_sticks = contact.z @ basis.T, contact.v @ basis.T
+        a_sticks = self._accelerations(u_sticks, v_sticks, contact.force, ground, loads)
+        sticks = Motions(u_sticks, v_sticks, a_sticks)
+        # Then the 3D models by equation (1). Of unilateral points, only the gaps are known already.
+        wanted = self._in_storeys if self.unilateral else np.arange(len(self.assembly.gaps))
+        forces = contact.mean, contact.force
+        models = self._motions(time_step, patterns, amplitudes, forces, wanted)
+        motions = self._joined(ground, sticks, models)
+        change, rate = self._opened(sticks, models, wanted)
         if apart is not None:
             change, rate = change + apart[0][:, wanted], rate + apart[1][:, wanted]
-        gap = found.gap if self.unilateral else one.gaps + change
+        gap = self.assembly.gaps + change if contact.gap is None else contact.gap
         joined = np.eye(len(self.system.pairs))[self.pair_of]
-        work = np.cumsum((np.diff(gap, axis=0) * mean) @ joined, axis=0)
+        work = np.cumsum((np.diff(gap, axis=0) * contact.mean) @ joined, axis=0)
         return Response3D(
-            *(self.system, h, u, v, force @ joined, ground.acceleration, energy),
+            system=self.system,
+            time_step=time_step,
+            u=motions.u,
+            v=motions.v,
+            force=contact.force @ joined,
+            ground=ground.acceleration,
+            energy=contact.energy,
             relative=ground.relative,
             loads=tuple(loads),
             in_3d=tuple(self._given.models),
             pause=SEPARATION,
-            residual=residual,
-            acceleration=a,
+            residual=contact.residual,
+            acceleration=motions.a,
             gap=self._least(gap),
             least_gap=self._least(gap, ends=True),
-            gap_rate=self._rates(ground, v, rate, wanted),
+            gap_rate=self._rates(ground, motions.v, rate, wanted),
             points=self.points,
             pair_of=self.pair_of,
-            point_force=force,
+            point_force=contact.force,
             point_gap=gap,
             point_rate=None if self.unilateral else rate,
             work=np.vstack([np.zeros(len(self.system.pairs)), work]),
         )
 
+    def _unilateral(
+        self, ground: Ground, h: float, patterns: Array, amplitudes: Array, apart: Array | None
+    ) -> _Contact:
+        """Forces by the impulses of Moreau's scheme with θ = ½."""
+        kept, attached = self._of_sticks, self.assembly.attached
+        motion = ModalMotion(
+            self.assembly,
+            h,
+            load=patterns,
+            push=np.pad(attached.push, ((0, 0), (0, patterns.shape[1] - 3))),
+            probes=np.eye(len(self.assembly))[:, kept],
+        )
+        history = unilateral_response(
+            motion,
+            self.assembly.gaps,
+            len(ground.acceleration) - 1,
+            amplitudes=amplitudes,
+            opened=apart,
+        )
+        # Row k is the mean of the step that ends at k; the ends keep their half of a step.
+        mean = history.force[1:]
+        force = 0.5 * (history.force + np.vstack([mean, mean[-1:]]))
+        force[0] = mean[0]
+        return _Contact(
+            mean=mean,
+            force=force,
+            z=history.displacement,
+            v=history.velocity,
+            energy=history.energy,
+            gap=history.gap,
+            residual=float(history.residual.max()),
+        )
+
+    def _smooth(
+        self, ground: Ground, h: float, patterns: Array, amplitudes: Array, apart: Array | None
+    ) -> _Contact:
+        """Forces by contact laws, with the implicit loop."""
+        kept, f = self._of_sticks, amplitudes @ patterns.T
+        start = Start(recorded=kept)
+        motion = respond(self.assembly, f, ground.acceleration, h, start=start, opened=apart)
+        z, v = np.zeros((2, len(f), kept.size))
+        moving = np.searchsorted(kept, motion.moving)
+        z[:, moving], v[:, moving] = motion.u, motion.v
+        mean = 0.5 * (motion.force[:-1] + motion.force[1:])
+        return _Contact(mean, motion.force, z, v, motion.energy, None, 0.0)
+
     def free(
         self, ground: Array | Ground, time_step: float, loads: Sequence[Load] = ()
     ) -> Response:
-        """The response with nothing between the buildings, without energies; as `respond`."""
+        """Return the response with nothing between the buildings, without energies."""
         ground = as_ground(ground)
         n_t = len(ground.acceleration)
         none, every = np.zeros((n_t, 0)), np.arange(len(self.points))
-        of_sticks = none, none, none
+        sticks = Motions(none, none, none)
         if self._sticks.sticks:
+            under = self._under_sticks(ground)
             moved = simulate(
-                *(self._sticks.without_contact(), self._under_sticks(ground), time_step),
-                loads=self._on_sticks(loads),
+                self._sticks.without_contact(), under, time_step, loads=self._on_sticks(loads)
             )
-            of_sticks = moved.u, moved.v, moved.acceleration
-            add_ground(self._sticks, self._under_sticks(ground), of_sticks, sign=-1.0)
-        models = self._motions(time_step, *self._loads(ground, loads), (none[1:], none), every)
-        u, v, a = self._joined(ground, of_sticks, models)
-        gap = self.assembly.gaps + self._opened(of_sticks[:2], models, every)[0]
+            sticks = Motions(moved.u, moved.v, moved.acceleration)
+            add_ground(self._sticks, under, sticks, sign=-1.0)
+        patterns, amplitudes = self._loads(ground, loads)
+        models = self._motions(time_step, patterns, amplitudes, (none[1:], none), every)
+        motions = self._joined(ground, sticks, models)
+        gap = self.assembly.gaps + self._opened(sticks, models, every)[0]
         if (apart := opened(self.points, ground)) is not None:
             gap = gap + apart[0]
         return Response3D(
-            *(self.system.without_contact(), time_step, u, v, none, ground.acceleration),
+            system=self.system.without_contact(),
+            time_step=time_step,
+            u=motions.u,
+            v=motions.v,
+            force=none,
+            ground=ground.acceleration,
             relative=ground.relative,
             energy=Energy(*np.zeros((4, n_t))),
             loads=tuple(loads),
             in_3d=tuple(self._given.models),
-            acceleration=a,
+            acceleration=motions.a,
             gap=self._least(gap),
             least_gap=self._least(gap, ends=True),
             gap_rate=none,
@@ -358,18 +393,17 @@ class Pounding3D:
         amplitudes: Array,
         forces: tuple[Array, Array],
         wanted: Index,
-    ) -> dict[str, tuple[Array, ...]]:
-        """Displacements, velocities and accelerations of the floors of each 3D model.
+    ) -> dict[str, ModelMotions]:
+        """Motions of the floors of each 3D model by equation (1), relative to the ground.
 
-        Relative to the ground, shape (n_t, 6 n_floors) each, by equation (1), from the mean forces
-        of the steps and those at the times. After them the change of the gaps of some points by its
-        motion, and their rates, shape (n_t, number of them) each.
+        `forces` are the means of the steps and those at the times; `wanted` are the points whose
+        gaps are wanted.
         """
         mean, force = forces
         touching = np.flatnonzero(mean.any(axis=1))
         pressed = np.flatnonzero(force.any(axis=1))
         steps = 0.5 * (amplitudes[:-1] + amplitudes[1:])
-        found = dict[str, tuple[Array, ...]]()
+        motions = dict[str, ModelMotions]()
         for name, model in self._given.models.items():
             here = self.assembly.columns[name]
             λ, d = self.assembly.eigenvalue[here], self.assembly.damping[here]
@@ -381,23 +415,26 @@ class Pounding3D:
             rate = np.zeros((len(wanted), len(amplitudes)))
             for first in range(0, len(λ), AT_ONCE):
                 some = slice(first, first + AT_ONCE)
+                # Modal loads: the mean f of each step, and f at the times.
                 f_mean, f = b[some] @ steps.T, b[some] @ amplitudes.T
                 f_mean[:, touching] += gamma[:, some].T @ mean[touching].T
                 f[:, pressed] += gamma[:, some].T @ force[pressed].T
                 one, rest = np.ones(len(f)), np.zeros(len(f))
+                # (1): v_m = (v₀ + h/2 (f - λ u₀)) / (1 + h d/2 + h² λ/4), mode by mode.
                 inverse = 1.0 / (1.0 + 0.5 * h * d[some] + 0.25 * h**2 * λ[some])
-                modes = one, d[some], λ[some], inverse
+                modes = Modes(one, d[some], λ[some], inverse)
                 z, ż = (np.zeros(f.shape) for _ in range(2))
                 z[:, 1:], ż[:, 1:], _ = march_modes(
-                    *(*modes, rest, rest, f_mean, h, 0.5), counted=False
+                    modes, rest, rest, f_mean, h, 0.5, counted=False
                 )
+                # Equilibrium at the times: z̈ = f - d ż - λ z.
                 f -= d[some, None] * ż + λ[some, None] * z
                 for x, Φ, q in ((v, rows, ż), (a, rows, f), (rate, touched, ż)):
                     x += Φ[:, some] @ q
-            # What moves as u₁ = u₀ + h v_m in each mode does so at each place.
+            # As u₁ = u₀ + h v_m holds in each mode, it does at each place.
             u, gap = (cumulative_trapezoid(x, dx=h, initial=0.0) for x in (v, rate))
-            found[name] = tuple(np.ascontiguousarray(x.T) for x in (u, v, a, gap, rate))
-        return found
+            motions[name] = ModelMotions(*(np.ascontiguousarray(x.T) for x in (u, v, a, gap, rate)))
+        return motions
 
     @cached_property
     def _in_storeys(self) -> Index:
@@ -412,12 +449,12 @@ class Pounding3D:
         return self.assembly.gamma[:, self._of_sticks] @ np.linalg.inv(self._sticks.basis)
 
     def _opened(
-        self, of_sticks: tuple[Array, ...], models: Mapping[str, tuple[Array, ...]], points: Index
+        self, sticks: Motions, models: Mapping[str, ModelMotions], points: Index
     ) -> tuple[Array, Array]:
         """Change of the gaps of points by the motion of all buildings, and their rates."""
-        gap, rate = (x @ self._pressed[points].T for x in of_sticks)
-        for *_, of_gap, of_rate in models.values():
-            gap, rate = gap + of_gap, rate + of_rate
+        gap, rate = (x @ self._pressed[points].T for x in (sticks.u, sticks.v))
+        for model in models.values():
+            gap, rate = gap + model.gap, rate + model.rate
         return gap, rate
 
     def _least(self, gap: Array, *, ends: bool = False) -> Array:
@@ -427,9 +464,9 @@ class Pounding3D:
         that turn come closest at the ends, which take the place of these where asked for.
         """
         if ends:
-            rest, inside = np.array([pair.gap for pair in self.points]), gap
-            gap = inside.copy()
-            gap[:, self._outermost] = rest[self._outermost] + (inside - rest) @ self._ends.T
+            rest, points = np.array([pair.gap for pair in self.points]), self._contacts
+            moved, gap = (gap - rest) @ points.ends.T, gap.copy()
+            gap[:, points.outermost] = rest[points.outermost] + moved
         pairs = range(len(self.system.pairs))
         return np.column_stack([gap[:, self.pair_of == k].min(axis=1) for k in pairs])
 
@@ -454,22 +491,22 @@ class Pounding3D:
         return np.divide(balance, mass, out=np.zeros_like(balance), where=mass > 0.0)
 
     def _joined(
-        self, ground: Ground, of_sticks: tuple[Array, ...], models: Mapping[str, tuple[Array, ...]]
-    ) -> tuple[Array, Array, Array]:
-        """Displacements, velocities, accelerations of all masters, shape (n_t, n) each.
+        self, ground: Ground, sticks: Motions, models: Mapping[str, ModelMotions]
+    ) -> Motions:
+        """Motions of all masters, shape (n_t, n) each.
 
         Relative to the ground under the first building, from those to the ground under each.
         """
         n_t = len(ground.acceleration)
-        found = np.zeros((3, n_t, sum(one.n for one in self.system.sticks)))
-        for one in self.system.sticks:
-            start = self.system.offsets[one.name]
-            if one.name in models:
-                own = models[one.name][:3]
+        motions = np.zeros((3, n_t, sum(stick.n for stick in self.system.sticks)))
+        for stick in self.system.sticks:
+            start = self.system.offsets[stick.name]
+            if stick.name in models:
+                own: Sequence[Array] = models[stick.name][:3]
             else:
-                first = self._sticks.offsets[one.name]
-                own = tuple(x[:, first : first + one.n] for x in of_sticks)
-            for x, history in zip(found, own, strict=True):
+                first = self._sticks.offsets[stick.name]
+                own = [x[:, first : first + stick.n] for x in sticks]
+            for x, history in zip(motions, own, strict=True):
                 x[:, start : start + history.shape[1]] = history
-        add_ground(self.system, ground, list(found))
-        return found[0], found[1], found[2]
+        add_ground(self.system, ground, list(motions))
+        return Motions(*motions)

@@ -9,11 +9,11 @@ import numpy as np
 
 from impactfem.case import Building, Case, ContactPoint, RayleighDamping, load_case
 from impactfem.case.facing import facing_floors
-from impactfem.coupling import contact
+from impactfem.coupling import laws
 from impactfem.coupling import restitution as relation
-from impactfem.coupling.contact import Law
 from impactfem.coupling.from_case import system_of
 from impactfem.coupling.impacts import approaches, impacts
+from impactfem.coupling.laws import Law
 from impactfem.coupling.pounding import End, Pair, Response, System, Update, simulate
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.sticks.element import Section
@@ -43,7 +43,7 @@ def collision(
     one, other = mass_on_spring("1", m1, 0.0), mass_on_spring("2", m2, 0.0)
     pair = Pair("1-2", End.of_floor(one, 1), End.of_floor(other, 1), Y, speed * dt * phase, law)
     # Heavily damped Hertz contacts part slowly.
-    patience = 1.5 if law.linear else 1.5 / law.epsilon
+    patience = 1.5 if isinstance(law, laws.KelvinVoigt) else 1.5 / law.epsilon
     n_t = int(np.ceil(patience * law.duration(speed) / dt)) + 3
     ground, v0 = np.zeros((n_t, 3)), speed * np.eye(12)[1]
     return simulate(System((one, other), (pair,)), ground, dt, update=update, v0=v0)
@@ -80,7 +80,7 @@ def shock_on_wall(rows: Rows) -> None:
     duration is read inside the steps.
     """
     m, k, K, v0 = 100.0, 1e4, 1e6, 1.0
-    law = contact.kelvin_voigt(K, 0.0, m)
+    law = laws.KelvinVoigt(K, 0.0, mass=m)
     first, second = impacts(against_wall(mass_on_spring("m", m, k), law, 0.0, v0, 1e-5, 40001))[:2]
     rows.add("largest force", 9950.3719, first.peak_force, "N", 1e-6)
     rows.add("time of the largest force", 0.0156298, first.peak_time, "s", 7e-4)
@@ -101,7 +101,7 @@ def kelvin_voigt(rows: Rows) -> None:
     """
     K, xi, v0, steps = 1e11, 0.12, 0.163, 4000
     for m in (3014e3, 1507e3, 787e3):
-        law, second = contact.kelvin_voigt(K, xi, m), (np.pi / steps) ** 2
+        law, second = laws.KelvinVoigt(K, xi, mass=m), (np.pi / steps) ** 2
         dt = law.duration(v0) / steps
         response = against_wall(mass_on_spring("m", m, 0.0), law, 0.0, v0, dt, 2 * steps)
         impact = impacts(response)[0]
@@ -131,7 +131,7 @@ def restitution(rows: Rows) -> None:
     for epsilon in (0.414, 0.687, 0.891):
         for tension in (True, False):
             xi = relation.kelvin_voigt_xi(epsilon, tension=tension)
-            law = contact.kelvin_voigt(K, xi, m1 * m2 / (m1 + m2), tension=tension)
+            law = laws.KelvinVoigt(K, xi, mass=m1 * m2 / (m1 + m2), tension=tension)
             source = rows.source if tension else "Schwager and Pöschel 2007, Granular Matter 9"
             rows.name = f"restitution {'with' if tension else 'without'} tension"
             for steps, tolerance in ((16, 0.01), (100, 5e-4)):
@@ -147,7 +147,7 @@ def restitution(rows: Rows) -> None:
         (1574e3, 1574e3, "two floors of 1574 t"),
     ):
         mass = m1 * m2 / (m1 + m2)
-        law = contact.kelvin_voigt(K, xi, mass)
+        law = laws.KelvinVoigt(K, xi, mass=mass)
         for update, note in updates:
             damping = xi - K * dt / (2.0 * np.sqrt(K * mass)) if note else xi
             rows.name = f"restitution, {update} force"
@@ -178,7 +178,7 @@ def contact_energy(rows: Rows) -> None:
     # Not a whole number of steps an impact: its end would fall on the phase of its start.
     counts = np.array([20, 40, 80, 160, 320]) + 1.0 / np.pi
     for xi, expected, label in ((0.0, 2.0, "elastic"), (0.12, 1.0, "Kelvin-Voigt")):
-        law = contact.kelvin_voigt(K, xi, m)
+        law = laws.KelvinVoigt(K, xi, mass=m)
         steps = law.duration(0.3) / counts
         defects = [_mean("defect", law, 2.0 * m, 2.0 * m, dt) for dt in steps]
         order = fitted_order(1.0 / counts, defects)
@@ -207,18 +207,19 @@ def contact_laws(rows: Rows) -> None:
         rows.name = f"restitution, {law.name}"
         rows.add(quantity, reference, found, "-", ALLOWED[law.name], source)
 
-    collide(contact.hertz(K, mass), "ε = 1", 1.0, "Hertz 1881: no loss")
+    collide(laws.Hertz(K, mass=mass), "ε = 1", 1.0, "Hertz 1881: no loss")
     closed = "∫ m v dv over F = K p^1.5 (1 + χ v/v₀): ln((1+χ)/(1-χε)) = χ(1+ε)"
     integrated = "integration of x'' = -x^1.5 - 2ξ x^0.25 x' to rest (DOP853)"
     for asked in (0.414, 0.65, 0.687, 0.891):
         for exact in (False, True):
             quantity = f"ε = {asked} requested, {'exact' if exact else 'published'} damping"
             for make, source in (
-                (contact.hertz_damp, closed),
-                (contact.hunt_crossley, closed),
-                (contact.jankowski, integrated),
+                (laws.HertzDamp, closed),
+                (laws.HuntCrossley, closed),
+                (laws.Jankowski, integrated),
             ):
-                law = make(K, asked, mass, exact=exact)
+                relation = "exact" if exact else "published"
+                law = make(K, asked, relation, mass=mass)
                 collide(law, quantity, asked if exact else law.epsilon, source)
 
     # What happens at onset, from collisions in very short steps; the gap closes half a step early.
@@ -227,16 +228,16 @@ def contact_laws(rows: Rows) -> None:
         return F[np.flatnonzero(F)[0] :]
 
     rows.name = "force at onset"
-    law = contact.kelvin_voigt(1e11, 0.12, mass)
-    F, jump = onset(law), 2.0 * 0.12 * np.sqrt(1e11 * mass) * speed
+    linear = laws.KelvinVoigt(1e11, 0.12, mass=mass)
+    F, jump = onset(linear), 2.0 * 0.12 * np.sqrt(1e11 * mass) * speed
     source = "C v₀ with C = 2 ξ √(K m)"
-    rows.add(f"{law.name}, the jump", jump, 1.5 * F[0] - 0.5 * F[1], "N", 1e-8, source)
+    rows.add(f"{linear.name}, the jump", jump, 1.5 * F[0] - 0.5 * F[1], "N", 1e-8, source)
     early, late = 20, 200
     source = "no jump: F ~ K p^1.5, or 2 ξ √(K m) p^0.25 v₀, with p = v₀ t"
-    for make, power, allowed in ((contact.hertz_damp, 1.5, 1e-5), (contact.jankowski, 0.25, 5e-3)):
-        F = onset(make(K, 0.65, mass))
+    for make, power, allowed in ((laws.HertzDamp, 1.5, 1e-5), (laws.Jankowski, 0.25, 5e-3)):
+        F = onset(make(K, 0.65, mass=mass))
         growth = np.log(F[late] / F[early]) / np.log((late + 0.5) / (early + 0.5))
-        quantity = f"{make(K, 0.65, mass).name}, power of the time with which it grows"
+        quantity = f"{make(K, 0.65, mass=mass).name}, power of the time with which it grows"
         rows.add(quantity, power, growth, "-", allowed, source)
 
 
@@ -260,7 +261,7 @@ def impacting_bar(rows: Rows) -> None:
         for k, m in enumerate([ends, *[2.0 * ends] * (n - 1), ends])
     ]
     bar = build_stick("bar", floors)
-    law = contact.kelvin_voigt(0.5 * E * S / h, 0.0, ends, tension=False)
+    law = laws.KelvinVoigt(0.5 * E * S / h, 0.0, mass=ends, tension=False)
     end = End("bar", n, (0.0, 0.0, 0.0), n + 1)
     pair = Pair("wall", end, None, np.array([0.0, 0.0, 1.0]), 1e-7, law)
     dt = 0.25 * h / c
@@ -292,7 +293,7 @@ def eccentric_pair(rows: Rows) -> None:
     floor = replace(floor, M=np.diag([*np.diag(floor.M)[:5], J]))
     offset, steps, effective = (e, 0.0, 0.0), 2000, 1.0 / (1.0 / M + e**2 / J)
     mass = floor.point_mass(0, offset, Y)
-    law = contact.kelvin_voigt(1e11, 0.12, mass)
+    law = laws.KelvinVoigt(1e11, 0.12, mass=mass)
     pair = Pair("wall", End("floor", 0, offset, 1), None, Y, 0.0, law)
     dt, allowed = law.duration(v) / steps, (np.pi / steps) ** 2
     ground, start = np.zeros((2300, 3)), v * np.eye(6)[1]
@@ -315,7 +316,7 @@ def storey_pair(rows: Rows) -> None:
     K, gap, acceleration = 1e9, 1e-3, -3.0
     ends = End("a", 1, (0.0,) * 3, 2), End("b", b.storey_points[2, 0.5], (0.0,) * 3, 2, 0.5)
     a = replace(a, M=4.0 * a.M)
-    pair = Pair("a-b", *ends, Y, gap, contact.kelvin_voigt(K, 0.3, 1e5))
+    pair = Pair("a-b", *ends, Y, gap, laws.KelvinVoigt(K, 0.3, mass=1e5))
     system = System((a, b), (pair,))
     n_t, dt = 20001, 2e-3
     ground = np.zeros((n_t, 3))
@@ -339,7 +340,7 @@ def three_buildings(rows: Rows) -> None:
     """
     m, v, gap, steps = 2000e3, 0.25, 0.01, 400
     a, b, c = (mass_on_spring(name, m, 0.0) for name in "abc")
-    law = contact.kelvin_voigt(1e11, 0.0, m / 2.0)
+    law = laws.KelvinVoigt(1e11, 0.0, mass=m / 2.0)
     pairs = tuple(
         Pair(f"{p.name}-{q.name}", End.of_floor(p, 1), End.of_floor(q, 1), Y, gap, law)
         for p, q in ((a, b), (b, c))

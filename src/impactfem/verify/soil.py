@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from impactfem.coupling.base import coupled_modes
-from impactfem.coupling.contact import kelvin_voigt
 from impactfem.coupling.ground import Ground
 from impactfem.coupling.impacts import impacts
+from impactfem.coupling.laws import KelvinVoigt
 from impactfem.coupling.pounding import End, Pair, System, simulate
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.impedance import Impedance
@@ -175,7 +175,7 @@ def soil_clamped(rows: Rows) -> None:
 def _pounding(soil: Soil | None) -> System:
     a = replace(_on_soil(_half_space(1e6, 0.0)), soil=soil)
     b = replace(a, name="c", K=0.8 * a.K)
-    law = kelvin_voigt(1e9, 0.1, 1e5)
+    law = KelvinVoigt(1e9, 0.1, mass=1e5)
     ends = End.of_floor(a, 3), End.of_floor(b, 3)
     return System((a, b), (Pair("b-c", *ends, np.array([0.0, 1.0, 0.0]), 0.002, law),))
 
@@ -190,7 +190,7 @@ def wave_passage(rows: Rows) -> None:
     """
     dt, τ, gap, Y = 1e-4, 0.0203, 5e-3, np.array([0.0, 1.0, 0.0])
     a, b = (mass_on_spring(name, 1e5, frequency=500.0, damping_ratio=0.5) for name in "ab")
-    law = kelvin_voigt(1e9, 0.1, 5e4)
+    law = KelvinVoigt(1e9, 0.1, mass=5e4)
     pair = Pair("a-b", End.of_floor(a, 1), End.of_floor(b, 1), Y, gap, law)
     ground = Ground.under([(1, 0.01, np.ones(40))], dt, 3500, {"a": 0.0, "b": τ})
     met = impacts(simulate(System((a, b), (pair,)), ground, dt))[0]

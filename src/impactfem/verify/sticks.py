@@ -8,7 +8,7 @@ import numpy as np
 import scipy.optimize
 
 from impactfem.case import load_case
-from impactfem.coupling.contact import effective_mass, kelvin_voigt
+from impactfem.coupling.laws import KelvinVoigt, effective_mass
 from impactfem.coupling.pounding import End, Load, Pair, System, simulate
 from impactfem.stages.pounding.compute import run_sticks
 from impactfem.stages.pounding.store import stick_scalars
@@ -73,7 +73,7 @@ def energy_identity(rows: Rows) -> None:
         mass_on_spring("1", m1, m1 * 11.0**2, dashpot=0.1 * m1),
         mass_on_spring("2", m2, m2 * 8.0**2, dashpot=0.1 * m2),
     )
-    law = kelvin_voigt(1e11, 0.12, effective_mass(m1, m2))
+    law = KelvinVoigt(1e11, 0.12, mass=effective_mass(m1, m2))
     ends = [End(name, 0, (0.0, 0.0, 0.0), 1) for name in "12"]
     system = System(sticks, (Pair("1-2", ends[0], ends[1], Y, 0.01, law),))
     response = simulate(system, ground, 3e-4)

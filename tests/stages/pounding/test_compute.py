@@ -7,9 +7,9 @@ import pytest
 import scipy.signal
 import xarray as xr
 
-from impactfem.coupling.contact import hertz, kelvin_voigt
 from impactfem.coupling.from_case import system_of
 from impactfem.coupling.ground import interpolate_ground
+from impactfem.coupling.laws import Hertz, KelvinVoigt
 from impactfem.coupling.pounding import simulate
 from impactfem.stages.pounding.compute import (
     STEPS,
@@ -125,12 +125,12 @@ def test_fewest_steps_by_the_laws(study, no_contacts):
     touched = [s.pair.law for s in study.separations if s.touched]
     by_hand = min(np.pi / np.sqrt(1.2e10 / law.mass * (1 - law.xi**2)) / 2.5e-4 for law in touched)
     assert study.steps_per_impact_min == pytest.approx(by_hand)
-    assert by_hand < kelvin_voigt(1.2e10, 0.14, 240e3).duration(1.0) / 2.5e-4
+    assert by_hand < KelvinVoigt(1.2e10, 0.14, mass=240e3).duration(1.0) / 2.5e-4
     assert no_contacts.steps_per_impact_min is None
 
 
 def test_steps_of_a_law_that_depends_on_the_speed(study):
-    law = hertz(3e11, 120e3)
+    law = Hertz(3e11, mass=120e3)
     impacts = tuple(replace(i, pair=replace(i.pair, law=law)) for i in study.impacts)
     fastest = max(impact.approach for impact in impacts)
     found = replace(study, impacts=impacts).steps_per_impact_min

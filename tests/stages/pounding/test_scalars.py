@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impactfem.coupling.contact import UNILATERAL, kelvin_voigt
 from impactfem.coupling.impacts import largest_means
+from impactfem.coupling.laws import KelvinVoigt, Unilateral
 from impactfem.stages.pounding.compute import Peaks
 from impactfem.stages.pounding.store import (
     motion_results,
@@ -121,7 +121,7 @@ def test_accuracy_and_demands(study, scalars):
     expected = max(separation.required for separation in study.separations)
     assert scalars["pounding.required_separation"].value == expected > 0.005
     # The duration for 96 t, the lightest pair, when the tops touch: some 9 ms in all.
-    law = kelvin_voigt(1.2e10, study.system.pairs[2].law.xi, 96e3)
+    law = KelvinVoigt(1.2e10, study.system.pairs[2].law.xi, mass=96e3)
     assert scalars["pounding.steps_per_impact_min"].value == pytest.approx(
         law.duration(1.0) / 2.5e-4
     )
@@ -195,7 +195,7 @@ def test_lines_that_touch_in_3d(study):
     assert found["pounding.doubled_step_force_change"] == pytest.approx(0.3)
     # A contact law has nothing that could fail to be complementary.
     assert "pounding.complementarity" not in found
-    rigid = tuple(replace(p, law=replace(p.law, code=UNILATERAL)) for p in system.pairs)
+    rigid = tuple(replace(p, law=Unilateral(mass=p.law.mass)) for p in system.pairs)
     assert of(rigid)["pounding.complementarity"] == study.response.residual
 
 

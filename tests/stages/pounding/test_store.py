@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from impactfem.coupling.contact import hertz, jankowski
+from impactfem.coupling.laws import Hertz, Jankowski
 from impactfem.stages.pounding.store import OUTPUTS, stick_scalars, write_motion, write_sticks
 from impactfem.system.scalar import scalars_of
 
@@ -153,7 +153,7 @@ def test_an_impact_that_begins_at_rest(study, tmp_path):
 def test_laws_in_the_store(study, tmp_path):
     """Each pair with a law of its own, as far as it is known."""
     pairs = study.system.pairs
-    others = (pairs[0].law, hertz(3e11, 120e3), jankowski(3e11, 0.4, 96e3))
+    others = (pairs[0].law, Hertz(3e11, mass=120e3), Jankowski(3e11, 0.4, mass=96e3))
     changed = tuple(replace(pair, law=law) for pair, law in zip(pairs, others, strict=True))
     system = replace(study.system, pairs=changed)
     data = stored(write_sticks, replace(study, system=system), tmp_path)
@@ -184,7 +184,7 @@ def test_laws_in_the_store(study, tmp_path):
 def test_a_pair_that_never_touches_has_no_onset(study, tmp_path):
     """Its dashpot times a speed that nothing had is no result; a linear law's duration is one."""
     pairs = study.system.pairs
-    laws = (pairs[0].law, hertz(3e11, 120e3), pairs[2].law)
+    laws = (pairs[0].law, Hertz(3e11, mass=120e3), pairs[2].law)
     changed = tuple(replace(pair, law=law) for pair, law in zip(pairs, laws, strict=True))
     system = replace(study.system, pairs=changed)
     only_last = tuple(impact for impact in study.impacts if impact.pair.name == pairs[2].name)

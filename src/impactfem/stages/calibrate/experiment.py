@@ -12,7 +12,7 @@ import numpy as np
 import scipy.linalg
 
 from impactfem.case.calibration import Pull
-from impactfem.coupling.contact import kelvin_voigt
+from impactfem.coupling.laws import KelvinVoigt
 from impactfem.coupling.pounding import End, Pair, System, Update, simulate
 from impactfem.sticks.stick import Stick
 from impactfem.system.arrays import Array
@@ -131,7 +131,7 @@ def wall_system(
     pairs = []
     for floor in experiment.floors:
         end = End.of_floor(stick, floor)
-        law = kelvin_voigt(K, xi, stick.point_mass(end.master, centre, n), tension=tension)
+        law = KelvinVoigt(K, xi, mass=stick.point_mass(end.master, centre, n), tension=tension)
         pairs.append(Pair(f"{stick.name}.floor_{floor}-wall", end, None, n, experiment.gap, law))
     return System((stick,), tuple(pairs))
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from impactfem.case import Case
 from impactfem.case.facing import facing_floors
-from impactfem.coupling.contact import UNILATERAL
 from impactfem.coupling.from_case import calibration_of, ground_of, loads_of, system_of
 from impactfem.coupling.impacts import (
     Approach,
@@ -216,7 +215,7 @@ class StickStudy:
     @property
     def unilateral(self) -> bool:
         """Whether contact has no law."""
-        return any(pair.law.code == UNILATERAL for pair in self.system.pairs)
+        return any(pair.law.unilateral for pair in self.system.pairs)
 
     @property
     def resolved_frequency(self) -> float:

@@ -198,9 +198,9 @@ def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
             "Figure 5: Floors whose edges may touch along a line. They do not penetrate: there is "
             "no stiffness and no dashpot between them."
         )
-    elif any(not name.startswith("kelvin-voigt") for name in laws):
+    elif np.any(sticks["pair_stiffness_unit"].values != "N/m"):
         caption += (
-            f" The laws are {' and '.join(laws)}: where not kelvin-voigt, K and C stand for forces "
+            f" The laws are {' and '.join(laws)}: where not linear, K and C are factors of forces "
             "that go with powers of the penetration."
         )
     seen = (

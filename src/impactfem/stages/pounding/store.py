@@ -423,11 +423,7 @@ def _pairs(study: StickStudy) -> dict[str, Any]:
             speeds[impact.pair.name] = np.fmax(speeds[impact.pair.name], impact.approach)
     onset, lasts = np.full((2, len(pairs)), np.nan)
     for k, (law, speed) in enumerate(zip(laws, speeds.values(), strict=True)):
-        if np.isfinite(speed):
-            onset[k] = law.onset_force(speed)
-        # The duration of a linear law is the same at any speed.
-        if law.linear or np.isfinite(speed):
-            lasts[k] = law.duration(1.0 if law.linear else speed)
+        onset[k], lasts[k] = law.onset_force(speed), law.duration(speed)
     return {
         "pair": names,
         "pair_building_a": [pair.a.building for pair in pairs],
@@ -440,12 +436,12 @@ def _pairs(study: StickStudy) -> dict[str, Any]:
         "pair_rest_gap": [pair.gap for pair in pairs],
         "pair_distance": [distances.get(name, np.nan) for name in names],
         "pair_stiffness": [law.stiffness for law in laws],
-        "pair_dashpot": [law.parameters[1] if law.linear else np.nan for law in laws],
+        "pair_dashpot": [law.dashpot for law in laws],
         "pair_onset_force": onset,
         "pair_damping_ratio": [law.xi for law in laws],
         "pair_restitution": [law.epsilon for law in laws],
         "pair_effective_mass": [law.mass for law in laws],
         "pair_law_duration": lasts,
-        "pair_asked": [law.asked for law in laws],
+        "pair_asked": [law.target_restitution for law in laws],
         **values(Separation, study.separations, "pair_"),
     }
