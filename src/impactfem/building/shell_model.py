@@ -341,15 +341,7 @@ def shell_model(points: ArrayLike, *parts: Shells | Beams, drilling: float = 1.0
         centres={},
         base=np.zeros(0, dtype=np.int64),
     )
-    along = np.diff(mesh.nodes[mesh.lines[:, :2]], axis=1)[:, 0]
-    for k, section in enumerate(part.section for part in beams):
-        of_part = np.flatnonzero(mesh.line_part == k)
-        without = of_part[section.along_reference(along[of_part])]
-        if without.size:
-            raise ImpactfemError(
-                f"at {place(mesh.nodes[mesh.lines[without[0], 2]])}: a beam is parallel to the "
-                f"reference {section.reference} of its section"
-            )
+    _refuse_parallel(mesh, beams)
     building = BuildingParts(
         mesh=mesh,
         sections=Sections(
@@ -378,6 +370,19 @@ def shell_model(points: ArrayLike, *parts: Shells | Beams, drilling: float = 1.0
     held[used] = False
     part = np.array(order, dtype=np.int64)[shell]
     return ShellModel(nodes, K, M, held, triangles, part, lines, building, used)
+
+
+def _refuse_parallel(mesh: BuildingMesh, beams: Sequence[Beams]) -> None:
+    """Refuse a beam that is parallel to the reference of its section."""
+    along = np.diff(mesh.nodes[mesh.lines[:, :2]], axis=1)[:, 0]
+    for k, beam in enumerate(beams):
+        of_part = np.flatnonzero(mesh.line_part == k)
+        without = of_part[beam.section.along_reference(along[of_part])]
+        if without.size:
+            raise ImpactfemError(
+                f"at {place(mesh.nodes[mesh.lines[without[0], 2]])}: a beam is parallel to the "
+                f"reference {beam.section.reference} of its section"
+            )
 
 
 def line_load(nodes: Array, lines: Index) -> Array:

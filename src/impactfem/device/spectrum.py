@@ -86,7 +86,6 @@ class AnchorSpectrum:
         damping: npt.ArrayLike,
         *,
         anchor: int = 1,
-        displacement: float = 0.0,
         points_per_cycle: float = 20.0,
         method: Method = "upsampled",
     ) -> AnchorSpectrum:
@@ -116,7 +115,6 @@ class AnchorSpectrum:
             psa=computed.psa[:, 0],
             zpa=float(computed.zpa_interpolated[0]),
             anchor=anchor,
-            displacement=displacement,
         )
 
     @classmethod

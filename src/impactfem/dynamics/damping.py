@@ -27,7 +27,7 @@ PROPORTIONAL = 1e-11
 
 
 class Damping(Protocol):
-    """What a body needs of its damping."""
+    """Damping of a body."""
 
     def modal(self, eigenvalue: Array) -> Array:
         """φᵀ C φ of modes with φᵀ M φ = 1 and φᵀ K φ = λ: its diagonal, or all of it [1/s]."""
@@ -171,7 +171,7 @@ class RatioTable(DampingLaw):
     zero, or a ratio is negative.
     """
 
-    frequency: tuple[float, ...]  #: of the points, ascending [Hz]
+    frequency: tuple[float, ...]  #: frequencies of the points, ascending [Hz]
     ratios: tuple[float, ...]  #: ξ of each [-]
 
     def __post_init__(self) -> None:
@@ -183,7 +183,7 @@ class RatioTable(DampingLaw):
         return cls((1.0,), (checked_ratio(ratio),))
 
     def ratio(self, frequency: npt.ArrayLike) -> Array:
-        """As of `DampingLaw.ratio`."""
+        """See `DampingLaw.ratio`."""
         with np.errstate(divide="ignore"):
             at = np.log(np.asarray(frequency, dtype=np.float64))
         return np.asarray(np.interp(at, np.log(self.frequency), self.ratios), dtype=np.float64)
@@ -198,7 +198,7 @@ class Caughey(DampingLaw):
     `RatioTable`, and where the ratio is negative at some frequency.
     """
 
-    frequency: tuple[float, ...]  #: of the points, ascending [Hz]
+    frequency: tuple[float, ...]  #: frequencies of the points, ascending [Hz]
     ratios: tuple[float, ...]  #: ξ of each [-]
 
     def __post_init__(self) -> None:
@@ -237,12 +237,12 @@ class Caughey(DampingLaw):
         return float(np.sqrt(negative[0] * unit) / (2.0 * np.pi)) if negative.size else None
 
     def modal(self, eigenvalue: Array) -> Array:
-        """As of `DampingLaw.modal`."""
+        """See `DampingLaw.modal`."""
         terms, unit = self._terms
         return np.asarray(np.polyval(terms[::-1], eigenvalue / unit), dtype=np.float64)
 
     def ratio(self, frequency: npt.ArrayLike) -> Array:
-        """As of `DampingLaw.ratio`; infinite at zero where a_0 is not zero."""
+        """See `DampingLaw.ratio`; infinite at zero where a_0 is not zero."""
         omega = 2.0 * np.pi * np.asarray(frequency, dtype=np.float64)
         with np.errstate(divide="ignore"):
             return np.asarray(0.5 * self.modal(omega**2) / omega, dtype=np.float64)
@@ -267,7 +267,7 @@ class ModeRatios(DampingLaw):
         return self.others.ratio(frequency)
 
     def modal(self, eigenvalue: Array) -> Array:
-        """As of `DampingLaw.modal`; the eigenvalues are those of all modes, in any order."""
+        """See `DampingLaw.modal`; the eigenvalues are those of all modes, in any order."""
         found = self.others.modal(eigenvalue)
         first = np.argsort(eigenvalue, kind="stable")[: len(self.ratios)]
         omega = np.sqrt(np.maximum(eigenvalue[first], 0.0))

@@ -22,13 +22,13 @@ class Energy:
 
     kinetic: Array  #: ½ vᵀ M v.
     elastic: Array  #: ½ uᵀ K u.
-    damped: Array  #: What the damping has taken since step 0, without what soil radiates.
+    damped: Array  #: Energy dissipated by damping since step 0, without radiation into the soil.
     input: Array  #: Work of the loads since step 0.
     #: Work of the links on the bodies; negative when they take energy.
     contact: Array = field(default_factory=lambda: np.zeros(0))
-    #: What the rule has taken, zero for θ = ½.
+    #: Numerical dissipation, zero for θ = ½.
     numerical: Array = field(default_factory=lambda: np.zeros(0))
-    #: What the soil under rafts has radiated since step 0.
+    #: Energy radiated into the soil under rafts since step 0.
     radiated: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:

@@ -195,7 +195,7 @@ def _even(columns: int) -> int:
 
 
 def _factor(A: PETSc.Mat, wanted: dict[str, int]) -> PETSc.Mat:
-    """The factor; whether MUMPS succeeded is to be asked from it."""
+    """Return the factor; check INFOG(1) for success."""
     options = PETSc.Options()
     for room in _ROOM:
         # By the options database: what is set on the factor itself before its first use is lost in

@@ -29,7 +29,7 @@ class State:
 
 @dataclass(frozen=True)
 class History:
-    """What was recorded, the same on all ranks."""
+    """Recorded histories, the same on all ranks."""
 
     time: Array  #: The times, shape (n_t,) [s].
     #: By quantity (of QUANTITIES), the motion of the probes, shape (n_t, n_probes).

@@ -6,7 +6,7 @@ Of one component of the motion u of a raft, relative to the ground around it, th
 
 a spring, a dashpot, a mass that moves with the raft, masses m_j that a dashpot m_j r_j ties to it
 (the monkey-tail of Wolf and Meek), and springs k_j in series with a dashpot k_j/r_j (Maxwell's).
-Each m_j, and each node between spring and dashpot, is a degree of freedom of its own. With no
+Each m_j, and each node between spring and dashpot, is a separate degree of freedom. With no
 number below zero the model is stable and gives off no energy, whatever stands on it.
 
 A table of S is fitted by (1): non-negative least squares over many rates r_j, in which few of the
@@ -61,8 +61,8 @@ class Impedance:
     stiffness: float  #: K [N/m, N m]
     dashpot: float = 0.0  #: C [N s/m, N m s]
     mass: float = 0.0  #: m [kg, kg m2]
-    tails: Pairs = ()  #: of each its mass m_j [kg, kg m2] and rate r_j [1/s]
-    branches: Pairs = ()  #: of each its stiffness k_j [N/m, N m] and rate r_j [1/s]
+    tails: Pairs = ()  #: masses m_j [kg, kg m2] and rates r_j [1/s]
+    branches: Pairs = ()  #: stiffnesses k_j [N/m, N m] and rates r_j [1/s]
 
     def at(self, omega: npt.ArrayLike) -> Complex:
         """S(ω), of any shape [rad/s]."""
@@ -213,7 +213,7 @@ class _Fit:
         return np.concatenate(self.weight * np.array([off.real, off.imag]))
 
     def error(self, model: Impedance) -> float:
-        """The largest of it, both parts together."""
+        """Largest absolute real or imaginary part."""
         real, imaginary = np.split(self.wrong(model), 2)
         return float(np.hypot(real, imaginary).max())
 

@@ -116,7 +116,7 @@ def with_signs(
 
 
 class _Inverse:
-    """What PETSc calls to apply K⁻¹: one factorisation serves SLEPc and all else."""
+    """Preconditioner of PETSc that applies K⁻¹: one factorisation serves SLEPc, too."""
 
     def __init__(self, factor: Factorisation) -> None:
         self.factor = factor
@@ -191,7 +191,7 @@ def _ritz(M: PETSc.Mat, factor: Factorisation, V: Array) -> tuple[Array, Array, 
 
 
 def _gap(values: Array, count: int) -> int:
-    """How many values lie below the first clear gap that leaves at least `count` below."""
+    """Return the number of values below the first clear gap with at least `count` below it."""
     ratio = values[count:] / values[count - 1 : -1] - 1.0
     wide = np.flatnonzero(ratio > GAP)
     return count + int(wide[0] if wide.size else np.argmax(ratio))

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -267,16 +268,18 @@ class _Stepper:
             system.time_step,
             system.damping.alpha,
             system.damping.beta,
-            self.f,
-            self.r,
-            self.w,
-            self.Mw,
-            self.Cw,
-            state.displacement,
-            state.velocity,
-            state.acceleration,
-            state.momentum,
-            state.restoring,
+            StepVectors(
+                f=self.f,
+                r=self.r,
+                w=self.w,
+                Mw=self.Mw,
+                Cw=self.Cw,
+                u=state.displacement,
+                v=state.velocity,
+                a=state.acceleration,
+                p=state.momentum,
+                q=state.restoring,
+            ),
         )
         state.step += 1
         return energies
@@ -287,23 +290,27 @@ class _Stepper:
             item.destroy()
 
 
+class StepVectors(NamedTuple):
+    """Vectors of a step at this rank's rows, shape (n_local,) each."""
+
+    f: Array  #: f₀ + f₁
+    r: Array  #: right side of the step
+    w: Array  #: v₀ + v₁
+    Mw: Array
+    Cw: Array  #: by damping that is not Rayleigh's
+    u: Array  #: the state, which moves on
+    v: Array
+    a: Array
+    p: Array  #: M v
+    q: Array  #: K u
+
+
 @numba.njit(cache=True)
 def _advance(
-    dt: float,
-    alpha: float,
-    beta: float,
-    f: Array,
-    r: Array,
-    w: Array,
-    Mw: Array,
-    Cw: Array,
-    u: Array,
-    v: Array,
-    a: Array,
-    p: Array,
-    q: Array,
+    dt: float, alpha: float, beta: float, vectors: StepVectors
 ) -> tuple[float, float, float, float]:
-    """Move u, v, a, p = M v and q = K u on by one step; energies as the stepper gives them."""
+    """Move u, v, a, p = M v and q = K u on by one step; return the energies of the stepper."""
+    f, r, w, Mw, Cw, u, v, a, p, q = vectors
     kinetic, elastic, damped, put_in = 0.0, 0.0, 0.0, 0.0
     mass = 2.0 / dt + alpha
     stiffness = beta + dt / 2.0
@@ -311,6 +318,7 @@ def _advance(
     for first in range(0, u.size, 512):
         k, e, d, s = 0.0, 0.0, 0.0, 0.0
         for i in range(first, min(first + 512, u.size)):
+            # K w from the equation of the step, (2/Δt M + C + Δt/2 K) w = r.
             Kw = (r[i] - mass * Mw[i] - Cw[i]) / stiffness
             d += w[i] * (alpha * Mw[i] + beta * Kw + Cw[i])
             s += w[i] * f[i]

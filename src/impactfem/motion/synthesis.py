@@ -117,17 +117,8 @@ def synthesise(
     best_rms, best_iteration = math.inf, 0
     for iteration in range(iterations + 1):
         motion = at_rest(harmonics())
-        # The peak and the rest each spoil the other a little, less from pass to pass.
         if pga is not None:
-            for _ in range(_PEAK_PASSES):
-                motion = at_rest(_to_peak(motion, pga))
-                if abs(np.abs(motion).max() / pga - 1.0) <= _PEAK_TOLERANCE:
-                    break
-            else:
-                raise SolutionError(
-                    f"no motion was found that has its peak at {pga!r} m/s2 and is at rest at its "
-                    "end"
-                )
+            motion = _with_peak(motion, pga, at_rest)
         ratio = required / spectrum(motion)
         rms = float(np.sqrt(np.mean((1.0 / ratio - 1.0) ** 2)))
         if rms < best_rms:
@@ -139,6 +130,20 @@ def synthesise(
     accelerogram = Accelerogram(time_step, best, "", origin)
     misfit = spectral_misfit(accelerogram, target, *matched)
     return SyntheticMotion(accelerogram, target, misfit, best_iteration)
+
+
+def _with_peak(motion: Array, pga: float, at_rest: BaselineCorrection) -> Array:
+    """Return the motion with a peak acceleration, at rest at its end.
+
+    Each of the two corrections changes what the other one sets, less from pass to pass.
+    """
+    for _ in range(_PEAK_PASSES):
+        motion = at_rest(_to_peak(motion, pga))
+        if abs(np.abs(motion).max() / pga - 1.0) <= _PEAK_TOLERANCE:
+            return motion
+    raise SolutionError(
+        f"no motion was found that has its peak at {pga!r} m/s2 and is at rest at its end"
+    )
 
 
 def envelope(time: npt.ArrayLike, duration: float, strong_phase: tuple[float, float]) -> Array:

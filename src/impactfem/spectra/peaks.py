@@ -26,6 +26,7 @@ import cmath
 import math
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -207,24 +208,27 @@ def in_step_peak_responses(
     gains = np.array([-1j / c.omega_d, c.acceleration_gain])
     peaks = np.zeros((2, len(acceleration), c.omega.size))
     end = np.empty(peaks.shape[1:], dtype=np.complex128)
-    step = c.rate, c.propagator, c.input_gain, c.feedthrough
-    _in_step_kernel(acceleration, c.time_step, *step, gains, peaks, end)
+    step = Step(c.time_step, c.rate, c.propagator, c.input_gain, c.feedthrough)
+    _in_step_kernel(acceleration, step, gains, peaks, end)
     sd, sa = np.maximum(peaks, [free_vibration_peak(end, c.rate, gain) for gain in gains])
     return sd, sa
 
 
+class Step(NamedTuple):
+    """Coefficients of one step of the oscillators."""
+
+    time_step: float
+    rate: Complex
+    propagator: Complex
+    input_gain: Complex
+    feedthrough: Complex
+
+
 @njit(nogil=True, cache=True)
 def _in_step_kernel(
-    acceleration: Array,
-    h: float,
-    rate: Complex,
-    propagator: Complex,
-    input_gain: Complex,
-    feedthrough: Complex,
-    gains: Complex,
-    peaks: Array,
-    end: Complex,
+    acceleration: Array, step: Step, gains: Complex, peaks: Array, end: Complex
 ) -> None:
+    h, rate, propagator, input_gain, feedthrough = step
     n_records, n = acceleration.shape
     for record in range(n_records):
         a = acceleration[record]

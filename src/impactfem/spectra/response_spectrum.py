@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import fft
 
-from impactfem.spectra.oscillator import step_coefficients
+from impactfem.spectra.oscillator import StepCoefficients, step_coefficients
 from impactfem.spectra.peaks import in_step_peak_responses, peak_responses
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
@@ -117,6 +117,29 @@ class ResponseSpectra:
     nyquist_frequency: float
 
 
+def _check_sampling(points_per_cycle: float, method: str) -> None:
+    """Refuse parameters that are out of range."""
+    if not points_per_cycle >= 2.0:
+        raise ImpactfemError(f"points per cycle must be at least 2, got {points_per_cycle!r}")
+    if method not in get_args(Method):
+        raise ImpactfemError(f"the method is one of {get_args(Method)}, got {method!r}")
+
+
+def _upsampled(
+    a: Array, fine: StepCoefficients, factor: int, threads: int, absolute: bool
+) -> tuple[Array, Array, Array]:
+    """Peaks of relative displacement and absolute acceleration, and ZPA, of refined records."""
+    sd, sa = np.empty((2, a.shape[0], fine.omega.size))
+    zpa = np.empty(a.shape[0])
+    chunk = max(1, _SAMPLES_AT_ONCE // (a.shape[1] * factor))
+    for first in range(0, a.shape[0], chunk):
+        part = slice(first, first + chunk)
+        finer = upsample(a[part], factor)
+        sd[part], sa[part] = peak_responses(finer, fine, threads=threads, absolute=absolute)
+        zpa[part] = np.abs(finer).max(axis=1)
+    return sd, sa, zpa
+
+
 def response_spectra(
     acceleration: npt.ArrayLike,
     time_step: float,
@@ -155,11 +178,7 @@ def response_spectra(
     upsampled record would be too long.
     """
     a = _records(acceleration)
-    if not points_per_cycle >= 2.0:
-        raise ImpactfemError(f"points per cycle must be at least 2, got {points_per_cycle!r}")
-    if method not in get_args(Method):
-        raise ImpactfemError(f"the method is one of {get_args(Method)}, got {method!r}")
-
+    _check_sampling(points_per_cycle, method)
     coarse = step_coefficients(time_step, frequencies, dampings)  # also validates the arguments
     f = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
     d = np.atleast_1d(np.asarray(dampings, dtype=np.float64))
@@ -178,14 +197,7 @@ def response_spectra(
                 " fewer points per cycle, or the method 'in-step'"
             )
         fine = step_coefficients(h / factor, f, d)
-        sd, sa = np.empty((2, a.shape[0], fine.omega.size))
-        zpa_interpolated = np.empty(a.shape[0])
-        chunk = max(1, _SAMPLES_AT_ONCE // (n * factor))
-        for first in range(0, a.shape[0], chunk):
-            part = slice(first, first + chunk)
-            finer = upsample(a[part], factor)
-            sd[part], sa[part] = peak_responses(finer, fine, threads=threads, absolute=absolute)
-            zpa_interpolated[part] = np.abs(finer).max(axis=1)
+        sd, sa, zpa_interpolated = _upsampled(a, fine, factor, threads, absolute)
 
     points = factor / (highest * h)
     shape = (a.shape[0], d.size, f.size)

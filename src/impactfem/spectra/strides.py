@@ -18,6 +18,7 @@ the peaks are those of all samples.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -33,6 +34,14 @@ CACHE = 1 << 19
 """Size of the states at the ends of strides that are computed at once [byte]."""
 ROUNDING = 1e-15
 """Singular values up to this part of the largest one are left out."""
+
+
+class Table(NamedTuple):
+    """Coefficients of the oscillators of `Strides`."""
+
+    rows: Array
+    far: Array
+    bend: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,13 +72,14 @@ class Strides:
         largest = np.maximum(size[:-1].reshape(count, m).max(axis=1), size[m::m])
         at_once = max(1, CACHE // state.nbytes)
         w = np.empty((min(at_once, count) + 1, *state.shape))
+        table = Table(self.rows, self.far, self.bend)
         for first in range(0, count, at_once):
             part = a[first * m : min(first + at_once, count) * m + 1]
             samples = part[:-1].reshape(-1, m)
             ends = w[: len(samples) + 1]
             added = ends[1:].reshape(len(samples), -1)
             np.matmul(samples @ self.columns, self.gains, out=added)
-            _follow(part, m, self.rows, self.far, self.bend, largest[first:], ends, state, peak)
+            _follow(part, m, table, largest[first:], ends, state, peak)
         return state
 
 
@@ -99,15 +109,14 @@ def strides_of(coefficients: StepCoefficients, rows: Array) -> tuple[list[Stride
 def _follow(
     a: Array,
     m: int,
-    rows: Array,
-    far: Array,
-    bend: Array,
+    table: Table,
     largest: Array,
     w: Array,
     state: Array,
     peak: Array,
 ) -> None:
     """Strides from a state on; w holds what the samples add, and then w at the ends of all."""
+    rows, far, bend = table
     er, ei, br, bi, dr, di = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
     fr, fi, by_state, by_input = far[0], far[1], bend[0], bend[1]
     r, s, k = state[0], state[1], len(peak)

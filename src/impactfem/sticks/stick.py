@@ -202,17 +202,7 @@ def build_stick(
         # base, the offset from it along z, and the elevation.
         nodes = [(index - 1, above, low)]
         for s in sorted({s for number, s in storey_points if number == floor.number}):
-            if not 0.0 < s < 1.0:
-                raise ImpactfemError(
-                    f"building {name}: a point inside the storey below floor {floor.number} needs "
-                    f"a relative height between 0 and 1, got {s:g}; its ends are points of floors"
-                )
-            if not damping.stiffness_part(HIGH) > 0.0:
-                raise ImpactfemError(
-                    f"building {name}: a contact point inside the storey below floor "
-                    f"{floor.number} has no mass and needs damping of the storey "
-                    "(stiffness_coefficient above 0)"
-                )
+            _check_point(name, floor, s, damping)
             masters[floor.number, s] = len(positions)
             nodes.append((len(positions), 0.0, low + s * (high - low)))
             positions.append(np.array([*axis, nodes[-1][2]]))
@@ -224,17 +214,7 @@ def build_stick(
             ]
             k = storey_stiffness(float(upper[2] - lower[2]), floor.section)
             elements.append(StoreyElement(index, np.array(dofs, dtype=np.int64), T, k))
-    n = 6 * len(positions)
-    M, K = np.zeros((2, n, n))
-    for index, floor in enumerate(floors):
-        block = np.arange(6 * index, 6 * index + 6)
-        M[block, block] = [floor.mass] * 3 + list(floor.inertia)
-    for element in elements:
-        k = element.T.T @ element.k @ element.T
-        free = element.dofs >= 0
-        at = np.ix_(element.dofs[free], element.dofs[free])
-        K[at] += k[np.ix_(free, free)]
-    K = (K + K.T) / 2.0
+    M, K = _matrices(floors, elements, len(positions))
     return Stick(
         name=name,
         floors=tuple(floors),
@@ -249,6 +229,37 @@ def build_stick(
         soil=soil,
         storey_points=masters,
     )
+
+
+def _check_point(name: str, floor: Floor, s: float, damping: DampingLaw) -> None:
+    """Refuse a point inside the storey below a floor that cannot be a node."""
+    if not 0.0 < s < 1.0:
+        raise ImpactfemError(
+            f"building {name}: a point inside the storey below floor {floor.number} needs "
+            f"a relative height between 0 and 1, got {s:g}; its ends are points of floors"
+        )
+    if not damping.stiffness_part(HIGH) > 0.0:
+        raise ImpactfemError(
+            f"building {name}: a contact point inside the storey below floor "
+            f"{floor.number} has no mass and needs damping of the storey "
+            "(stiffness_coefficient above 0)"
+        )
+
+
+def _matrices(
+    floors: Sequence[Floor], elements: Sequence[StoreyElement], nodes: int
+) -> tuple[Array, Array]:
+    """Mass and stiffness of a stick, shape (6 nodes, 6 nodes) each."""
+    M, K = np.zeros((2, 6 * nodes, 6 * nodes))
+    for index, floor in enumerate(floors):
+        block = np.arange(6 * index, 6 * index + 6)
+        M[block, block] = [floor.mass] * 3 + list(floor.inertia)
+    for element in elements:
+        k = element.T.T @ element.k @ element.T
+        free = element.dofs >= 0
+        at = np.ix_(element.dofs[free], element.dofs[free])
+        K[at] += k[np.ix_(free, free)]
+    return M, (K + K.T) / 2.0
 
 
 def mass_on_spring(

@@ -369,16 +369,18 @@ class Analyst:
         largest = np.abs(motion).max(axis=1)
         scale = np.where(np.arange(6) < 3, largest[:3].max(), largest[3:].max())
         return [
-            AnchorSpectrum.of_motion(
-                component,
-                motion[k],
-                time_step,
-                frequency,
-                modes.damping,
-                anchor=anchor,
+            replace(
+                AnchorSpectrum.of_motion(
+                    component,
+                    motion[k],
+                    time_step,
+                    frequency,
+                    modes.damping,
+                    anchor=anchor,
+                    points_per_cycle=self.spectra.points_per_cycle,
+                    method=self.spectra.method,
+                ),
                 displacement=0.0 if apart is None else float(apart[k]),
-                points_per_cycle=self.spectra.points_per_cycle,
-                method=self.spectra.method,
             )
             for k, component in enumerate(COMPONENTS)
             if largest[k] > STILL * scale[k]
