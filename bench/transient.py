@@ -24,9 +24,15 @@ from impactfem.reduction.galerkin import GalerkinModes
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.orthonormal import Orthonormal
 from impactfem.reduction.probes import recorded_nodes
-from impactfem.reduction.reduced_basis import ReducedBasis, build_basis
+from impactfem.reduction.reduced_basis import BasisPlan, ReducedBasis, build_basis
 from impactfem.reduction.reduced_building import reduce_building
-from impactfem.reduction.response import modal_histories, node_response, node_spectra, response_band
+from impactfem.reduction.response import (
+    Analysis,
+    modal_histories,
+    node_response,
+    node_spectra,
+    response_band,
+)
 from impactfem.spectra import response_spectra
 from impactfem.stages.reduce.compute import accuracies, prepare
 from impactfem.stages.transient.maps import floor_maps
@@ -79,19 +85,21 @@ def transient_figures(every_damping: bool = False, case_file: str = PAPER_SIZE) 
     asked = transient.model_copy(update={"serve_damping_cases": every_damping})
     ended: list[float] = []  # when the tolerance is met
     start = perf_counter()
-    basis = build_basis(
-        model,
-        K,
-        patterns,
-        loads.names,
+    plan = BasisPlan(
+        loads=loads.names,
         probes=nodes,
         nodes=recorded_nodes(mesh, nodes),
-        accuracy=accuracies(case.model_copy(update={"transient": asked}))[0],
+        accuracies=accuracies(case.model_copy(update={"transient": asked}))[:1],
         shift=transient.shift,
         largest=transient.largest_basis,
         larger=True,
-        progress=lambda part: ended.append(perf_counter()) if part >= 1.0 else None,
     )
+
+    def progress(part: float) -> None:
+        if part >= 1.0:
+            ended.append(perf_counter())
+
+    basis = build_basis(model, K, patterns, plan, progress)
     whole, built = perf_counter() - start, ended[-1] - start
 
     def respond() -> Any:
@@ -101,7 +109,9 @@ def transient_figures(every_damping: bool = False, case_file: str = PAPER_SIZE) 
 
     (history, response, spectra), responded = timed(respond)
     _, banded = timed(
-        lambda: response_band(basis, loads, damping, nodes, response, spectra.psa, case.spectra)
+        lambda: response_band(
+            Analysis(basis, loads, damping), nodes, response, spectra.psa, case.spectra
+        )
     )
     named, target = ("for every damping case, ", 25.0) if every_damping else ("", 40.0)
     reduced, first = f"reduced model, {named}", built + responded

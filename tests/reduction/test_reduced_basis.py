@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import splu
 
+from impactfem.reduction.archive import from_arrays, to_arrays
 from impactfem.reduction.error_band import NESTED_SAFETY
 from impactfem.reduction.probes import recorded_nodes
 from impactfem.reduction.reduced import ReducedModel
@@ -119,12 +120,12 @@ def test_clamped_nodes_do_not_move(frame, loads):
     assert basis.of(basis.model, frame.nodes).any()
 
 
-def test_content(basis, tmp_path):
+def test_archive(basis, tmp_path):
     path = tmp_path / "basis.npz"
-    write_archive(path, "key", basis.content)
+    write_archive(path, "key", to_arrays(basis))
     content = read_archive(path, "key")
     assert content is not None
-    found = ReducedBasis.of_content(content)
+    found = from_arrays(ReducedBasis, content)
     assert (found.loads, found.difference) == (basis.loads, basis.difference)
     assert np.array_equal(found.nodes, basis.nodes)
     assert np.array_equal(found.vectors, basis.vectors)

@@ -15,6 +15,7 @@ from impactfem.reduction.response import (
     LARGER,
     SAFETY,
     SMALLER,
+    Analysis,
     Transfer,
     modal_histories,
     node_response,
@@ -234,8 +235,9 @@ def test_band_is_the_error_to_within_a_factor(frame, loads, full_runs, spectra, 
     history = modal_histories(basis, loads, damping, scheme="newmark")
     response = node_response(basis, history, loads, frame.nodes)
     psa, truth = (node_spectra(one, spectra).psa for one in (response, full.response))
-    case = basis, loads, damping, frame.nodes, response, psa, spectra
-    bands = {kind: response_band(*case, kind=kind, scheme="newmark") for kind in (LARGER, SMALLER)}
+    analysis = Analysis(basis, loads, damping, "newmark")
+    case = analysis, frame.nodes, response, psa, spectra
+    bands = {kind: response_band(*case, kind=kind) for kind in (LARGER, SMALLER)}
 
     def effect(kind=LARGER, factor=1.0):
         frequency = np.array(spectra.frequency_values)
@@ -259,10 +261,11 @@ def test_band_is_the_error_to_within_a_factor(frame, loads, full_runs, spectra, 
 def test_basis_without_larger_models(frame, loads, basis, spectra):
     response = node_response(basis, modal_histories(basis, loads, frame.light), loads, frame.nodes)
     psa = node_spectra(response, spectra).psa
-    case = basis, loads, frame.light, frame.nodes, response, psa, spectra
+    case = frame.nodes, response, psa, spectra
+    analysis = Analysis(basis, loads, frame.light)
     with pytest.raises(ValueError, match="a basis without larger models"):
-        response_band(*case)
-    assert response_band(*case, kind=SMALLER).psa.shape == psa.shape
+        response_band(analysis, *case)
+    assert response_band(analysis, *case, kind=SMALLER).psa.shape == psa.shape
     alone = replace(basis, models=basis.models[:1])
     with pytest.raises(ValueError, match="a basis without smaller models"):
-        response_band(alone, *case[1:], kind=SMALLER)
+        response_band(replace(analysis, basis=alone), *case, kind=SMALLER)

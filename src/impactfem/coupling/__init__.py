@@ -1,1 +1,1 @@
-"""What touches: contact laws, sticks that pound, unilateral contact, impacts, energy."""
+"""Bodies, links and contact laws; pounding of sticks, unilateral contact, impacts."""

@@ -26,7 +26,7 @@ from impactfem.system.errors import SolutionError
 Mask = NDArray[np.bool_]
 
 DEPENDENT = 1e-13
-"""Share of a row of W, scaled to a diagonal of ones, that the rows before it must leave over."""
+"""Pivot tolerance relative to the unit diagonal of the scaled W."""
 ROUNDING = 1e-13
 """Negative numbers of this size, over the largest p and q of the scaled problem, count as zero."""
 PATIENCE = 5

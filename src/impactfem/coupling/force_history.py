@@ -48,7 +48,7 @@ UNIT_TOLERANCE = 1e-6  # of the length of a normal
 
 
 class Side(NamedTuple):
-    """What of a building pairs push together."""
+    """Part of a building that several pairs push together."""
 
     floor: int  #: number of the floor, or of the one above the storey
     relative_height: float | None  #: in the storey; None for the floor itself
@@ -58,7 +58,7 @@ class Side(NamedTuple):
 
 @dataclass(frozen=True)
 class PairEnds:
-    """What the pairs of a force history are between, as far as its file says so.
+    """Ends of the pairs of a force history, if its file gives them.
 
     Each is None where the file does not have it.
     """
@@ -67,21 +67,21 @@ class PairEnds:
     building_b: tuple[str, ...] | None = None  #: names of the second ones; empty for a rigid wall
     #: Numbers of the floors on the first buildings, or of those above the storeys.
     floor_a: tuple[int, ...] | None = None
-    #: The same on the second ones; without meaning for a rigid wall.
+    #: Floors of the second ones; no meaning for a rigid wall.
     floor_b: tuple[int, ...] | None = None
     #: Heights in the storeys, 0 to 1, nan on the floors themselves; shape (m,).
     relative_height_a: Array | None = None
-    relative_height_b: Array | None = None  #: the same on the second buildings
+    relative_height_b: Array | None = None  #: on the second buildings
     offset_a: Array | None = None  #: from the axes of the first buildings, shape (m, 3) [m]
-    offset_b: Array | None = None  #: the same on the second buildings
+    offset_b: Array | None = None  #: on the second buildings
     normal: Array | None = None  #: unit vectors from a to b, shape (m, 3)
     hat_a: Array | None = None  #: of line loads on the first buildings, shape (m, 3) [m]
-    hat_b: Array | None = None  #: the same on the second buildings
+    hat_b: Array | None = None  #: on the second buildings
     line: tuple[str, ...] | None = None  #: lines that they are points of; empty for pairs
 
     @classmethod
     def of_pairs(cls, pairs: Sequence[Pair]) -> PairEnds:
-        """What pairs are between."""
+        """Return the ends of pairs."""
         content: dict[str, Any] = {
             "normal": np.array([pair.normal for pair in pairs]).reshape(-1, 3)
         }
@@ -101,7 +101,7 @@ class PairEnds:
         return cls(**content)
 
     def of(self, columns: Sequence[int]) -> PairEnds:
-        """Those of some of the pairs, by their indices."""
+        """Return the ends of some of the pairs, by their indices."""
         chosen: dict[str, Any] = {}
         for name, values in vars(self).items():
             if isinstance(values, tuple):
@@ -133,7 +133,7 @@ class PairEnds:
 
     @classmethod
     def read(cls, path: Path, dataset: xr.Dataset, faults: list[Fault]) -> PairEnds:
-        """What the pairs are between, from `forces.nc`; what is there and wrong is a fault.
+        """Read the ends of the pairs from `forces.nc`; an invalid variable is a fault.
 
         Variables that are not there, or are at fault, stay None.
         """
@@ -207,7 +207,7 @@ class ForceHistory:
     force: Array  #: forces, positive in compression, shape (n_t, m) [N]
     case_hash: str = ""  #: hash of the case that made them; empty where unknown
     inputs: str = ""  #: hash of what the stage that made them depends on; empty where unknown
-    #: What the pairs are between, as far as the file says so.
+    #: Ends of the pairs, if the file gives them.
     ends: PairEnds = field(default_factory=PairEnds)
 
     @classmethod
@@ -218,7 +218,7 @@ class ForceHistory:
         return cls(response.time, names, force, ends=PairEnds.of_pairs(pairs))
 
     def of(self, columns: Sequence[int]) -> ForceHistory:
-        """The history of some of the pairs, by their indices."""
+        """Return the history of some of the pairs, by their indices."""
         pairs, force = tuple(self.pairs[j] for j in columns), self.force[:, list(columns)]
         return replace(self, pairs=pairs, force=force, ends=self.ends.of(columns))
 
@@ -266,7 +266,7 @@ def write_forces(path: Path, response: Response, case_hash: str, key: str = "") 
 def check_forces(path: Path) -> ForceHistory:
     """Read a force history that is given, and see that `read_forces` can. Not collective.
 
-    HDF5 may crash on a damaged file of NetCDF: it is tried in a process of its own.
+    HDF5 may crash on a damaged file of NetCDF: a separate process reads it first.
 
     Raises:
         InputError: As `read_forces`; or HDF5 crashed.

@@ -23,11 +23,11 @@ from impactfem.system.errors import Fault, InputError
 from impactfem.system.log import LOGGER
 
 COARSE = 0.01
-"""Part of an impulse that samples may miss before it is warned of."""
+"""Part of an impulse that samples may miss without a warning."""
 
 
 def given_parameters(building: Building) -> Parameters:
-    """The values that the case file and its floor table give, before any calibration."""
+    """Return the values of the case file and its floor table, before any calibration."""
     return Parameters(
         factor=building.stiffness_factor,
         heights=np.array([floor.storey_height for floor in building.floors]),
@@ -41,7 +41,7 @@ def stick_of(
     parameters: Parameters | None = None,
     storey_points: tuple[tuple[int, float], ...] = (),
 ) -> Stick:
-    """The stick of a building; by the values of the case file, or by calibrated ones.
+    """Return the stick of a building, by the values of the case file or by calibrated ones.
 
     Storey points are points inside storeys, see `build_stick`.
     """
@@ -69,7 +69,7 @@ def stick_of(
 
 
 def calibration_of(case: Case) -> Calibration | None:
-    """Fit the sticks to the targets of the case, or say how far the given values are from them."""
+    """Fit the sticks to the targets of the case, or compare the given values with them."""
     return None if case.calibration is None else _calibrated(case.calibration, case.buildings)
 
 
@@ -110,7 +110,7 @@ def _calibrated(given: CalibrationCase, every: tuple[Building, ...]) -> Calibrat
 def law_between(
     case: Case, contact: Contact, sticks: Mapping[str, Stick], ends: Iterable[End]
 ) -> Law:
-    """The law of a contact between points of sticks, with their effective mass along its normal."""
+    """Return the law of a contact between points of sticks, with their effective mass."""
     normal = np.array(contact.normal)
     masses = (sticks[e.building].point_mass(e.master, e.offset, normal) for e in ends)
     entry = case.contact_laws[contact.law]
@@ -118,7 +118,7 @@ def law_between(
 
 
 def system_of(case: Case, calibration: Calibration | None) -> System:
-    """The sticks of all buildings and the pairs between them.
+    """Return the sticks of all buildings and the pairs between them.
 
     The values of a calibration go to the buildings that its targets name; the others keep those of
     the case file.
@@ -158,22 +158,22 @@ def system_of(case: Case, calibration: Calibration | None) -> System:
 def ground_of(
     case: Case, histories: Sequence[History], time_step: float, n_t: int | None = None
 ) -> Ground:
-    """The ground under the buildings of a case at n_t times of a step [s].
+    """Return the ground under the buildings of a case at n_t times of a step [s].
 
     Left out, they are those of [pounding]: up to its duration, or until the longest motion has
     reached its end under all buildings.
     """
     if n_t is None:
         longest = max(dt * (samples.size - 1) for _, dt, samples in histories)
-        # Rounded, so that a step printed with four digits still gives the steps that were meant.
+        # Rounded, so that a step printed with four digits still gives the intended number of steps.
         n_t = round(case.computed_time(longest) / time_step) + 1
     return Ground.under(histories, time_step, n_t, case.delays)
 
 
 def loads_of(case: Case, system: System, time_step: float, n_t: int) -> list[Load]:
-    """The loads of a case, on the mass centres of the floors, at n_t times of a step [s].
+    """Return the loads of a case, on the mass centres of the floors, at n_t times of a step [s].
 
-    Where samples at the time step miss a part of an impulse, a warning says so.
+    A warning is logged if samples at the time step miss a part of an impulse.
 
     Raises:
         InputError: A table of forces is not usable any more.

@@ -62,7 +62,7 @@ class Ground:
         return cls(moved[first][2], apart)
 
     def opened(self, a: str, b: str | None, normal: Array) -> Array:
-        """How far the ground moves b away from a along the normal, and how fast, shape (2, n_t).
+        """Opening of the ground from a to b along the normal, and its rate, shape (2, n_t).
 
         Without b it is a wall on the ground under a.
         """

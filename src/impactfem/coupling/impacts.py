@@ -1,4 +1,4 @@
-"""Impacts: when each pair touched, how hard, and what that demands of the buildings."""
+"""Impacts: time and size of each contact, and its demand on the buildings."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Impact:
         """Speed of separation over speed of approach [-]; nan for a contact that begins at rest.
 
         The buildings' own forces act during the impact, too; for a point inside a storey, without
-        mass of its own, it is no restitution of bodies.
+        mass, it is no restitution of bodies.
         """
         return self.separation / self.approach if self.approach > 0.0 else math.nan
 
@@ -138,7 +138,7 @@ VERTICAL = 1e-6  # a normal with a smaller horizontal part is vertical
 
 @results
 class Separation:
-    """How far two points come together when nothing holds them, against their gap."""
+    """Largest approach of two points without contact, compared with their gap."""
 
     pair: Pair
     #: The largest approach without contact.
@@ -166,7 +166,7 @@ def separations(free: Response, response: Response) -> list[Separation]:
 
 @results
 class ImpactCheck:
-    """What an impact demands of the buildings while it lasts."""
+    """Demand of an impact on the buildings."""
 
     impact: Impact
     #: Peak force over the bearing area; nan if the area is not known.

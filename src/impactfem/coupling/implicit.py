@@ -85,66 +85,34 @@ def respond(
         SolutionError: A link is closed at the start, or the forces of the links do not converge.
     """
     n_t, r = loads.shape
-    m, attached = len(assembly.links), assembly.attached
     start = start or Start()
     inputs = _inputs(assembly, loads, ground, opened)
     state = _state(assembly, inputs, start)
     h = time_step / substeps / 2.0
     structure = _structure(assembly, h)
     # Coordinates that nothing moves stay out of the loop.
-    modes, contacts = structure.modes, structure.contacts
     moving = np.flatnonzero(
         loads.any(axis=0)
         | (state.u != 0.0)
         | (state.v != 0.0)
-        | contacts.X.any(axis=0)
+        | structure.contacts.X.any(axis=0)
         | structure.attachments.rows.any(axis=0)
     )
-
-    def some(values: Array) -> Array:
-        return np.ascontiguousarray(values if moving.size == r else values[..., moving])
-
-    structure = structure._replace(
-        modes=Modes(*map(some, modes)),
-        attachments=structure.attachments._replace(rows=some(structure.attachments.rows)),
-        contacts=contacts._replace(
-            gamma=some(contacts.gamma),
-            X=some(contacts.X),
-            ends=np.searchsorted(moving, contacts.ends),
-        ),
-    )
-    state = state._replace(u=some(state.u), v=some(state.v), a=some(state.a))
+    if moving.size < r:
+        structure, inputs, state = _restricted(structure, inputs, state, moving)
+    inputs = inputs._replace(loads=np.ascontiguousarray(inputs.loads))
     kept = np.arange(moving.size)
     if start.recorded is not None:
         kept = np.flatnonzero(np.isin(moving, start.recorded))
-    N, N_a = len(attached.M), len(attached.rows)
-    records = Records(
-        u=np.zeros((n_t, kept.size)),
-        v=np.zeros((n_t, kept.size)),
-        force=np.zeros((n_t, m)),
-        attached=np.zeros((n_t, 3 * N + N_a)),
-        energy=np.zeros((n_t, 5)),
-        kept=kept,
-    )
-    inputs = inputs._replace(loads=some(loads))
-    trial = Trial(
-        b=np.empty_like(state.u),
-        a=np.empty_like(state.u),
-        b_y=np.empty(N),
-        y_a=np.empty(N),
-        reach=np.empty(N_a),
-        gap=np.empty(m),
-        rate=np.empty(m),
-        F=np.zeros(m),
-        touches=np.zeros(m, dtype=np.bool_),
-    )
+    records, trial = Records.of(n_t, state, kept), Trial.of(state)
     done = march(Scheme(h, substeps, lagged), structure, inputs, state, trial, records)
     if done < n_t:
         raise SolutionError(
             f"contact forces did not converge at t = {done * time_step:.6g} s; "
             "a smaller pounding.time_step or a softer contact law would help"
         )
-    y, y_v, y_a, T = np.split(records.attached, [N, 2 * N, 3 * N], axis=1)
+    ends = state.y.size * np.arange(1, 4)
+    y, y_v, y_a, T = np.split(records.attached, ends, axis=1)
     return Motion(
         moving=moving[kept],
         u=records.u,
@@ -155,6 +123,30 @@ def respond(
         acceleration=y_a,
         reaction=T,
         energy=Energy(*records.energy.T),
+    )
+
+
+def _restricted(
+    structure: Structure, inputs: Inputs, state: State, moving: Index
+) -> tuple[Structure, Inputs, State]:
+    """Return those of some of the coordinates alone."""
+
+    def some(values: Array) -> Array:
+        return np.ascontiguousarray(values[..., moving])
+
+    attachments, contacts = structure.attachments, structure.contacts
+    return (
+        structure._replace(
+            modes=Modes(*map(some, structure.modes)),
+            attachments=attachments._replace(rows=some(attachments.rows)),
+            contacts=contacts._replace(
+                gamma=some(contacts.gamma),
+                X=some(contacts.X),
+                ends=np.searchsorted(moving, contacts.ends),
+            ),
+        ),
+        inputs._replace(loads=inputs.loads[:, moving]),
+        state._replace(u=some(state.u), v=some(state.v), a=some(state.a)),
     )
 
 
@@ -212,7 +204,7 @@ def _structure(assembly: Assembly, h: float) -> Structure:
         ),
         Contacts(
             gamma=assembly.gamma,
-            X=X,
+            X=np.ascontiguousarray(X),
             X_y=np.ascontiguousarray(X_y),
             X_T=np.ascontiguousarray(X_T),
             W=h * assembly.gamma @ X.T,

@@ -158,6 +158,22 @@ class Trial(NamedTuple):
     F: Array  #: F₁, shape (m,) [N]
     touches: NDArray[np.bool_]  #: the contact is closed, shape (m,)
 
+    @classmethod
+    def of(cls, state: State) -> Trial:
+        """Make room for a trial from a state."""
+        r, N, m = state.u.size, state.y.size, state.F.size
+        return cls(
+            b=np.empty(r),
+            a=np.empty(r),
+            b_y=np.empty(N),
+            y_a=np.empty(N),
+            reach=np.empty(state.T.size),
+            gap=np.empty(m),
+            rate=np.empty(m),
+            F=np.zeros(m),
+            touches=np.zeros(m, dtype=np.bool_),
+        )
+
 
 class Records(NamedTuple):
     """Histories that the loop fills."""
@@ -168,6 +184,18 @@ class Records(NamedTuple):
     attached: Array  #: y, ẏ, ÿ and T in one row, shape (n_t, 3 N + N_a)
     energy: Array  #: kinetic, elastic, damped, input and contact energy, shape (n_t, 5)
     kept: Index  #: indices of the kept coordinates among the moving ones
+
+    @classmethod
+    def of(cls, n_t: int, state: State, kept: Index) -> Records:
+        """Make room for the histories at n_t times."""
+        return cls(
+            u=np.zeros((n_t, kept.size)),
+            v=np.zeros((n_t, kept.size)),
+            force=np.zeros((n_t, state.F.size)),
+            attached=np.zeros((n_t, 3 * state.y.size + state.T.size)),
+            energy=np.zeros((n_t, 5)),
+            kept=kept,
+        )
 
 
 @numba.njit(**_LOOP)

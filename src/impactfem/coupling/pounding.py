@@ -80,10 +80,10 @@ class Pair:
     gap: float  #: gap g at rest [m]
     law: Law  #: the contact law
     area: float | None = None  #: bearing area [m2]; None where unknown
-    #: Of a point of contact of 3D models, where its hat begins, is highest and ends on the sides of
-    #: a and b, shape (2, 3) [m], nan of a stick; None for a pair of points.
+    #: Begin, top and end of the hat of a point of contact of 3D models on the sides of a and b,
+    #: shape (2, 3) [m], nan of a stick; None for a pair of points.
     hats: Array | None = None
-    line: str = ""  #: of such a point, name of the pair that stands for the whole line
+    line: str = ""  #: name of the pair for the whole line of such a point
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class System:
 
     @cached_property
     def modes(self) -> tuple[tuple[Array, Body], ...]:
-        """Of each stick the basis Φ with u = Φ z, shape (n, n), and the body.
+        """Basis Φ with u = Φ z, shape (n, n), and body of each stick.
 
         Its ports are the mass centres "floor 1" and so on, with six components, and the ends of its
         pairs, with three.
@@ -217,11 +217,11 @@ class System:
         return start + np.arange(6 * count, dtype=np.int64).reshape(count, 6)
 
     def without_contact(self) -> System:
-        """The same buildings, nothing between them."""
+        """Return the system without its pairs."""
         return replace(self, pairs=())
 
     def with_laws(self, make: Callable[[Pair], Law]) -> System:
-        """The same buildings and pairs; `make` gives the law of a pair by the one that it has."""
+        """Return the system with other laws; `make` gives the law of a pair."""
         pairs = tuple(replace(pair, law=make(pair)) for pair in self.pairs)
         return replace(self, pairs=pairs)
 
@@ -233,7 +233,7 @@ def _diagonal(blocks: Sequence[Array]) -> Array:
 
 @dataclass(frozen=True)
 class Response:
-    """What `simulate` computed, relative to the ground under the first building."""
+    """Result of `simulate`, relative to the ground under the first building."""
 
     system: System
     time_step: float  #: time step [s]
@@ -246,22 +246,22 @@ class Response:
     bases: Mapping[str, BaseHistory] = field(default_factory=dict)  #: on soil, by building
     in_3d: tuple[str, ...] = ()  #: names of the buildings whose floors alone are known
     pause: float = 0.0  #: shortest time without a force that parts two impacts of a pair [s]
-    #: How far unilateral forces and speeds are from complementary [-]; zero with laws.
+    #: Error of the complementarity of unilateral forces and velocities [-]; zero with laws.
     residual: float = 0.0
-    #: Of the ground under other buildings: `Ground.relative`.
+    #: Motion of the ground under other buildings, `Ground.relative`.
     relative: Mapping[str, Array] = field(default_factory=dict)
 
     @property
     def exerted(self) -> tuple[tuple[Pair, ...], Array]:
-        """Where forces act, and they over time, shape (n_t, m) [N]: what is handed on."""
+        """Points where forces act, and the forces for further stages, shape (n_t, m) [N]."""
         return self.system.pairs, self.force
 
     def closed(self, pairs: Sequence[Pair]) -> Array:
-        """How far the ends of pairs have come towards each other from rest, (n_t, m) [m]."""
+        """Return the approach of the ends of pairs from rest, shape (n_t, m) [m]."""
         return -opening(replace(self.system, pairs=tuple(pairs)), self.u, self.relative)
 
     def exchanged(self, index: int, low: int, high: int) -> tuple[float, float]:
-        """Work of a pair's force on the buildings between two times, and what its law takes [J]."""
+        """Return work of a pair's force on the buildings between two times, and dissipation [J]."""
         here = slice(low, high + 1)
         F, gap = self.force[here, index], self.gap[here, index]
         work = float(np.sum(np.diff(gap) * 0.5 * (F[:-1] + F[1:])))
@@ -367,7 +367,7 @@ def opening(system: System, x: Array, relative: Mapping[str, Array], row: int = 
 
 
 def opened(pairs: Sequence[Pair], ground: Ground) -> Array | None:
-    """How far the ground opens the gaps, and how fast, (2, n_t, m); None where it moves alike."""
+    """Opening of the gaps by the ground, and its rate, (2, n_t, m); None if it moves uniformly."""
     if not ground.relative:
         return None
     apart = np.zeros((2, len(ground.acceleration), len(pairs)))
@@ -427,18 +427,8 @@ def simulate(
     ground = as_ground(ground)
     a_g = ground.acceleration
     n_t = len(a_g)
-    for load in loads:
-        if np.shape(load.force) != (n_t,):
-            where = f"{load.at.building}, floor {load.at.floor}"
-            found = np.shape(load.force)
-            raise ImpactfemError(f"force on {where}: expected shape ({n_t},), got {found}")
     assembly, basis = system.assembly, system.basis
-    f = a_g @ assembly.ground.T
-    for name, (_, _, a) in ground.relative.items():
-        columns = assembly.columns[name]
-        f[:, columns] += a @ assembly.ground[columns].T
-    for load in loads:
-        f += np.outer(load.force, system.row(load.at, load.direction) @ basis)
+    f = _modal_loads(system, ground, loads)
     # z = Φ⁻¹ u. Points without mass have no velocity at the start but that of their stiffness.
     z0, w0 = (None if x is None else system.coordinates(x) for x in (u0, v0))
     apart = opened(system.pairs, ground)
@@ -475,13 +465,30 @@ def simulate(
         relative=ground.relative,
     )
     if update == "lagged":
-        # A contact that gave the buildings more energy than all else did is a blow-up.
-        external, energy = response.external, motion.energy
-        mean = 0.5 * (external[:-1] + external[1:])
-        given = float(np.sum(np.abs(np.sum(np.diff(u, axis=0) * mean, axis=1))))
-        given += float(energy.kinetic[0] + energy.elastic[0])
-        if (work := float(energy.contact[-1])) > given:
-            raise SolutionError(
-                f"the lagged contact forces created energy, {work:.3g} J; {UNSTABLE}"
-            )
+        _refuse_created_energy(response, motion.energy)
     return response
+
+
+def _modal_loads(system: System, ground: Ground, loads: Sequence[Load]) -> Array:
+    """Loads of the ground motion and the forces on the coordinates, shape (n_t, r)."""
+    assembly, n_t = system.assembly, len(ground.acceleration)
+    f = ground.acceleration @ assembly.ground.T
+    for name, (_, _, a) in ground.relative.items():
+        columns = assembly.columns[name]
+        f[:, columns] += a @ assembly.ground[columns].T
+    for load in loads:
+        if np.shape(load.force) != (n_t,):
+            where, shape = f"{load.at.building}, floor {load.at.floor}", np.shape(load.force)
+            raise ImpactfemError(f"force on {where}: expected shape ({n_t},), got {shape}")
+        f += np.outer(load.force, system.row(load.at, load.direction) @ system.basis)
+    return np.asarray(f)
+
+
+def _refuse_created_energy(response: Response, energy: Energy) -> None:
+    """Refuse lagged contact forces that gave the buildings more energy than all else did."""
+    external = response.external
+    mean = 0.5 * (external[:-1] + external[1:])
+    given = float(np.sum(np.abs(np.sum(np.diff(response.u, axis=0) * mean, axis=1))))
+    given += float(energy.kinetic[0] + energy.elastic[0])
+    if (work := float(energy.contact[-1])) > given:
+        raise SolutionError(f"the lagged contact forces created energy, {work:.3g} J; {UNSTABLE}")

@@ -1,6 +1,6 @@
-"""What restitution a contact law gives two free masses, and which law gives a restitution.
+"""Relations of the damping of contact laws and the restitution of two free masses.
 
-A restitution ε asked of a law is above 0 and at most 1; damping ratios ξ and χ are at least 0.
+A requested restitution ε is above 0 and at most 1; damping ratios ξ and χ are at least 0.
 With `tension` a Kelvin-Voigt contact may pull at its end.
 """
 
@@ -68,7 +68,7 @@ def exact_chi(epsilon: float) -> float:
     if epsilon < 1.0 / 30.0:
         return 1.0 / epsilon  # the rest is e^(-1/ε)
     if 1.0 - epsilon < 1e-4:
-        # Series: the roots at 0 and here are too close to be told apart by rounded logarithms.
+        # Series: the roots at 0 and here are too close for rounded logarithms.
         return 1.5 * (1.0 - epsilon)
 
     # In y = -ln(1 - χ ε): χ → 1/ε is y → ∞, and the difference is negative behind χ = 0.

@@ -41,7 +41,7 @@ from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 
 SLACK = 1e-9
-"""Part of the way in a step, at the largest speed so far, that counts as at the wall."""
+"""Distance to a wall that counts as contact, over the way in a step at the largest speed."""
 COAST = 32
 """Steps that are computed together where nothing touches."""
 
@@ -58,9 +58,9 @@ class ContactHistory:
     gap: Array  #: γ − Gᵀ u, shape (n_t, m) [m for such columns]
     displacement: Array  #: Lᵀ u of the probes, shape (n_t, n_probes)
     velocity: Array  #: Lᵀ v of the probes, shape (n_t, n_probes)
-    #: How far velocities and impulses after the step are from complementary: the largest of min(w,
-    #: P) over the constraints that take part, each made comparable by the diagonal of the Delassus
-    #: operator, over the largest speed of a constraint so far, shape (n_t,) [-].
+    #: Error of the complementarity of velocities and impulses after the step: the largest of min(w,
+    #: P) over the constraints that take part, each scaled by the diagonal of the Delassus operator,
+    #: over the largest speed of a constraint so far, shape (n_t,) [-].
     residual: Array
     energy: Energy  #: the energies
 
@@ -71,14 +71,14 @@ class ContactHistory:
 
     @property
     def penetration(self) -> Array:
-        """How far each constraint is violated at most, shape (m,), in the unit of the gap."""
+        """Largest violation of each constraint, shape (m,), in the unit of the gap."""
         return np.asarray(np.maximum(0.0, -self.gap.min(axis=0)), dtype=np.float64)
 
 
 class Motion(Protocol):
-    """The θ rule of a structure. What is seen of it are its constraints and probes, [G L]ᵀ x.
+    """The θ rule of a structure, seen at its constraints and probes, [G L]ᵀ x.
 
-    Methods are collective, and what they return is the same on all ranks.
+    Methods are collective; their results are the same on all ranks.
     """
 
     time_step: float
@@ -90,37 +90,37 @@ class Motion(Protocol):
         """W = Gᵀ M̂⁻¹ G, shape (m, m)."""
 
     def start(self, displacement: Array | None, velocity: Array | None) -> tuple[Array, Array]:
-        """Set u and v, zero when None; what is seen of both, shape (m + n_probes,) each."""
+        """Set u and v, zero when None; return both as seen, shape (m + n_probes,) each."""
 
     def free(self, amplitude: Array) -> Array:
-        """Find v_θ of a step without impulses, under the loads f_θ; what is seen of it.
+        """Find v_θ of a step without impulses, under the loads f_θ; return it as seen.
 
         `amplitude` is (1 − θ) and θ times the amplitudes of the loads before and after.
         """
 
     def push(self, impulse: Array) -> Array:
-        """Find v_θ of the step with the impulses P, shape (m,); what is seen of it."""
+        """Find v_θ of the step with the impulses P, shape (m,); return it as seen."""
 
     def advance(self) -> tuple[float, ...]:
         """Make the step with the v_θ found last.
 
-        Gives kinetic and elastic energy after it, and what the damping and the rule have taken in
-        it and the loads put in [J].
+        Returns kinetic and elastic energy after it, the energies that damping and rule dissipate in
+        it, and the input of the loads [J].
         """
 
     def stored(self) -> tuple[float, float]:
         """Kinetic and elastic energy [J]."""
 
     def coast(self, amplitudes: Array) -> tuple[Array, Array, Array] | None:
-        """What is seen in steps without impulses, which are not made yet.
+        """Try steps of free flight, without impulses.
 
-        Of `amplitudes` as of `free`, shape (K, n_patterns): displacements and velocities after each
-        step, shape (K, m + n_probes) each, and what `advance` gives, shape (K, 5). None where a
-        motion makes one step after the other.
+        `amplitudes` are those of `free`, shape (K, n_patterns). Returns displacements and
+        velocities after each step as seen, shape (K, m + n_probes) each, and the energies of
+        `advance`, shape (K, 5); None if the motion has single steps only.
         """
 
     def keep(self, steps: int) -> None:
-        """Make so many of the steps that `coast` found."""
+        """Make the first of the steps that `coast` tried."""
 
 
 def check_rule(time_step: float, theta: float) -> None:
@@ -132,14 +132,14 @@ def check_rule(time_step: float, theta: float) -> None:
 
 
 def state_of(given: Array | None, n: int, what: str) -> Array:
-    """A copy of a state at the start, zero when None; refuses any shape but (n,)."""
+    """Return a copy of a state at the start, zero when None; refuse any shape but (n,)."""
     if given is not None and np.shape(given) != (n,):
         raise SolutionError(f"a state of shape {np.shape(given)} for {what}")
     return np.zeros(n) if given is None else np.array(given, dtype=np.float64)
 
 
 def body_before_walls(eigenvalue: Array, contact: Array, damping: Damping = UNDAMPED) -> Assembly:
-    """A body of λ, shape (r,) [1/s2], and its links to rigid walls by modal rows, shape (r, m)."""
+    """Return a body of λ, shape (r,) [1/s2], with links to rigid walls of modal rows, (r, m)."""
     r = len(eigenvalue)
     if contact.ndim != 2 or len(contact) != r:
         raise SolutionError(f"constraints of shape {contact.shape} for {r} modes")
@@ -204,7 +204,7 @@ class ModalMotion:
         return np.asarray(0.5 * (W + W.T), dtype=np.float64)
 
     def start(self, displacement: Array | None, velocity: Array | None) -> tuple[Array, Array]:
-        """Set z and ż, zero when None; what is seen of both. What is attached goes along."""
+        """Set z and ż, zero when None, and the attachments; return both as seen."""
         rows, what = self.assembly.attached.rows, f"{len(self.assembly)} modes"
         self.displacement = state_of(displacement, len(self.assembly), what)
         self.velocity = state_of(velocity, len(self.assembly), what)
@@ -213,7 +213,7 @@ class ModalMotion:
         return self._seen @ self.displacement, self._seen @ self.velocity
 
     def free(self, amplitude: Array) -> Array:
-        """Find ż_θ of a step without impulses; what is seen of it."""
+        """Find ż_θ of a step without impulses; return it as seen."""
         s, all_, one = self.theta * self.time_step, self.assembly, self.assembly.attached
         self._force, self._y_force = self._load @ amplitude, self._push @ amplitude
         b_z = all_.mass * self.velocity + s * (self._force - all_.eigenvalue * self.displacement)
@@ -222,13 +222,13 @@ class ModalMotion:
         return np.asarray(self._seen @ self._mean, dtype=np.float64)
 
     def push(self, impulse: Array) -> Array:
-        """Add impulses to the step; what is seen of its ż_θ."""
+        """Add impulses to the step; return its ż_θ as seen."""
         self._mean = self._mean - self.theta * (self._pushed @ impulse)
         self._y_mean = self._y_mean - self.theta * (self._pushed_y @ impulse)
         return np.asarray(self._seen @ self._mean, dtype=np.float64)
 
     def advance(self) -> tuple[float, ...]:
-        """Make the step; kinetic, elastic energy, and what was damped, lost and put in."""
+        """Make the step; return kinetic and elastic energy, damping, numerical loss, input."""
         h, all_, one = self.time_step, self.assembly, self.assembly.attached
         mean, y_mean = self._mean, self._y_mean
         jump = (mean - self.velocity) / self.theta
@@ -253,7 +253,7 @@ class ModalMotion:
         return 0.5 * float(kinetic), 0.5 * float(elastic)
 
     def coast(self, amplitudes: Array) -> tuple[Array, Array, Array] | None:
-        """See `Motion`: all modes by themselves; None with what couples them."""
+        """See `Motion`; all modes are marched alone, which attachments do not allow."""
         if len(self._y):
             return None
         everything, load = self.assembly, self._load @ amplitudes.T
@@ -270,7 +270,7 @@ class ModalMotion:
         return before[:, 0] + self.time_step * np.cumsum(mean, axis=0), seen[1:], energies
 
     def keep(self, steps: int) -> None:
-        """Make so many of the steps that `coast` found."""
+        """Make the first of the steps that `coast` tried."""
         z, v, _ = self._coasted
         self.displacement, self.velocity = z[:, steps - 1].copy(), v[:, steps - 1].copy()
 

@@ -45,7 +45,7 @@ from impactfem.system.log import LOGGER
 
 Struck = tuple[Facade, float]
 OPPOSITE = 0.01
-"""How far from each other along the edges the two points of a pair may be [m]."""
+"""Largest distance along the edges between the two points of a pair [m]."""
 SHORTEST = 0.5
 """Part of the distance of points up to which one is too near to the end of a line."""
 SHORT = 1e-6
@@ -60,10 +60,10 @@ class LineEnd:
 
     point: ContactPoint  #: the point of its first pair
     offset: Array  #: from the stick's axis to each point of contact, shape (m, 3) [m]
-    #: Where the hat of each begins, is highest and ends on the side of a 3D model, shape (m, 3)
-    #: [m]; nan for a stick.
+    #: Begin, top and end of the hat of each point on the side of a 3D model, shape (m, 3) [m]; nan
+    #: for a stick.
     hats: Array
-    #: What the force of each point does to the 3D model for 1 N; none for a stick.
+    #: Patterns of the force of each point on the 3D model for 1 N; none for a stick.
     forces: tuple[EdgeForce, ...]
 
 
@@ -71,21 +71,21 @@ class LineEnd:
 class ContactLine:
     """A line along which two buildings touch."""
 
-    name: str  #: that of its first pair
+    name: str  #: name of its first pair
     normal: Array  #: unit vector n from a to b, shape (3,)
     a: LineEnd  #: the side of the first building
-    b: LineEnd | None  #: that of the second one; None for a rigid wall
+    b: LineEnd | None  #: the side of the second building; None for a rigid wall
     position: Array  #: of the points along it, from its first pair, ascending, shape (m,) [m]
     weight: Array  #: w_i, shape (m,) [m]
     gap: Array  #: g(s_i), δ_i at rest, shape (m,) [m]
     pair_names: tuple[str, ...]  #: of its pairs
-    columns: NDArray[np.bool_]  #: which of them are where a column stands alone, shape (m,)
+    columns: NDArray[np.bool_]  #: points where a column stands alone, shape (m,)
 
     def __len__(self) -> int:
         return len(self.position)
 
     def forces_on(self, building: str) -> tuple[EdgeForce, ...]:
-        """What its points do to the 3D model of a building; none where that is not touched."""
+        """Return the patterns of its points on the 3D model of a building, if it is touched."""
         return tuple(
             force
             for end in (self.a, self.b)
@@ -129,7 +129,7 @@ class ContactLine:
 
 
 def contact_lines(case: Case, meshes: Mapping[str, BuildingMesh]) -> tuple[ContactLine, ...]:
-    """The lines of a case along which 3D models touch, with their meshes by building.
+    """Return the lines of a case along which 3D models touch, with their meshes by building.
 
     Pairs of the same sides of floors or storeys with the same normal are one line.
 
@@ -203,7 +203,7 @@ def _along(n: Array) -> Array:
 
 
 def _apart(case: Case, contact: Contact, t: Array) -> str:
-    """What is expected of the points of a pair that do not face each other; else empty."""
+    """Return the expectation that the points of a pair do not meet; empty if they do."""
     places = []
     for point, _ in contact.ends:
         axis = case.building(point.building).axis
@@ -236,7 +236,7 @@ class _End:
 
     @property
     def vertices(self) -> Array | None:
-        """Where constraints could be along the line, as `contact_edge` has them; None without."""
+        """Possible places of constraints along the line, as of `contact_edge`; None without."""
         if self.sides is None or self.met is None or self.point.floor is None:
             return None
         facade, first = self.met
@@ -246,7 +246,7 @@ class _End:
 
     @cached_property
     def shape(self) -> tuple[Array, Array]:
-        """Where nodes of an edge are along the line, and how far they stand out along the normal.
+        """Places of the nodes of an edge along the line, and their distance from its side.
 
         Out of its straight side [m]: sides of meshes may be a little off one line; sticks and
         storeys are taken as straight, without nodes.
@@ -262,13 +262,13 @@ class _End:
         return at[order], np.where(np.abs(out) > CLOSED, out, 0.0)[order]
 
     def bulge(self, s: Array) -> Array:
-        """How far along the normal an edge stands out of its straight side at places [m]."""
+        """Return the distance of an edge from its straight side along the normal at places [m]."""
         at, out = self.shape
         return np.asarray(np.interp(s, at, out)) if len(at) else np.zeros(len(s))
 
     @property
     def columns(self) -> Array:
-        """Where columns stand alone along the line, at the height of a point inside a storey."""
+        """Places of columns without walls along the line, at a point inside a storey."""
         if self.sides is None or self.met is None or self.point.floor is not None:
             return np.zeros(0)
         facade, first = self.met
@@ -278,7 +278,7 @@ class _End:
         return np.sort((at - first) / self.sense)
 
     def hats(self, begin: Array, s: Array, finish: Array) -> Array:
-        """Where the hat of each point begins, is highest and ends on the side, shape (m, 3) [m].
+        """Return begin, top and end of the hat of each point on the side, shape (m, 3) [m].
 
         Inside a storey, where its middle is.
         """

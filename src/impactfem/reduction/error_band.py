@@ -1,4 +1,4 @@
-"""How far a reduced model may be from the full one: an estimate, and a bound.
+"""Error of a reduced model: an estimate, and a bound.
 
 The estimate: with the models nested in it, k, of some smaller sizes,
 

@@ -33,7 +33,7 @@ GROUND = tuple(f"ground {component}" for component in ("x", "y", "z", "rx", "ry"
 
 @dataclass(frozen=True, eq=False)
 class Foundation:
-    """What is below a reduced building."""
+    """Raft and soil below a reduced building."""
 
     soil: Soil  #: with the raft, about the origin of the mesh
     rigid_mass: Array  #: of the building about the origin, shape (6, 6) [kg, kg m, kg m2]

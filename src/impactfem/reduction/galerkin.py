@@ -9,7 +9,7 @@ All come from the one factor of K + σ0 M, A = (K + σ0 M)⁻¹ M:
 - how they get there: at a rigid wall by the structure that is held, Gᵀ x = 0, the chain x, P A x,
   (P A)² x, ... from the low modes of the free one, which is what moves when the points stop
   (`append_contacts`), P x = x − H (Gᵀ H)⁻¹ Gᵀ x; where buildings pound in 3D by the response to
-  each contact force at higher shifts σ (`append_forces`), and by a chain of its own for loads
+  each contact force at higher shifts σ (`append_forces`), and by a separate chain for loads
   that many points share (`append_chain`).
 
 At a wall the space holds the response with all, none or some of the points at rest, as component
@@ -45,7 +45,7 @@ NEAR = 1e-4
 may be next to each other. What is smaller has its direction by rounding: of two small frames that
 pound, forces differ by 1e-8 for one unit of rounding in K with 1e-9, and by 1e-11 with 1e-4."""
 LOCAL = 1.5e-3
-"""The same of responses to forces along the lines where buildings pound in 3D. With 7e-4 spectra
+"""Like NEAR, for responses to forces along the lines where buildings pound in 3D. With 7e-4 spectra
 of floors and edges are as far from those in full order, with 3e-3 those of floors 5 % farther
 (`pounding_reduced_against_full`). Forces of `row_of_three_3d` with B in 3D differ on 1 to 3 ranks
 by up to 5e-9 with 7e-4, too."""

@@ -87,7 +87,7 @@ class Loads:
 
     @property
     def places(self) -> tuple[str, ...]:
-        """What is struck, "floor 8" or "storey 3 y-", in the order of the patterns."""
+        """Names of the struck places, "floor 8" or "storey 3 y-", in the order of the patterns."""
         return tuple(dict.fromkeys(edge.place for edge in self.edges))
 
     @property
@@ -116,7 +116,7 @@ class Loads:
         return np.column_stack([self.ground[:, list(self.directions)], self.force])
 
     def without_impacts(self) -> Loads:
-        """The same without the contact forces."""
+        """Return the loads without the contact forces."""
         own = np.zeros_like(self.force) if self.external is None else self.external
         acting = np.any(own != 0.0, axis=0)
         edges = tuple(edge for edge, acts in zip(self.edges, acting, strict=True) if acts)

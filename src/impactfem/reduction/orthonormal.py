@@ -40,8 +40,8 @@ ROWS = 4096
 """Rows whose columns are combined at once."""
 
 LEFT = 4
-"""Blocks of vectors that must have room beside the one that is set up: their copies and products
-with a matrix."""
+"""Blocks of vectors that must have room together with the one that is set up: their copies and
+products with a matrix."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,7 +233,7 @@ class Orthonormal:
         for V in self.pieces(first, self.count):
             known.append(summed(self.M, V.T @ MX))
             if X.size and V.size:
-                # In place: a product of its own would be as large as X, and be added slowly.
+                # In place: a separate product would be as large as X, and be added slowly.
                 dgemm(-1.0, V, known[-1], beta=1.0, c=X, overwrite_c=True)
         return np.concatenate(known)
 

@@ -89,8 +89,8 @@ class Models3D:
 
     lines: tuple[ContactLine, ...]
     models: Mapping[str, CompleteModel]  #: by building; its last points are the floors' centres
-    #: By building and floor that is loaded, the outward normal of its edge, shape (3,), and what
-    #: pushes it inwards.
+    #: Outward normal of the edge, shape (3,), and patterns that push it inwards, by building and
+    #: loaded floor.
     pushes: Mapping[tuple[str, int], tuple[Array, Shares]] = field(default_factory=dict)
 
 
@@ -105,7 +105,7 @@ class Response3D(Response):
 
     acceleration: Array  #: relative to the ground, shape (n_t, n)
     gap: Array  #: least one of each line, negative in contact, shape (n_t, n_pairs) [m]
-    least_gap: Array  #: the same with the ends of lines for the outermost points, same shape [m]
+    least_gap: Array  #: with the ends of lines for the outermost points, same shape [m]
     gap_rate: Array  #: at the middles, in storeys the mean of the points, same shape [m/s]
     points: tuple[Pair, ...]  #: the points of contact, line by line, then pairs of two sticks
     pair_of: Index  #: of each of them the index of its pair
@@ -115,13 +115,13 @@ class Response3D(Response):
     work: Array  #: of each pair on the buildings since the start, shape (n_t, n_pairs) [J]
 
     def closed(self, pairs: Sequence[Pair]) -> Array:
-        """How far lines have closed the least gap of each, at a point or an end, (n_t, m) [m]."""
+        """Return the closure of the least gap of lines, at a point or an end, (n_t, m) [m]."""
         return np.asarray([pair.gap for pair in pairs] - self.least_gap)
 
     def exchanged(self, index: int, low: int, high: int) -> tuple[float, float]:
-        """Work of a line's forces between two times, and what its laws take [J].
+        """Return work of a line's forces between two times, and dissipation by its laws [J].
 
-        A unilateral one takes what the impulses do.
+        A unilateral contact dissipates minus the work of its impulses.
         """
         work, rate = float(self.work[high, index] - self.work[low, index]), self.point_rate
         if rate is None:
@@ -445,7 +445,7 @@ class Pounding3D:
 
     @cached_property
     def _pressed(self) -> Array:
-        """What each point of contact does to the masters of the sticks, shape (m, n of these)."""
+        """Rows of the points of contact for the masters of the sticks, shape (m, their n)."""
         return self.assembly.gamma[:, self._of_sticks] @ np.linalg.inv(self._sticks.basis)
 
     def _opened(
@@ -461,7 +461,7 @@ class Pounding3D:
         """Least gap of the points of each pair, and of the ends of lines.
 
         A point moves by the mean along its hat, an outermost one as a place inside the line; floors
-        that turn come closest at the ends, which take the place of these where asked for.
+        that rotate come closest at the ends, which replace the outermost points on request.
         """
         if ends:
             rest, points = np.array([pair.gap for pair in self.points]), self._contacts

@@ -134,7 +134,7 @@ class CoveredPoints:
 def covered_points(case: Case, mesh: BuildingMesh) -> CoveredPoints:
     """Find the points that the devices of a case ask for.
 
-    InputError where the mesh has none of the probes that a name or a pattern stands for, or a probe
+    InputError where the mesh has none of the probes of a name or a pattern, or a probe
     of the case is not in the mesh.
     """
     patterns = [
@@ -171,7 +171,7 @@ class MotionGrid:
     points: Array  #: Coordinates, shape (n, 3) [m].
     #: Indices of `nodes`, shape (m, 3), or (m, 6) with the mid nodes 01, 12 and 20.
     triangles: Index
-    lines: Index  #: The same, shape (l, 2), or (l, 3) with the mid node last.
+    lines: Index  #: Nodes of the lines, shape (l, 2), or (l, 3) with the mid node last.
 
     @property
     def cells(self) -> int:

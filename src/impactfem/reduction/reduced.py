@@ -56,7 +56,7 @@ class ReducedModel:
         return np.stack([factor @ (shapes * b).T for b in self.load.T], axis=-1)
 
     def outside(self, omega: Array, damping: DampingLaw) -> Complex:
-        """What A x has outside the space under the loads exp(iωt), w = S Y z, by pattern.
+        """Part of A x outside the space under the loads exp(iωt), w = S Y z, by pattern.
 
         Shape (n, n_tail, n_patterns); its norm is that of A x there in the mass.
         """

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -62,7 +62,7 @@ class ReducedBasis:
     rotations: Array
     #: R, displacements of the nodes by a motion of the base about the origin, shape (n, 3, 6).
     rigid: Array | None = None
-    foundation: Foundation | None = None  #: what the building stands on; None where it is clamped
+    foundation: Foundation | None = None  #: raft and soil; None for a clamped building
     #: Number of the last loads that are of single points of contact, see `completed`.
     points: int = 0
 
@@ -88,7 +88,7 @@ class ReducedBasis:
         return np.dstack([shapes, self.carried(nodes, rotations=rotations)])
 
     def carried(self, nodes: Index, *, rotations: bool = False) -> Array:
-        """R at some of the nodes, or that of their rotations, shape (m, 3, 6)."""
+        """Rigid-body matrix at the nodes, or its rotational rows, shape (m, 3, 6)."""
         if rotations:
             return np.tile(np.eye(6)[3:], (len(nodes), 1, 1))
         if self.rigid is None:
@@ -138,63 +138,30 @@ class ReducedBasis:
         models = tuple(replace(one, load=one.load[:, :whole]) for one in self.models)
         return NestedModels(models, rows).error(damping, maximum_frequency)
 
-    @property
-    def content(self) -> dict[str, Any]:
-        """Its fields as arrays by name, for an archive."""
-        content = {
-            field.name: getattr(self, field.name)
-            for field in fields(self)
-            if field.name not in ("loads", "models", "larger", "foundation")
-            and getattr(self, field.name) is not None
-        }
-        return content | {
-            "loads": np.array(self.loads),
-            **models_content("models", self.models),
-            **models_content("larger", self.larger),
-        }
-
-    @classmethod
-    def of_content(cls, content: Mapping[str, Any]) -> ReducedBasis:
-        """The basis with these fields, as read from an archive."""
-        values: dict[str, Any] = {field.name: content.get(field.name) for field in fields(cls)}
-        values |= {
-            "loads": tuple(str(name) for name in content["loads"]),
-            "models": models_of_content("models", content),
-            "larger": models_of_content("larger", content),
-            "difference": float(content["difference"]),
-            "points": int(content["points"]),
-        }
-        return cls(**values)
-
-
-def models_content(name: str, models: Sequence[ReducedModel]) -> dict[str, Any]:
-    """Models as arrays by name, for an archive."""
-    return {f"{name}.count": len(models)} | {
-        f"{name}.{number}.{field.name}": getattr(model, field.name)
-        for number, model in enumerate(models)
-        for field in fields(ReducedModel)
-    }
-
-
-def models_of_content(name: str, content: Mapping[str, Any]) -> tuple[ReducedModel, ...]:
-    """The models of `models_content`."""
-
-    def model(number: int) -> ReducedModel:
-        values = {f.name: content[f"{name}.{number}.{f.name}"] for f in fields(ReducedModel)}
-        return ReducedModel(**values | {"shift": float(values["shift"])})
-
-    return tuple(model(number) for number in range(int(content[f"{name}.count"])))
-
 
 @dataclass(frozen=True)
 class Accuracy:
-    """How good a basis has to be."""
+    """Required accuracy of a basis."""
 
     damping: DampingLaw
     maximum_frequency: float  #: up to which the transfer functions must be accurate [Hz]
     tolerance: float  #: their largest relative error at the probes, as of `NestedModels.error`
-    #: What to do where it is not met, in the words of the case.
+    #: Remedy if it is not reached, in the words of the case.
     remedy: str = "allow more with transient.largest_basis, or lower transient.maximum_frequency"
+
+
+@dataclass(frozen=True, eq=False)
+class BasisPlan:
+    """Requirements of a reduced basis."""
+
+    loads: tuple[str, ...]  #: names of the load patterns in their order
+    probes: Index  #: nodes where the transfer functions must be accurate, ascending
+    nodes: Index  #: nodes whose motion is wanted, probes included, ascending
+    #: The first is that of the reduced model; the whole space meets all of them.
+    accuracies: tuple[Accuracy, ...]
+    shift: float  #: frequency that the basis is expanded about [Hz]
+    largest: int  #: largest number of vectors of the Krylov space
+    larger: bool = False  #: make larger models, for the error band
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,7 +182,7 @@ class NestedModels:
 
 @dataclass(frozen=True, eq=False)
 class Grown:
-    """What is known of a basis that was grown until it is accurate."""
+    """A basis that was grown until it is accurate."""
 
     coarse: NestedModels  #: as accurate as the first accuracy asks
     fine: NestedModels  #: as accurate as all of them: the same, or of more vectors
@@ -229,26 +196,24 @@ class Grown:
 def grow_basis(
     basis: KrylovBasis,
     probes: Displacements,
-    accuracies: Sequence[Accuracy],
+    plan: BasisPlan,
     *,
-    largest: int,
-    larger: bool = False,
     bounded: bool = True,
     progress: Callable[[float], None] = lambda part: None,
 ) -> Grown:
     """Grow a basis with its loads until it is as accurate at probes as required. Collective.
 
-    By one accuracy after the other, with so many vectors at most; with models that the one of the
-    first accuracy is nested in, where `larger`; with the norms of the probes that a rigorous bound
-    needs, where it is `bounded`. `progress` is called with the part of the work that is done.
+    `bounded` adds the norms of the probes that a rigorous bound needs. `progress` is called with
+    the part of the work that is done.
 
     Raises:
-        SolutionError: An accuracy is not met with the most vectors.
+        SolutionError: An accuracy is not met with the largest number of vectors.
     """
-    first, *others = accuracies
+    first, *others = plan.accuracies
+    count, largest = len(plan.accuracies), plan.largest
 
     def within(k: int) -> Callable[[float], None]:
-        return lambda part: progress((k + part) / len(accuracies))
+        return lambda part: progress((k + part) / count)
 
     coarse, difference = _grow_until_accurate(basis, probes, None, first, largest, within(0))
     n, gram = basis.size, inner(basis.M, basis.Q, basis.shifted_tail())
@@ -260,7 +225,7 @@ def grow_basis(
         rows, report = fine.rows, within(k)
         fine, difference = _grow_until_accurate(basis, probes, rows, accuracy, largest, report)
         differences.append(difference)
-    around = tuple(larger_models(basis, n)) if larger else ()
+    around = tuple(larger_models(basis, n)) if plan.larger else ()
     return Grown(coarse, fine, around, tuple(differences), gram, norm)
 
 
@@ -268,80 +233,57 @@ def build_basis(
     model: BuildingModel,
     K: Any,
     patterns: Array,
-    loads: tuple[str, ...],
-    *,
-    probes: Index,
-    nodes: Index,
-    accuracy: Accuracy,
-    shift: float,
-    largest: int,
-    larger: bool = False,
+    plan: BasisPlan,
     progress: Callable[[float], None] = lambda part: None,
 ) -> ReducedBasis:
-    """A basis of a building for loads at hand, without rigid links and contacts. Collective.
+    """Build a basis for given loads, without rigid links and contacts. Collective.
 
     Args:
         model: The building.
         K: Its stiffness.
         patterns: Load patterns at this rank's rows, shape (n_local, n_patterns).
-        loads: Their names.
-        probes: Nodes whose transfer functions must be accurate.
-        nodes: All nodes whose motion is wanted, probes included.
-        accuracy: How accurate it has to be, with the lightest damping that it must serve.
-        shift: Frequency of the shift [Hz].
-        largest: Most vectors of the reduced model.
-        larger: Whether the basis grows further, for models that tell the band of the error.
+        plan: Requirements; the accuracies with the lightest damping that they must serve.
         progress: Called with the part of the work that is done.
 
     Raises:
-        SolutionError: The tolerance is not met with the most vectors.
+        SolutionError: The tolerance is not met with the largest number of vectors.
     """
-    probes = np.unique(probes)
-    with KrylovBasis(K, model.mass, (2.0 * math.pi * shift) ** 2) as basis:
+    plan = replace(plan, probes=np.unique(plan.probes))
+    with KrylovBasis(K, model.mass, (2.0 * math.pi * plan.shift) ** 2) as basis:
         basis.add(patterns)
-        grown = grow_basis(
-            basis,
-            Displacements(model, probes),
-            [accuracy],
-            largest=largest,
-            larger=larger,
-            progress=progress,
-        )
-    kept = Displacements(model, nodes), Displacements(model, probes, rotations=True)
-    return reduced_basis(basis, grown, loads, probes, nodes, *kept)
+        grown = grow_basis(basis, Displacements(model, plan.probes), plan, progress=progress)
+    rotations = Displacements(model, plan.probes, rotations=True)
+    return reduced_basis(basis, grown, plan, Displacements(model, plan.nodes), rotations)
 
 
 def reduced_basis(
     basis: KrylovBasis,
     grown: Grown,
-    loads: tuple[str, ...],
-    probes: Index,
-    nodes: Index,
+    plan: BasisPlan,
     displacements: Displacements,
     rotations: Displacements,
     rigid: Array | None = None,
     *,
     every: bool = False,
 ) -> ReducedBasis:
-    """What is kept of a basis: its models, and its vectors at nodes. Collective.
+    """Return what is kept of a basis: its models, and its vectors at nodes. Collective.
 
-    Its factorisation may be gone: there may not be room for both. The probes that it was grown for,
-    and the nodes whose motion is wanted, with their displacements and R, are ascending; the
-    rotations are those of the probes. The vectors are those of the models, or all (`every`), as
-    `completed` needs them.
+    Its factorisation may be gone: there may not be room for both. `displacements` are those of the
+    nodes of the plan, with their R in `rigid`; the rotations are those of the probes. The vectors
+    are those of the models, or all (`every`), as `completed` needs them.
     """
     models, size = grown.coarse.models, basis.vectors.count
     if not every:
         size = max(len(model.coordinates) for model in (*models, *grown.larger))
     kept = partial(basis.vectors.rows, first=0, last=size)
     return ReducedBasis(
-        loads=loads,
+        loads=plan.loads,
         models=models,
         larger=grown.larger,
-        nodes=nodes,
+        nodes=plan.nodes,
         vectors=displacements.of(kept),
         difference=grown.differences[0],
-        certified=probes,
+        certified=plan.probes,
         norm=grown.norm,
         gram=grown.gram,
         rotations=rotations.of(kept),
@@ -349,16 +291,21 @@ def reduced_basis(
     )
 
 
+@dataclass(frozen=True, eq=False)
+class LocalLoads:
+    """Loads in Galerkin's modes that act locally, and the vectors that the basis has for them."""
+
+    names: tuple[str, ...]  #: names of all load patterns, those of single points last
+    b: Array  #: all patterns in the modes, shape (r, n_patterns)
+    single: Array  #: those of single points, shape (r, n_points)
+    shifts: tuple[float, ...]  #: σ at which it has the response to each, its own first [1/s2]
+    smooth: Array  #: loads that many points share, shape (r, k)
+    steps: int  #: of the chain that completed the basis for these (`append_chain`)
+
+
 @all_blas_threads()
-def completed(
-    known: ReducedBasis,
-    modes: GalerkinModes,
-    varying: tuple[Array, int],
-    single: tuple[Array, Sequence[float]],
-    loads: tuple[str, ...],
-    b: Array,
-) -> ReducedBasis:
-    """The same with what its basis was completed by for loads that act locally. Collective.
+def completed(known: ReducedBasis, modes: GalerkinModes, local: LocalLoads) -> ReducedBasis:
+    """Complete a reduced basis for loads that act locally. Collective.
 
     Its models are Galerkin's, on the vectors of each model and the responses to the local loads;
     so are those nested in it and around it. The rigorous bound is not known of them.
@@ -366,14 +313,9 @@ def completed(
     Args:
         known: The reduced basis of the Krylov space, with all vectors at its nodes.
         modes: Galerkin's modes on all vectors.
-        varying: Loads that many points share in the modes, shape (r, k), and the steps of the
-            chain that completed the basis for them (`append_chain`).
-        single: Those of single points, shape (r, n_points), and the shifts σ at which it has the
-            response to each, that of the basis first (`append_forces`).
-        loads: Names of the load patterns, the local ones last.
-        b: Of each of them in the modes, shape (r, n_patterns).
+        local: The loads.
     """
-    points, V_F = len(loads) - len(known.loads), modes.coordinates @ b
+    points, V_F = len(local.names) - len(known.loads), modes.coordinates @ local.b
     Φ, count = modes.coordinates, len(modes.coordinates)
     λ_Φ = modes.eigenvalue[:, None]
 
@@ -387,22 +329,20 @@ def completed(
 
     def model(size: int) -> ReducedModel:
         # What was appended is orthogonal to the whole Krylov space, and a model has a part of this:
-        # it gets vectors of its own, made in the same way.
-        columns = np.eye(count, size)
-        x, steps = varying
-        for _ in range(steps):
+        # it gets separate vectors, made in the same way.
+        columns, x = np.eye(count, size), local.smooth
+        for _ in range(local.steps):
             W = outside(columns, x / (λ_Φ + known.model.shift))
             columns, x = np.hstack([columns, W]), Φ.T @ W
-        f, shifts = single
-        for shift in shifts:
-            columns = np.hstack([columns, outside(columns, f / (λ_Φ + shift))])
+        for shift in local.shifts:
+            columns = np.hstack([columns, outside(columns, local.single / (λ_Φ + shift))])
         λ, Y = modes.within(columns)
         return ReducedModel(λ, Y.T @ V_F, Y, known.model.shift, np.zeros((0, len(λ))))
 
     models = tuple(model(len(one.coordinates)) for one in known.models)
     return replace(
         known,
-        loads=loads,
+        loads=local.names,
         models=models,
         larger=tuple(model(len(one.coordinates)) for one in known.larger),
         gram=np.zeros((0, 0)),
@@ -419,7 +359,7 @@ def _grow_until_accurate(
     progress: Callable[[float], None],
 ) -> tuple[NestedModels, float]:
     """Grow a basis until nested models agree on the probes' accelerations. Collective."""
-    # `known` is V at the probes, as far as it is known; None before the first growth.
+    # `known` is V at the probes for the vectors so far; None before the first growth.
     omega = _omega(accuracy.maximum_frequency)
     tolerance = accuracy.tolerance
     grown = basis.grow(AT_ONCE) if known is None else 1

@@ -13,8 +13,9 @@ under the union of all load patterns (`krylov`), which is completed for contacts
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +24,13 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from impactfem.building.facade import facades
-from impactfem.building.links import BasePlate, Displacements, carried, linked
+from impactfem.building.links import BasePlate, Displacements, RigidLink, carried, linked
 from impactfem.building.mesh import DOFS, BuildingMesh, rigid_body
 from impactfem.building.model import BuildingModel
 from impactfem.case.transient import LARGEST_BASIS, SHIFT
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.dynamics.soil import Soil
+from impactfem.reduction.archive import from_arrays, to_arrays
 from impactfem.reduction.edge_force import EdgeForce, even, inward, smooth
 from impactfem.reduction.foundation import GROUND, Foundation
 from impactfem.reduction.galerkin import (
@@ -45,12 +47,13 @@ from impactfem.reduction.modal_response import ModalHistory, modal_response
 from impactfem.reduction.reduced import ReducedModel
 from impactfem.reduction.reduced_basis import (
     Accuracy,
+    BasisPlan,
+    Grown,
+    LocalLoads,
     NestedModels,
     ReducedBasis,
     completed,
     grow_basis,
-    models_content,
-    models_of_content,
     reduced_basis,
 )
 from impactfem.reduction.wall import Wall, WallModel, WallPatterns
@@ -74,11 +77,11 @@ what these do together reaches far. Without them spectra of floors were off by 1
 
 @dataclass(frozen=True, eq=False)
 class ReductionPlan:
-    """What a building is reduced for."""
+    """Purpose and accuracy of a reduction."""
 
     probes: Index  #: nodes where the transfer functions must be accurate, ascending
     nodes: Index  #: nodes whose motion is wanted, probes included, ascending
-    #: How accurate: first the model of `ReducedBasis`, then the whole space.
+    #: Accuracies, first of the model of `ReducedBasis`, then of the whole space.
     accuracies: tuple[Accuracy, ...]
     #: Components in which the ground, or on soil the base, moves: 0 to 2, or 5.
     directions: tuple[int, ...] = ()
@@ -90,7 +93,7 @@ class ReductionPlan:
     contacts: tuple[EdgeForce, ...] = ()
     shift: float = SHIFT  #: frequency that the basis is expanded about [Hz]
     largest: int = LARGEST_BASIS  #: most vectors of the Krylov space
-    larger: bool = False  #: whether larger models are made, for the error band
+    larger: bool = False  #: make larger models, for the error band
 
     @property
     def loads(self) -> tuple[str, ...]:
@@ -102,6 +105,19 @@ class ReductionPlan:
         # The wall is flat: it pushes evenly, and the edges that may hit it count, too.
         walls = [f"floor {floor}" for floor in self.wall.floors]
         return (*names, PUSH, *(name for name in walls if name not in names))
+
+    @property
+    def basis(self) -> BasisPlan:
+        """Requirements of the Krylov space."""
+        return BasisPlan(
+            loads=self.loads,
+            probes=self.probes,
+            nodes=self.nodes,
+            accuracies=self.accuracies,
+            shift=self.shift,
+            largest=self.largest,
+            larger=self.larger,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,13 +132,13 @@ class CompleteModel:
     anchors: Array  #: Φ of the anchors' six components, shape (n_anchors, 6, r)
     points: Array  #: Φ of the six components of further points, shape (n_points, 6, r)
     difference: float  #: estimated error of the transfer functions of the free building
-    wall: WallModel | None  #: the same with the contacts of the wall experiment; None without one
+    wall: WallModel | None  #: model of the wall experiment; None without one
     rigid_mass: Array  #: of the building about the origin, shape (6, 6) [kg, kg m, kg m2]
     wrench: Array  #: resultant of each pattern of forces about the origin, shape (n_patterns, 6)
     anchors_carried: Array  #: R of the anchors by a motion of the base, shape (n_anchors, 6, 6)
     points_carried: Array  #: R of the further points, shape (n_points, 6, 6)
     base: Array  #: middle of the base [m], shape (3,)
-    foundation: Foundation | None = None  #: what the building stands on; None where it is clamped
+    foundation: Foundation | None = None  #: raft and soil; None for a clamped building
 
     def load(self, loads: Loads) -> Array:
         """The b of the patterns of loads, shape (r, n_patterns); KeyError for others."""
@@ -164,10 +180,10 @@ class ReducedBuilding:
     errors: tuple[float, ...]  #: at each accuracy of its plan, as of `NestedModels.error`
 
     def serving(self, plan: ReductionPlan) -> tuple[ReducedBuilding | None, str]:
-        """The same for another plan of the same building, wall and devices, without a new basis.
+        """Return the reduced building for another plan, or None and the reason.
 
-        With its errors at the accuracies of the plan, that of the whole space at the probes which
-        it was made for; or None and what it lacks.
+        Building, wall and devices are the same, and there is no new basis. Errors are those at the
+        accuracies of the plan; that of the whole space is at the probes of the first plan.
         """
         basis = self.basis
         wanted = {*plan.loads, *(one.name for one in plan.contacts)}
@@ -197,7 +213,7 @@ class ReducedBuilding:
         ), ""
 
     def on(self, soil: Soil) -> ReducedBuilding:
-        """The same on soil, which is about the middle of the base."""
+        """Return the building on soil, which is about the middle of the base."""
         one = self.complete
         foundation = Foundation(
             soil.moved(rigid_body(one.base[None], np.zeros(3))),
@@ -211,53 +227,26 @@ class ReducedBuilding:
         )
 
     def write(self, path: Path, key: str) -> None:
-        """Write it as NumPy's archive, in one piece.
+        """Write the model as NumPy's archive, in one piece.
 
         Raises:
             ImpactfemError: The file cannot be written.
         """
-        complete = {
-            field.name: getattr(self.complete, field.name) for field in fields(CompleteModel)
-        }
-        wall = complete.pop("wall")
-        del complete["foundation"]  # not part of the building
-        content = {f"basis.{name}": value for name, value in self.basis.content.items()}
-        content |= {f"complete.{name}": value for name, value in complete.items()}
-        content |= models_content("fine", self.fine.models)
-        content |= {"fine.rows": self.fine.rows, "errors": np.array(self.errors)}
-        if wall is not None:
-            content |= {
-                f"wall.{field.name}": getattr(wall, field.name) for field in fields(WallModel)
-            }
-            del content["wall.eigenvalue"]  # that of the complete model
-        write_archive(path, key, content)
+        # Foundations are not part of the building.
+        building = replace(
+            self,
+            basis=replace(self.basis, foundation=None),
+            complete=replace(self.complete, foundation=None),
+        )
+        write_archive(path, key, to_arrays(building))
 
     @classmethod
     def read(cls, path: Path, key: str) -> ReducedBuilding | None:
-        """The model of a file; None where there is none with this key, or it is damaged."""
+        """Read the model of a file; None without one with this key, or if it is damaged."""
         content = read_archive(path, key)
         if content is None:
             return None
-        complete = _part(content, "complete.")
-        wall = _part(content, "wall.")
-        if wall:
-            wall["eigenvalue"] = complete["eigenvalue"]
-        return cls(
-            basis=ReducedBasis.of_content(_part(content, "basis.")),
-            complete=CompleteModel(
-                **complete
-                | {
-                    "difference": float(complete["difference"]),
-                    "wall": WallModel.of_content(wall) if wall else None,
-                }
-            ),
-            fine=NestedModels(models_of_content("fine", content), content["fine.rows"]),
-            errors=tuple(content["errors"].tolist()),
-        )
-
-
-def _part(content: Mapping[str, Any], prefix: str) -> dict[str, Any]:
-    return {name[len(prefix) :]: v for name, v in content.items() if name.startswith(prefix)}
+        return from_arrays(cls, content)
 
 
 def reduce_building(
@@ -273,14 +262,54 @@ def reduce_building(
         building: The building; its matrices are gone afterwards.
         mesh: Its mesh.
         storey_factor: Factor on walls and columns.
-        plan: What it is reduced for.
-        steps: Shows how far its `STEPS` are.
+        plan: Purpose of the reduction.
+        steps: Shows the progress of its `STEPS`.
 
     Raises:
-        SolutionError: An accuracy is not reached with the most vectors; base plates overlap.
+        SolutionError: An accuracy is not reached with the largest number of vectors; base plates
+            overlap.
     """
     steps = steps or Steps(dict.fromkeys(STEPS, 1.0), quiet=True)
     with steps.step("loads"):
+        # Tie the base plates, and gather the patterns of all loads.
+        reduction = _Reduction.of(building, mesh, storey_factor, plan)
+    with steps.step("factor"):
+        basis = KrylovBasis(reduction.K, reduction.model.mass, (2.0 * math.pi * plan.shift) ** 2)
+    with basis:
+        with steps.step("basis"):
+            # The Krylov space of (K + σ0 M)⁻¹ M under the union of the patterns.
+            grown = reduction.grow(basis, lambda part: steps.within("basis", part))
+        with steps.step("contacts and anchors"):
+            # Vectors for what touches or stands on the building; the factor is gone afterwards.
+            reduction.complete(basis, lambda part: steps.within("contacts and anchors", part))
+    with steps.step("modes"):
+        modes = GalerkinModes.of(basis)
+    with steps.step("shapes"):
+        return reduction.result(basis, grown, modes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Reduction:
+    """A building with its base plates tied, and the patterns of its loads at this rank's rows."""
+
+    model: BuildingModel
+    mesh: BuildingMesh
+    plan: ReductionPlan
+    K: Any  #: its stiffness
+    links: list[RigidLink]  #: of the base plates
+    edges: dict[str, Array]  #: patterns of the forces on edges, shape (n_local,) each
+    touching: scipy.sparse.csr_matrix  #: forces of single points of contact, (n_local, n_points)
+    smooth: scipy.sparse.csr_matrix  #: what varies smoothly along them, (n_points, k)
+    wrench: Array  #: resultants of edges and points about the origin, shape (n, 6)
+    wall: WallPatterns | None
+    state: Array | None  #: the building that is held before the wall, shape (n_local,)
+    push: Array | None  #: forces that hold it, shape (n_local,)
+
+    @classmethod
+    def of(
+        cls, building: BuildingModel, mesh: BuildingMesh, storey_factor: float, plan: ReductionPlan
+    ) -> _Reduction:
+        """Tie the base plates of a building; its matrices are gone afterwards. Collective."""
         links = [plate.link for plate in plan.base_plates]
         model, T = linked(building, links, mesh.nodes)
         for matrix in (building.fixed, building.storeys, building.mass):
@@ -295,135 +324,166 @@ def reduce_building(
                 edges.setdefault(pressed.name, pressed.vector(building, mesh))
         edges = {name: carried(T, load[:, None])[:, 0] for name, load in edges.items()}
         touching = _carried_forces(building, mesh, plan.contacts, T)
-        varying = scipy.sparse.csr_matrix(smooth(plan.contacts, SMOOTH_DEGREE))
-        patterns = {name: -model.ground[:, c] for c, name in enumerate(GROUND)}
-        carriers = model.rigid_body()
-        resultants = [*(carriers.T @ load for load in edges.values()), *(touching.T @ carriers)]
+        # Resultants Rᵀ f of all patterns, R the rigid motions about the origin.
+        R = model.rigid_body()
+        resultants = [*(R.T @ load for load in edges.values()), *(touching.T @ R)]
         wrench = np.array(model.comm.allreduce(np.array(resultants).reshape(-1, 6)))
-        patterns |= edges
-        wall = state = None
+        wall = state = push = None
         if plan.wall is not None:
             wall = WallPatterns.of(building, mesh, plan.wall).carried(T)
             # Before the basis: the memory of its factorisation is free again then.
-            state, patterns[PUSH] = wall.held(K)
+            state, push = wall.held(K)
         T.destroy()
-        probes = Displacements(model, plan.probes, links, mesh.nodes)
-    with steps.step("factor"):
-        basis = KrylovBasis(K, model.mass, (2.0 * math.pi * plan.shift) ** 2)
-    with basis:
-        with steps.step("basis"):
-            basis.add(np.column_stack([patterns[name] for name in plan.loads]))
-            grown = grow_basis(
-                basis,
-                probes,
-                plan.accuracies,
-                largest=plan.largest,
-                larger=plan.larger,
-                bounded=not plan.contacts,
-                progress=lambda part: steps.within("basis", part),
-            )
+        smoothly = scipy.sparse.csr_matrix(smooth(plan.contacts, SMOOTH_DEGREE))
+        return cls(
+            model=model,
+            mesh=mesh,
+            plan=plan,
+            K=K,
+            links=links,
+            edges=edges,
+            touching=touching,
+            smooth=smoothly,
+            wrench=wrench,
+            wall=wall,
+            state=state,
+            push=push,
+        )
+
+    def displacements(self, nodes: Index, *, rotations: bool = False) -> Displacements:
+        """Displacements or rotations of nodes, those of base plates by their masters."""
+        return Displacements(self.model, nodes, self.links, self.mesh.nodes, rotations=rotations)
+
+    @cached_property
+    def anchors(self) -> scipy.sparse.csr_matrix:
+        """Six components of the anchors at this rank's rows."""
+        return _components(self.model, [(p.master, p.carried) for p in self.plan.base_plates])
+
+    def shifts(self, basis: KrylovBasis) -> tuple[float, ...]:
+        """Shifts σ at which the basis has the response to each point of contact [1/s2]."""
+        return tuple(basis.shift * ratio**2 for ratio in (1.0, *FURTHER_SHIFTS))
+
+    def grow(self, basis: KrylovBasis, progress: Callable[[float], None]) -> Grown:
+        """Grow the Krylov space until it meets all accuracies."""
+        patterns = {name: -self.model.ground[:, c] for c, name in enumerate(GROUND)}
+        patterns |= self.edges
+        if self.push is not None:
+            patterns[PUSH] = self.push
+        basis.add(np.column_stack([patterns[name] for name in self.plan.loads]))
+        probes = self.displacements(self.plan.probes)
+        bounded = not self.plan.contacts
+        grown = grow_basis(basis, probes, self.plan.basis, bounded=bounded, progress=progress)
         LOGGER.debug(
             "reduce: basis of %d vectors for %s; of these %d within %.2g %%",
             basis.size,
-            ", ".join(plan.loads),
+            ", ".join(self.plan.loads),
             len(grown.coarse.models[0].eigenvalue),
             100.0 * grown.differences[0],
         )
-        shifts = tuple(basis.shift * ratio**2 for ratio in (1.0, *FURTHER_SHIFTS))
-        with steps.step("contacts and anchors"):
-            anchors = _components(model, [(p.master, p.carried) for p in plan.base_plates])
-            if plan.contacts:
-                append_chain(basis, touching @ varying, steps=SMOOTH_RESPONSES)
-            elif wall is not None:
-                append_contacts(basis, wall.contact)
-            append_responses(basis, anchors)
-            if state is not None:
-                basis.vectors.append(np.asfortranarray(state[:, None]))
-            if plan.contacts:
-                walls = [] if wall is None else [wall.contact]
-                contacts = independent([*walls, touching], model.mass.getComm().tompi4py())
-                append_forces(basis, contacts, basis.shift)
-                # The factor goes now: there may not be room for it and those that follow.
-                basis.destroy()
-                for k, shift in enumerate(shifts[1:], 1):
-                    steps.within("contacts and anchors", k / len(shifts))
-                    append_forces(basis, contacts, shift)
-    with steps.step("modes"):
-        modes = GalerkinModes.of(basis)
-    with steps.step("shapes"):
-        # A point that follows a base plate moves as its master does, one of the base does not move.
-        points = []
-        for node in plan.points:
-            master = next((plate.master for plate in plan.base_plates if node in plate.nodes), node)
-            points.append((master, rigid_body(mesh.nodes[[node]], mesh.nodes[master])))
-        rows = _components(model, points)
-        r = len(modes.eigenvalue)
-        at_anchors, at_points = (modes.rows(L).T.reshape(-1, DOFS, r) for L in (anchors, rows))
-        anchored = [(p.master, p.carried) for p in plan.base_plates]
-        carried_by_base = [
-            np.array(
-                [motion @ rigid_body(mesh.nodes[[node]], np.zeros(3)) for node, motion in places]
-            )
-            for places in (anchored, points)
-        ]
-        at_nodes = rigid_body(mesh.nodes[plan.nodes], np.zeros(3)).reshape(-1, DOFS, DOFS)[:, :3]
-        standing = mesh.nodes[np.unique(mesh.base)]
+        return grown
+
+    def complete(self, basis: KrylovBasis, progress: Callable[[float], None]) -> None:
+        """Append the vectors of contacts, anchors and the state before the wall."""
+        if self.plan.contacts:
+            append_chain(basis, self.touching @ self.smooth, steps=SMOOTH_RESPONSES)
+        elif self.wall is not None:
+            append_contacts(basis, self.wall.contact)
+        append_responses(basis, self.anchors)
+        if self.state is not None:
+            basis.vectors.append(np.asfortranarray(self.state[:, None]))
+        if self.plan.contacts:
+            walls = [] if self.wall is None else [self.wall.contact]
+            comm = self.model.mass.getComm().tompi4py()
+            contacts = independent([*walls, self.touching], comm)
+            append_forces(basis, contacts, basis.shift)
+            # The factor goes now: there may not be room for it and those that follow.
+            basis.destroy()
+            shifts = self.shifts(basis)
+            for k, shift in enumerate(shifts[1:], 1):
+                progress(k / len(shifts))
+                append_forces(basis, contacts, shift)
+
+    def result(self, basis: KrylovBasis, grown: Grown, modes: GalerkinModes) -> ReducedBuilding:
+        """Return what is kept: models, and shapes at nodes, anchors and points."""
+        plan, nodes = self.plan, self.mesh.nodes
+        R = rigid_body(nodes[plan.nodes], np.zeros(3)).reshape(-1, DOFS, DOFS)[:, :3]
         known = reduced_basis(
             basis,
             grown,
-            plan.loads,
-            plan.probes,
-            plan.nodes,
-            Displacements(model, plan.nodes, links, mesh.nodes),
-            Displacements(model, plan.probes, links, mesh.nodes, rotations=True),
-            at_nodes,
+            plan.basis,
+            self.displacements(plan.nodes),
+            self.displacements(plan.probes, rotations=True),
+            R,
             every=bool(plan.contacts),
         )
-        names, ground = list(edges), modes.rows(-model.ground)
-        loads = modes.rows(np.column_stack(list(edges.values()) or [np.zeros((rows.shape[0], 0))]))
-        if plan.contacts:
-            # Local forces are many: not the Krylov space holds them, but what it was completed by.
-            names += [one.name for one in plan.contacts]
-            loads = np.hstack([loads, modes.rows(touching)])
-            b = dict(zip((*GROUND, *names), (*ground.T, *loads.T), strict=True))
-            if wall is not None:
-                b[PUSH] = modes.rows(patterns[PUSH][:, None])[:, 0]
-            acting = tuple(dict.fromkeys([*plan.loads, *(one.name for one in plan.contacts)]))
-            single = loads[:, len(edges) :]
-            known = completed(
-                known,
-                modes,
-                (single @ varying, SMOOTH_RESPONSES),
-                (single, shifts),
-                acting,
-                np.column_stack([b[name] for name in acting]),
-            )
-        made = ReducedBuilding(
-            basis=known,
-            complete=CompleteModel(
-                eigenvalue=modes.eigenvalue,
-                ground=ground,
-                names=np.array(names, dtype=np.str_),
-                edges=loads,
-                anchors=np.ascontiguousarray(at_anchors),
-                points=np.ascontiguousarray(at_points),
-                difference=max(grown.differences),
-                wall=None
-                if wall is None
-                else WallModel.of(modes, wall, patterns[PUSH], grown.differences[0]),
-                rigid_mass=model.total,
-                wrench=wrench,
-                anchors_carried=carried_by_base[0].reshape(-1, DOFS, DOFS),
-                points_carried=carried_by_base[1].reshape(-1, DOFS, DOFS),
-                base=0.5 * (standing.min(axis=0) + standing.max(axis=0)),
-            ),
-            fine=grown.fine,
-            errors=grown.differences,
-        )
+        complete = self._complete_model(modes, grown)
         if not plan.contacts:
-            return made
+            return ReducedBuilding(known, complete, grown.fine, grown.differences)
+        # Local forces are many: not the Krylov space holds them, but what it was completed by.
+        b = dict(
+            zip((*GROUND, *complete.names), (*complete.ground.T, *complete.edges.T), strict=True)
+        )
+        if self.push is not None:
+            b[PUSH] = modes.rows(self.push[:, None])[:, 0]
+        names = tuple(dict.fromkeys([*plan.loads, *(force.name for force in plan.contacts)]))
+        single = complete.edges[:, len(self.edges) :]
+        local = LocalLoads(
+            names=names,
+            b=np.column_stack([b[name] for name in names]),
+            single=single,
+            shifts=self.shifts(basis),
+            smooth=single @ self.smooth,
+            steps=SMOOTH_RESPONSES,
+        )
+        known = completed(known, modes, local)
+        reduced = ReducedBuilding(known, complete, grown.fine, grown.differences)
         # The vectors of contacts make the models better: errors are theirs, as where they are read.
-        return made.serving(plan)[0] or made
+        return reduced.serving(plan)[0] or reduced
+
+    def _complete_model(self, modes: GalerkinModes, grown: Grown) -> CompleteModel:
+        """Galerkin's model, at anchors and points."""
+        plan, nodes, wall = self.plan, self.mesh.nodes, None
+        # A point that follows a base plate moves as its master does, one of the base does not move.
+        points = []
+        for node in plan.points:
+            plates = (plate.master for plate in plan.base_plates if node in plate.nodes)
+            master = next(plates, node)
+            points.append((master, rigid_body(nodes[[node]], nodes[master])))
+        rows = _components(self.model, points)
+        r = len(modes.eigenvalue)
+        at_anchors, at_points = (
+            np.ascontiguousarray(modes.rows(L).T.reshape(-1, DOFS, r)) for L in (self.anchors, rows)
+        )
+        anchors = [(plate.master, plate.carried) for plate in plan.base_plates]
+        anchors_carried, points_carried = (
+            np.array(
+                [motion @ rigid_body(nodes[[node]], np.zeros(3)) for node, motion in places]
+            ).reshape(-1, DOFS, DOFS)
+            for places in (anchors, points)
+        )
+        none = np.zeros((rows.shape[0], 0))
+        loads = modes.rows(np.column_stack(list(self.edges.values()) or [none]))
+        if plan.contacts:
+            loads = np.hstack([loads, modes.rows(self.touching)])
+        if self.wall is not None and self.push is not None:
+            wall = WallModel.of(modes, self.wall, self.push, grown.differences[0])
+        base = nodes[np.unique(self.mesh.base)]
+        names = [*self.edges, *(force.name for force in plan.contacts)]
+        return CompleteModel(
+            eigenvalue=modes.eigenvalue,
+            ground=modes.rows(-self.model.ground),
+            names=np.array(names, dtype=np.str_),
+            edges=loads,
+            anchors=at_anchors,
+            points=at_points,
+            difference=max(grown.differences),
+            wall=wall,
+            rigid_mass=self.model.total,
+            wrench=self.wrench,
+            anchors_carried=anchors_carried,
+            points_carried=points_carried,
+            base=0.5 * (base.min(axis=0) + base.max(axis=0)),
+        )
 
 
 def _carried_forces(

@@ -179,34 +179,49 @@ class Band:
     acceleration: Array
 
 
+@dataclass(frozen=True, eq=False)
+class Analysis:
+    """A linear analysis with a reduced basis."""
+
+    basis: ReducedBasis
+    loads: Loads
+    damping: DampingLaw
+    scheme: str = "exact"  #: time integration, "exact" or "newmark"
+
+
 def response_band(
-    basis: ReducedBasis,
-    loads: Loads,
-    damping: DampingLaw,
+    analysis: Analysis,
     nodes: Index,
     response: NodeResponse,
     psa: Array,
     shown: Spectra,
     *,
     kind: str = LARGER,
-    scheme: str = "exact",
     rotations: bool = False,
 ) -> Band:
-    """The band of the response at nodes that the basis was made for, shape (n,).
+    """Return the error band of the response at nodes that the basis was made for.
 
-    By histories there and their spectra, shape (n_dampings, 3 n, n_frequencies) [m/s2], of the
-    model of the basis, and the case's spectra; from its LARGER models or the SMALLER ones, by the
-    scheme of the response, "exact" or "newmark". Of displacements, or of `rotations`.
+    Args:
+        analysis: The analysis of the response.
+        nodes: Nodes, shape (n,).
+        response: Histories at the nodes, of the model of the basis.
+        psa: Their spectra, shape (n_dampings, 3 n, n_frequencies) [m/s2].
+        shown: Frequencies and dampings of the spectra.
+        kind: Models for the band: LARGER or SMALLER.
+        rotations: The response is that of rotations.
 
     Raises:
         ValueError: The basis has no such models.
     """
+    basis, loads = analysis.basis, analysis.loads
     others = basis.larger if kind == LARGER else basis.models[1:]
     if not others:
         raise ValueError(f"a basis without {kind} models")
     spectra, apart = [], []
     for model in others:
-        history = modal_histories(basis, loads, damping, scheme=scheme, model=model)
+        history = modal_histories(
+            basis, loads, analysis.damping, scheme=analysis.scheme, model=model
+        )
         other = node_response(basis, history, loads, nodes, model=model, rotations=rotations)
         apart.append(response.acceleration - other.acceleration)
         spectra.append(node_spectra(other, shown).psa)

@@ -1,4 +1,4 @@
-"""Where the forces of pairs act on a 3D building, and what patterns they are made of."""
+"""Places of the forces of pairs on a 3D building, and their patterns."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class PairEnd:
 def push(end: PairEnd, facade: Facade) -> Vector:
     """Unit vector along which the force of a pair pushes a building.
 
-    At right angles to the side where it is meant so: all such pairs share their patterns.
+    At right angles to the side if it nearly is: all such pairs share their patterns.
     """
     x, y = (-float(component) + 0.0 for component in end.outward[:2])
     direction = (x, y, 0.0)
@@ -77,7 +77,7 @@ def push(end: PairEnd, facade: Facade) -> Vector:
 
 @dataclass(frozen=True, eq=False)
 class Sides:
-    """Where the forces of pairs act on the 3D building of a case, and how they are spread."""
+    """Places of the forces of pairs on the 3D building of a case, and their spread."""
 
     case: Case
     mesh: BuildingMesh

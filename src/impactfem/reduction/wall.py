@@ -16,8 +16,7 @@ not coupled about its axis: its three states are one (see `static_state` of the 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -41,7 +40,7 @@ Flags = NDArray[np.bool_]
 Side = Literal["x-", "x+", "y-", "y+"]
 
 IN_PLANE = 1e-4
-"""How far nodes of the edges may be from one plane [m]: a hundredth of the paper's gap."""
+"""Largest distance of the nodes of edges from one plane [m]: 1 % of the paper's gap."""
 TOUCHED = 1e-12
 """Square of an arm [m2] up to which a rotation is not needed to hold the followers of a plate."""
 
@@ -94,9 +93,9 @@ def wall_side(mesh: BuildingMesh, floors: tuple[int, ...], file: Path | str) -> 
 
 @dataclass(frozen=True, eq=False)
 class FloorPull:
-    """What displaces a floor, at this rank's rows."""
+    """Load or constraint that displaces a floor, at this rank's rows."""
 
-    kind: Pull  #: How the floor is drawn aside.
+    kind: Pull  #: How the floor is displaced.
     normal: Array  #: n, unit vector towards the wall along x or y, shape (3,).
     #: Rows of the displacements along n of the slab's nodes; with rigid links also the rotations of
     #: masters that turn followers of the slab along n; shape (n_local,).
@@ -111,7 +110,7 @@ class FloorPull:
         return np.asarray(np.where(self.slab, of_row, 0.0), dtype=np.float64)
 
     def carried(self, T: Any) -> FloorPull:
-        """The same of the building with the rigid links of `linked`, which gave T. Collective."""
+        """Return the pull of the building with the rigid links T of `linked`. Collective."""
         # The diagonal of Tᵀ S T, S the rows of the slab: Σ T_ij², positive where j moves one.
         S = PETSc.Mat().createAIJ(
             ((T.getLocalSize()[0], None),) * 2, nnz=1, comm=T.getComm(), bsize=DOFS
@@ -153,23 +152,23 @@ class FloorPull:
 
 @dataclass(frozen=True)
 class Wall:
-    """A rigid wall, and what is drawn aside before it hits."""
+    """A rigid wall, and the floor that is displaced and released."""
 
     floors: tuple[int, ...]  #: Floors that may hit the wall.
     displaced_floor: int  #: The floor that is displaced.
-    pull: Pull  #: How it is drawn aside.
+    pull: Pull  #: How it is displaced.
     spacing: float | None = None  #: Least distance of points of contact along an edge [m].
 
 
 @dataclass(frozen=True, eq=False)
 class WallPatterns:
-    """What a wall experiment needs of a building's matrices, as columns at this rank's rows."""
+    """Columns of a wall experiment at this rank's rows."""
 
     floors: tuple[int, ...]  #: Floors that may hit the wall.
     floor_of: Index  #: Index into `floors` of each constraint, shape (m,).
     #: G: Gᵀ u is the displacement towards the wall of each constraint, shape (n_local, m), sparse.
     contact: scipy.sparse.csr_matrix
-    pull: FloorPull  #: What displaces the floor.
+    pull: FloorPull  #: Load or constraint that displaces the floor.
     #: Rows of n · u at the mass centre of each floor, then of the displaced one, shape (n_local,
     #: n_floors + 1), sparse.
     seen: scipy.sparse.csr_matrix
@@ -281,9 +280,3 @@ class WallModel:
         """
         z = self.push / self.eigenvalue
         return np.asarray(displacement * z / (self.seen[:, -1] @ z), dtype=np.float64)
-
-    @classmethod
-    def of_content(cls, content: Mapping[str, Any]) -> WallModel:
-        """The model with these fields, as read from an archive."""
-        values = {field.name: content[field.name] for field in fields(cls)}
-        return cls(**values | {name: float(values[name]) for name in ("difference", "uneven")})

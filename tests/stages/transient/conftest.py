@@ -26,7 +26,7 @@ from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.loads import make_loads
 from impactfem.reduction.probes import recorded_nodes, standard_probes
-from impactfem.reduction.reduced_basis import Accuracy, build_basis
+from impactfem.reduction.reduced_basis import Accuracy, BasisPlan, build_basis
 from impactfem.run import loop
 from impactfem.stages.transient.compute import run_full
 from impactfem.system.arrays import Index
@@ -108,8 +108,10 @@ class Frame:
             "largest": 1200,
         }
         damping, tolerance = changes.pop("damping", self.light), changes.pop("tolerance", TOLERANCE)
-        asked["accuracy"] = Accuracy(damping, HIGHEST, tolerance)
-        return build_basis(self.model, self.K, self.patterns(loads), loads.names, **asked | changes)
+        asked["accuracies"] = (Accuracy(damping, HIGHEST, tolerance),)
+        options = {"progress": changes.pop("progress")} if "progress" in changes else {}
+        plan = BasisPlan(loads.names, **asked | changes)
+        return build_basis(self.model, self.K, self.patterns(loads), plan, **options)
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ from mpi4py import MPI
 
 from impactfem.building.links import Displacements
 from impactfem.building.model import assemble_building
-from impactfem.reduction.reduced_basis import Accuracy, build_basis
+from impactfem.reduction.reduced_basis import Accuracy, BasisPlan, build_basis
 from impactfem.reduction.response import modal_histories, node_response
 from impactfem.run import loop
 from impactfem.stages.transient import stage as transient
@@ -92,18 +92,16 @@ def responses(comm, given, folder):
     # Each rank reads its own file.
     found["log of the damaged"] = [line for lines in comm.allgather(log.lines) for line in lines]
     full("left for others", 0.6)
-    basis = build_basis(
-        model,
-        K,
-        patterns,
-        loads.names,
+    plan = BasisPlan(
+        loads=loads.names,
         probes=nodes,
         nodes=np.unique(nodes),
-        accuracy=Accuracy(damping, 60.0, 0.02),
+        accuracies=(Accuracy(damping, 60.0, 0.02),),
         shift=60.0,
         largest=1200,
         larger=True,
     )
+    basis = build_basis(model, K, patterns, plan)
     response = node_response(basis, modal_histories(basis, loads, damping), loads, nodes)
     found["basis"] = {
         "vectors": len(basis.model.eigenvalue),

@@ -20,6 +20,7 @@ from impactfem.dynamics.newmark import ModalPart, Newmark, in_full_order
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.reduction.response import (
+    Analysis,
     NodeResponse,
     modal_histories,
     node_response,
@@ -210,9 +211,7 @@ def run_transient(
                 of_nodes = node_response(basis, history, loads, at, rotations=turned)
                 of_oscillators = node_spectra(of_nodes, case.spectra)
                 error = response_band(
-                    basis,
-                    loads,
-                    damping,
+                    Analysis(basis, loads, damping),
                     at,
                     of_nodes,
                     of_oscillators.psa,

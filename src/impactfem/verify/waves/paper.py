@@ -67,8 +67,9 @@ def paper_reduced_against_full(
     from impactfem.building.links import Displacements
     from impactfem.building.model import assemble_building
     from impactfem.reduction.error_band import LEAST, MOST, effectivity, together
-    from impactfem.reduction.reduced_basis import Accuracy, build_basis
+    from impactfem.reduction.reduced_basis import Accuracy, BasisPlan, build_basis
     from impactfem.reduction.response import (
+        Analysis,
         modal_histories,
         node_response,
         node_spectra,
@@ -96,15 +97,16 @@ def paper_reduced_against_full(
         patterns = loads.patterns(model, prepared.parts.mesh)
         start = time.perf_counter()
         lightest, highest = next(iter(TABLE_8.values())), max(transient.maximum_frequency, HIGHEST)
-        basis = build_basis(
-            *(model, K, patterns, loads.names),
+        plan = BasisPlan(
+            loads=loads.names,
             probes=nodes,
             nodes=np.unique(nodes),
-            accuracy=Accuracy(lightest, highest, transient.tolerance),
+            accuracies=(Accuracy(lightest, highest, transient.tolerance),),
             shift=transient.shift,
             largest=transient.largest_basis,
             larger=True,
         )
+        basis = build_basis(model, K, patterns, plan)
         sizes, passed = (model.n_free, len(basis.model.eigenvalue)), time.perf_counter() - start
         text = "paper's building: %d degrees of freedom, basis of %d vectors in %.0f s"
         LOGGER.info(text, *sizes, passed)
@@ -139,9 +141,8 @@ def paper_reduced_against_full(
                     " directions at rest"
                 )
                 rows.add(quantity, 0.0, worst, "-", WITHIN, source)
-            band = response_band(
-                basis, loads, damping, nodes, reduced, spectra.psa, shown, scheme="newmark"
-            )
+            analysis = Analysis(basis, loads, damping, "newmark")
+            band = response_band(analysis, nodes, reduced, spectra.psa, shown)
             widths, psa, exact = (v[0][:, known] for v in (band.psa, spectra.psa, truth.psa))
             of_band.append(effectivity(widths, psa, exact, truth.frequency[known]))
             for spectrum, frequency, ratio in of_band[-1].misses:
