@@ -199,13 +199,6 @@ class Records(NamedTuple):
 
 
 @numba.njit(**_LOOP)
-def _law(laws: Laws, k: int, p: float, v: float) -> tuple[float, float, float]:
-    """Return F, dF/dp and dF/dv of link k."""
-    row, state = laws.parameters[k, : laws.size[k, 0]], laws.state[k, : laws.size[k, 1]]
-    return law_force(laws.force[k], row, p, v, state)  # type: ignore[no-any-return]
-
-
-@numba.njit(**_LOOP)
 def pair_force(
     laws: Laws, k: int, p_free: float, v_free: float, h: float, W: float
 ) -> tuple[float, float]:
@@ -220,8 +213,9 @@ def pair_force(
     force. Returns the force, nan if the iteration does not converge; and the size of the terms that
     add up to it, of which it can be a small difference.
     """
-    tiny = 1e-300
-    f, k_p, c = _law(laws, k, max(p_free, tiny), v_free)
+    tiny, law = 1e-300, laws.force[k]
+    row, state = laws.parameters[k, : laws.size[k, 0]], laws.state[k, : laws.size[k, 1]]
+    f, k_p, c = law_force(law, row, max(p_free, tiny), v_free, state)
     # The law falls with F, so the root of F - law lies between zero and the force at F = 0.
     low, high = min(0.0, f), max(0.0, f)
     F = 0.0
@@ -241,7 +235,7 @@ def pair_force(
         if change <= 1e-13 * size:
             return F, size
         p = p_free - h * W * F
-        f, k_p, c = _law(laws, k, max(p, tiny), v_free - W * F)
+        f, k_p, c = law_force(law, row, max(p, tiny), v_free - W * F, state)
         outside = p < tiny and not laws.jumps[k]
         if p < tiny:
             k_p = 0.0
@@ -334,12 +328,15 @@ def _advance_laws(scheme: Scheme, laws: Laws, state: State, trial: Trial) -> boo
         # The approach velocity of a contact is the rate of the last time without penetration.
         if state.gap[k] >= 0.0:
             laws.state[k, 0] = max(-trial.rate[k], 0.0)
-        if laws.advance[k] != 0:
-            row, memory = laws.parameters[k, : laws.size[k, 0]], laws.state[k, : laws.size[k, 1]]
-            call_advance(laws.advance[k], row, -state.gap[k], -trial.rate[k], memory)
         trial.F[k] = 0.0
+        if laws.advance[k] == 0 and not scheme.lagged:
+            continue
+        p, v = -state.gap[k], -trial.rate[k]
+        row, memory = laws.parameters[k, : laws.size[k, 0]], laws.state[k, : laws.size[k, 1]]
+        if laws.advance[k] != 0:
+            call_advance(laws.advance[k], row, p, v, memory)
         if scheme.lagged:
-            trial.F[k] = _law(laws, k, -state.gap[k], -trial.rate[k])[0]
+            trial.F[k] = law_force(laws.force[k], row, p, v, memory)[0]
             pressed = pressed or trial.F[k] != 0.0
     return pressed
 

@@ -37,7 +37,7 @@ from impactfem.coupling.links import Assembly, Inverse, Link
 from impactfem.coupling.march import Modes
 from impactfem.dynamics.damping import UNDAMPED, Damping
 from impactfem.dynamics.energy import Energy
-from impactfem.system.arrays import Array, Index
+from impactfem.system.arrays import Array
 from impactfem.system.errors import SolutionError
 
 SLACK = 1e-9
@@ -339,10 +339,6 @@ class Walls:
         moved, leaving = np.zeros((2, 1, m)) if opened is None else opened
         return cls(gaps + moved, leaving, e, neutral)
 
-    def at(self, step: Index) -> Index:
-        """Rows of the times after numbers of steps."""
-        return np.minimum(step, len(self.rest) - 1, dtype=np.int64)
-
 
 class MoreauTheta:
     """Moreau's time stepping of a structure between its constraints. Collective.
@@ -388,7 +384,7 @@ class MoreauTheta:
         if flight is None:
             return False
         (xs, vs, energies), m, walls = flight, self.m, self.walls
-        at = walls.at(np.arange(self.done, self.done + len(xs) + 1))
+        at = np.minimum(np.arange(self.done, self.done + len(xs) + 1), len(walls.rest) - 1)
         speed = np.abs(self.problem.scale * (vs[:, :m] - walls.leaving[at[1:]])).max(axis=1)
         fastest = np.maximum(np.maximum.accumulate(speed), self.fastest)
         # A constraint takes part in a step by the state before it: γ - Gᵀ u₀ ≤ (1 - θ) h s₀.
@@ -417,7 +413,8 @@ class MoreauTheta:
         """
         motion, walls, m = self.motion, self.walls, self.m
         theta, h, scale = motion.theta, motion.time_step, self.problem.scale
-        old, new = walls.at(np.array([self.done, self.done + 1])).tolist()
+        last = len(walls.rest) - 1
+        old, new = min(self.done, last), min(self.done + 1, last)
         self.done += 1
         # v_θ without impulses, and the closing speeds s₀ and s₁ = (s_θ - (1 - θ) s₀)/θ.
         mean = motion.free(mean_load)
