@@ -4,13 +4,13 @@ A structure whose points come to rest on rigid walls, and leave them, needs thes
 All come from the one factor of K + σ0 M, A = (K + σ0 M)⁻¹ M:
 
 - those of the free structure under its loads, the Krylov basis;
-- H = (K + σ0 M)⁻¹ G, the response to each contact force at the shift: with them the points of
+- H = (K + σ0 M)⁻¹ G (1), the response to each contact force at the shift: with them the points of
   contact can take any place;
-- how they get there: at a rigid wall by the structure that is held, Gᵀ x = 0, the chain x, P A x,
-  (P A)² x, ... from the low modes of the free one, which is what moves when the points stop
-  (`append_contacts`), P x = x − H (Gᵀ H)⁻¹ Gᵀ x; where buildings pound in 3D by the response to
-  each contact force at higher shifts σ (`append_forces`), and by a separate chain for loads
-  that many points share (`append_chain`).
+- the motion towards it: at a rigid wall that of the structure that is held, Gᵀ x = 0, by the chain
+  x, P A x, (P A)² x, ... (2) from the low modes of the free one (`append_contacts`), with
+  P x = x − H (Gᵀ H)⁻¹ Gᵀ x (3); where buildings pound in 3D by the response to each contact force
+  at higher shifts, (K + σ M)⁻¹ G (4) (`append_forces`), and by a separate chain for loads that many
+  points share (`append_chain`).
 
 At a wall the space holds the response with all, none or some of the points at rest, as component
 modes of a free and a fixed interface do (Craig and Bampton, AIAA Journal 6 (1968) 1313). A response
@@ -60,8 +60,10 @@ def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 
     """
     M, vectors = free.M, free.vectors
     low = reduced_model(free).coordinates[:, :starts]
+    # A x of the low modes, the start of the chain (2).
     X = free.solve(product(M, vectors.combination(low)))
     # H is kept as its coordinates in the basis, where it is now: as vectors it may be too much.
+    # (1) and the flexibility Gᵀ H, block by block.
     coordinates, flexibility = [], [np.empty((G.shape[1], 0))]
     for _, H in free.solutions(G):
         flexibility.append(np.asarray(G.T @ H))
@@ -74,11 +76,13 @@ def append_contacts(free: KrylovBasis, G: Any, *, starts: int = 6, steps: int = 
     pressed = scipy.linalg.cho_factor(summed(M, np.hstack(flexibility)))
     held = Orthonormal(M)
     for _ in range(steps):
+        # (3): the contact forces (Gᵀ H)⁻¹ Gᵀ x hold the points.
         forces = scipy.linalg.cho_solve(pressed, summed(M, np.asarray(G.T @ X)))
         X -= vectors.combination(known @ forces)
         _, MX = held.append(X)
         if MX.shape[1] == 0:
             break
+        # (2): A times what is new.
         X = free.solve(MX)
     # Among themselves they are made orthogonal column by column, so not too many at once.
     for first in range(0, held.count, AT_ONCE):
@@ -96,6 +100,7 @@ def append_forces(free: KrylovBasis, G: Any, shift: float) -> None:
         for _, X in free.solutions(G):
             free.vectors.append_kept(X, LOCAL)
         return
+    # (4), with a factor of K + σ M.
     shifted = combined(1.0, free.K, shift, free.M)
     with Factorisation(shifted, name="the stiffness matrix at a further shift") as factor:
         shifted.destroy()
@@ -167,11 +172,12 @@ class GalerkinModes:
         Of the Krylov space V no product with K is needed. With K̃ = K + σ0 M, W for the tail Q and
         what was appended, all orthogonal to V in the mass, T Y = Y Θ and P = S Y Θ⁻¹,
 
-            K̃ V Y = M V Y Θ⁻¹ − K̃ Q P:   Yᵀ Vᵀ K̃ V Y = Θ⁻¹ + Pᵀ Qᵀ K̃ Q P,   Wᵀ K̃ V Y = −Wᵀ K̃ Q P.
+            K̃ V Y = M V Y Θ⁻¹ − K̃ Q P:  Yᵀ Vᵀ K̃ V Y = Θ⁻¹ + Pᵀ Qᵀ K̃ Q P,  Wᵀ K̃ V Y = −Wᵀ K̃ Q P (5)
         """
         vectors, size, shift = basis.vectors, basis.size, basis.shift
         known, C, E = reduced_model(basis), *vectors.kept(vectors.count)
         r, tail = len(known.eigenvalue), len(known.tail)
+        # P of (5), with Θ⁻¹ = λ + σ0.
         P = known.tail * (known.eigenvalue + shift)
         # Wᵀ K̃ W, with X, as they are stored, in the place of (X − V C) E.
         first, end = size, vectors.stored
@@ -184,10 +190,12 @@ class GalerkinModes:
         pushed = np.tril(pushed) + np.tril(pushed, -1).T
         others = np.eye(len(C) - size)
         pushed += shift * np.block([[others, C[size:]], [C[size:].T, vectors.gram]])
+        # (5): the Krylov block, and its coupling to what was appended.
         stiffness = np.zeros((r + len(pushed), r + len(pushed)))
         stiffness[:r, :r] = np.diag(known.eigenvalue + shift) + P.T @ pushed[:tail, :tail] @ P
         stiffness[r:, :r], stiffness[r:, r:] = -pushed[:, :tail] @ P, pushed
         if E.size:
+            # Vectors kept as (X - V C) E: take their coordinates C in the others off.
             C = np.vstack([known.coordinates.T @ C[:size], C[size:]])
             n = len(C)
             stiffness[n:, :r] += C[:r].T * (known.eigenvalue + shift)
@@ -196,6 +204,7 @@ class GalerkinModes:
             by, own = own[:, :n], (own[:, n:] - own[:, :n] @ C) @ E
             by[:, :r] = -by[:, r : r + tail] @ P  # but for rounding it is that already
             stiffness = np.block([[stiffness[:n, :n], by.T], [by, own]])
+        # From K̃ to K: Vᵀ M V = I.
         stiffness[np.diag_indices_from(stiffness)] -= shift
         # The first vectors are smooth and the last ones rough, so that entries grow along the
         # diagonal: reduced from the last row on, as of an upper triangle, the lowest modes keep
