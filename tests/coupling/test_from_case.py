@@ -201,7 +201,7 @@ def test_elastic_law_of_hertz(small_case):
 
 def test_relative_height_at_the_end_of_a_storey_is_refused(small_case):
     for height in ("0", "1", "0.0", '"100 %"'):
-        with pytest.raises(InputError, match=r"relative_height.*a number above 0 and below 1"):
+        with pytest.raises(InputError, match="relative_height"):
             small_case(extra=STOREY_CONTACT.replace("0.25", height))
     assert small_case(extra=STOREY_CONTACT.replace("0.25", '"99 %"')).contacts[-1].b
 
