@@ -87,7 +87,7 @@ class TestBadInput:
                 ["--stage", "roof"],
                 "--stage = 'roof': expected one of the stages building, reduce, calibrate, ",
             ),
-            (["--stage", "sticks"], "report; sticks is called pounding now"),
+            (["--stage", "sticks"], "expected one of the stages building, reduce"),
             (["--stage", "transiant"], "report; did you mean 'transient'?"),
             (
                 ["--resume", "--out", "nowhere"],

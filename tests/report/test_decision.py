@@ -81,7 +81,7 @@ def run_of(folder, **stores):
         values={},
         summary=summary,
         checks=checks,
-        case={"contact_laws": laws, "pounding": {}},
+        case={"contact_laws": laws, "pounding": {"models": {}}},
     )
     run.models = {"B1": run}
     return run

@@ -59,7 +59,7 @@ def test_nothing_of_words(tmp_path):
 def test_a_store_of_an_earlier_version(tmp_path):
     write_netcdf(tmp_path / "a.nc", xr.Dataset(attrs={"scalars": "[]"}))
     with (
-        pytest.raises(ImpactfemError, match=r"a\.nc is of an earlier version; run the case again"),
+        pytest.raises(ImpactfemError, match=r"a\.nc is of another version; run the case again"),
         open_store(tmp_path / "a.nc"),
     ):
         pass

@@ -61,7 +61,7 @@ def _missing_section(reading: Reading) -> Iterator[Finding]:
     if not (raw.get("motions") or raw.get("loads")):
         expected = "missing; expected [[motions]], [[loads]] or both: what moves the buildings"
         yield ("motions",), expected
-    # A [structure] of an earlier version, and [buildings] that is no array, are other faults.
+    # [structure], which moved, and [buildings] that is no array, are other faults.
     structured = reading.three_d or "structure" in raw or isinstance(raw.get("buildings"), dict)
     for section in ("wall_impact", "transient"):
         if section in raw and not structured:

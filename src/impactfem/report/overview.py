@@ -129,8 +129,7 @@ def impacts(run: RunFiles) -> Facts:
 
 def in_3d(case: Mapping[str, Any]) -> set[str]:
     """Names of the buildings whose 3D models pound."""
-    models = case["pounding"].get("models", {})  # not there in a run of an earlier version
-    return {name for name, model in models.items() if model == "structure"}
+    return {name for name, model in case["pounding"]["models"].items() if model == "structure"}
 
 
 def stick_spectra(run: RunFiles, building: str) -> Facts:
@@ -165,8 +164,7 @@ def structure_spectra(run: RunFiles) -> Facts:
     places = {"centre": "mass centre", "edge": "impact edge"}
     with run.store("transient.nc") as store:
         response = known(shown(store))
-        # A run of before version 0.2 does not tell contact from loads.
-        force = response["impact_force" if "impact_force" in response else "edge_force"]
+        force = response["impact_force"]
         on_floor = np.array([str(k).startswith("floor") for k in force["edge"].values], dtype=bool)
         hit = force["edge_floor"].values[(abs(force) > 0.0).any("time").values & on_floor]
         floors = floors_of(response, "centre")[::-1]

@@ -21,7 +21,7 @@ from impactfem.run.check import check_mesh, checked, warn_of_implausible
 from impactfem.run.estimate import Estimate, side_by_side
 from impactfem.run.folder import LOG, check_same_case, open_folder
 from impactfem.run.report import remove_page, write_page
-from impactfem.run.stages import RENAMED, REPORT, STAGES, asked_stages, check_stage_name
+from impactfem.run.stages import REPORT, STAGES, asked_stages, check_stage_name
 from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.check import Check, log_checks
 from impactfem.stages.manifest import (
@@ -145,9 +145,6 @@ def run(
             opened.enter_context(open_folder(folder, resume))
             if resume:
                 check_same_case(folder, case)
-            for name in RENAMED:
-                # Of an earlier version: its files are those of the stage with the new name now.
-                manifest_file(folder, name).unlink(missing_ok=True)
             return case, estimate
 
         case, estimate = on_root(prepare)

@@ -15,8 +15,6 @@ from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.errors import Fault, InputError
 
 REPORT = "report"
-RENAMED = {"sticks": "pounding"}
-"""Names that stages had in earlier versions, and have now."""
 STAGES = (BUILDING, REDUCE, CALIBRATE, POUNDING, ENSEMBLE, TRANSIENT, DEVICE, DESIGN)
 
 
@@ -30,9 +28,7 @@ def check_stage_name(name: str | None) -> None:
     known = stage_names()
     if name is not None and name not in known:
         expected = f"expected one of the stages {', '.join(known)}"
-        if name in RENAMED:
-            expected += f"; {name} is called {RENAMED[name]} now"
-        elif near := get_close_matches(name.lower(), known, n=1):
+        if near := get_close_matches(name.lower(), known, n=1):
             expected += f"; did you mean '{near[0]}'?"
         raise InputError([Fault("command line", "--stage", name, expected)])
 

@@ -195,16 +195,16 @@ class Provenance(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
     impactfem: str  #: version of the program
-    sources: str = ""  #: hash of its sources; none of runs before it was kept
+    sources: str  #: hash of its sources
     python: str  #: version of Python
     system: str  #: name, release and processor of the system
     command: list[str]  #: the command with its arguments
     packages: dict[str, str]  #: version of each package that the program stands on
     case: str  #: name of the case file
     case_hash: str  #: hash of the case and all files that it names
-    input_files: dict[str, str] = {}  #: hash of each of these by its name; none before version 0.2
+    input_files: dict[str, str]  #: hash of each of these by its name
     inputs: dict[InnerName, str]  #: hash of the inputs of each stage, in the order of the stages
-    needs: dict[str, list[str]] = {}  #: names of the stages that each stage needs directly
+    needs: dict[str, list[str]]  #: names of the stages that each stage needs directly
     seeds: dict[str, int]  #: seeds of motions, calibration and ensemble by their keys in the case
     started: str  #: when the run began
     reused: list[str]  #: names of the stages that had finished before

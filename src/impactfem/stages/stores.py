@@ -24,6 +24,8 @@ from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.scalar import Scalar, with_scalars
 
+FORMAT = 2
+"""Version of the layout of stores; 0.1 had none, and its scalars in an attribute."""
 LOADED = 1 << 23
 """Size up to which an output is read when its store is opened [byte]. From a list of entries
 netCDF4 reads each by itself, and of an empty one it may fail."""
@@ -76,7 +78,7 @@ def dataset(
     found = xr.Dataset(
         {name: field for name, field in fields.items() if name not in labels},
         coords={name: fields[name] for name in labels},
-        attrs=dict(attributes),
+        attrs={"format": FORMAT, **attributes},
     )
     return found if scalars is None else with_scalars(found, scalars)
 
@@ -115,7 +117,7 @@ def damping_of(one: xr.Dataset) -> DampingLaw:
 def open_store(path: Path) -> Iterator[xr.Dataset]:
     """Give the store in a NetCDF file, open until the block ends; no one may change it.
 
-    ImpactfemError where it is missing, cannot be read or is of an earlier version.
+    ImpactfemError where it is missing, cannot be read or is of another version.
     """
     if (kept := _KEPT.get()) is not None:
         # A file that is written again is another one.
@@ -163,8 +165,8 @@ def _opened(path: Path) -> Iterator[xr.Dataset]:
     except DAMAGE as error:
         raise ImpactfemError(f"cannot read {path}: {error}") from error
     with store:
-        if "scalars" in store.attrs:
-            raise ImpactfemError(f"{path} is of an earlier version; run the case again")
+        if "scalars" in store.attrs or store.attrs.get("format", FORMAT) != FORMAT:
+            raise ImpactfemError(f"{path} is of another version; run the case again")
         try:
             for variable in store.variables.values():
                 if variable.nbytes <= LOADED:
