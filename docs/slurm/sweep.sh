@@ -1,5 +1,5 @@
 #!/bin/bash
-# A case over values of a key, one table:  sbatch docs/slurm/sweep.sh CASE.toml 'damping.ratio=3 %:9 %:4'
+# A case over values of a key, one table:  sbatch docs/slurm/sweep.sh CASE.toml 'damping.ratio=3 %,5 %,7 %,9 %'
 # Rank 0 hands the variants out, each of the others runs one at a time: four of these five work.
 #SBATCH --job-name=impactfem-sweep
 #SBATCH --ntasks=5

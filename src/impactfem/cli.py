@@ -162,18 +162,22 @@ def run(
 def sweep(
     case: CaseFile,
     settings: Annotated[
-        list[str],
+        list[str] | None,
         typer.Option(
             "--set",
             metavar="KEY=VALUES",
-            help="A key of the case and its values, separated by commas; start:stop:count is a "
-            "linear range, start:stop:count:log a logarithmic one. Repeat for each key.",
+            help="A key of the case and its values, separated by commas. Repeat for each key: all "
+            "combinations are run.",
         ),
-    ],
-    zipped: Annotated[
-        bool,
-        typer.Option("--zip", help="Combine the values one by one, not all with all."),
-    ] = False,
+    ] = None,
+    variants: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="A table (CSV) in place of --set: keys in the first line, a variant in each "
+            "further line.",
+        ),
+    ] = None,
     stage: LastStage = None,
     out: Annotated[
         Path | None,
@@ -197,8 +201,8 @@ def sweep(
     advise("run again to go on")
     result = study.sweep(
         case,
-        settings,
-        zipped=zipped,
+        settings or (),
+        variants=variants,
         stage=stage,
         out=out,
         show=[name.strip() for name in show.split(",") if name.strip()],
@@ -309,8 +313,7 @@ def check(
         (sum(not isinstance(one, RestMotion) for one in found.motions), "ground motion"),
     )
     _say(", ".join(counted(n, name) for n, name in counts))
-    for line in estimate.lines():
-        _say(f"  {line}")
+    _say(estimate.line)
     for line in (*verdicts, verdict(case, warnings)):
         _say(line)
 

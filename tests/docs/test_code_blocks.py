@@ -103,7 +103,7 @@ def test_batch_scripts(script):
         ("impactfem run case.toml --out a --stage pounding --resume", None),
         ("a/b/impactfem run 'my case.toml' > log; ls --wrong", None),
         ("mpirun -n 3 impactfem sweep c.toml --set a.b=1,2 --processes 4  # --wrong", None),
-        ("run() { impactfem sweep c.toml \\\n  --zip --set 'a=1' \"$@\"; }", None),
+        ("run() { impactfem sweep c.toml \\\n  --show x --set 'a=1' \"$@\"; }", None),
         ("impactfem bench building transient --json=a.json", None),
         ("impactfem --verbose check a.toml", None),
         ("impactfem runn case.toml", "no such command"),

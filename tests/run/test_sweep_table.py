@@ -9,16 +9,16 @@ import pytest
 
 from impactfem.plot.words import read_words
 from impactfem.run.sweep import Outcome, SweepTable
-from impactfem.run.variants import Axis, Variant
+from impactfem.run.variants import Key, Variant
 from impactfem.system.scalar import Scalar
 
 NAME = "mesh.thickness=%s,solver=%s"
 FAILED = "grew; without bound"
 
 
-def table_of(*rows, zipped=False):
+def table_of(*rows):
     """Thickness, solver and peak of each variant; those that are 0.4 m thick fail."""
-    axes = [Axis("mesh.thickness", ("x",), (1.0, 2.0)), Axis("solver", ("y",), ("full",))]
+    keys = Key("mesh.thickness", ("x",)), Key("solver", ("y",))
     found = []
     for thickness, _, peak in rows:
         force = None if peak is None else 2.0 * peak
@@ -27,9 +27,8 @@ def table_of(*rows, zipped=False):
         failed = thickness == 0.4
         error = "grew\nwithout bound" if failed else ""
         found.append(Outcome([] if failed else scalars, error, 0, 0.0))
-    variants = [Variant(tuple(axes), (f"{row[0]} m", row[1])) for row in rows]
-    axes[0] = Axis("mesh.thickness", ("x",), tuple(f"{row[0]} m" for row in rows))
-    return SweepTable.of("A case", axes, variants, found, {"frs.force": 5.0}, zipped)
+    variants = [Variant(keys, (f"{row[0]} m", row[1])) for row in rows]
+    return SweepTable.of("A case", variants, found, {"frs.force": 5.0})
 
 
 ROWS = (
@@ -92,28 +91,14 @@ def test_the_short_table(results):
     assert len(list(results.texts([f"frs.{n}" for n in ("peak", "steps", "force")] * 3, 160))) == 2
 
 
-@pytest.mark.parametrize(
-    ("rows", "zipped", "drawn"),
-    [
-        (slice(0, 2), False, True),
-        (slice(0, 1), False, False),  # a point is no line
-        (slice(1, 3), False, False),
-        (slice(0, 2), True, True),
-    ],
-)
-def test_the_figure(tmp_path, rows, zipped, drawn):
-    some = table_of(*ROWS[rows], zipped=zipped)
+@pytest.mark.parametrize(("rows", "drawn"), [(slice(0, 2), True), (slice(0, 1), False)])
+def test_the_figure(tmp_path, rows, drawn):
+    some = table_of(*ROWS[rows])
     path = tmp_path / "a.svg"
     assert some.draw(path, ["frs.peak", "frs.steps", "frs.force"]) is drawn
     assert path.exists() is drawn
     if drawn:
         assert "frs.peak [m/s2] over " in read_words(path).seen
-
-
-def test_keys_that_run_together_are_one_line(tmp_path):
-    rows = ((0.2, "full", 2.0), (0.3, "reduced", 3.0))
-    for zipped in (True, False):
-        assert table_of(*rows, zipped=zipped).draw(tmp_path / "a.svg", ["frs.peak"]) is zipped
 
 
 def test_words_are_not_drawn(results, tmp_path):

@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 import re
+from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import dataclass, fields, replace
 from itertools import combinations, product
@@ -39,7 +40,7 @@ from impactfem.fit.fit_file import (
 from impactfem.fit.misfit import Misfit
 from impactfem.run.check import check, mesh_of
 from impactfem.run.stages import asked_stages
-from impactfem.run.variants import COMMAND_LINE, Axis, Variant, check_variants, in_si
+from impactfem.run.variants import COMMAND_LINE, Key, Variant, check_variants, in_si
 from impactfem.stages.building.store import OUTPUTS as OF_BUILDING
 from impactfem.stages.building.store import SCALARS
 from impactfem.stages.building.targets import SHOWN_BENDING, from_structure
@@ -79,8 +80,9 @@ class Problem:
     fit: FitFile  #: what it says
     said: Source  #: the same as it is written
     source: Source  #: the case
-    axes: tuple[Axis, ...]  #: the free keys, with their values at bounds and start as written
-    fixed: tuple[Axis, ...]  #: further keys, each with the one value that it has here
+    free: tuple[Key, ...]  #: the free keys in the case
+    first: tuple[float, ...]  #: their values at the first start, in SI
+    fixed: tuple[tuple[Key, Any], ...]  #: further keys, each with the one value that it has here
     data: tuple[Datum, ...]  #: what is known
     #: What the data need: "sticks", "floors" of the mesh, its "modes", or a "run" of stages.
     level: str
@@ -95,8 +97,8 @@ class Problem:
     @property
     def start(self) -> Array:
         """The first start on the scale of the fit, shape (n,)."""
-        found = [(self.fit.free[axis.key], in_si(axis.values[-1])[0]) for axis in self.axes]
-        return np.array([key.scaled(float(value)) for key, value in found])
+        keys = self.fit.free.values()
+        return np.array([key.scaled(value) for key, value in zip(keys, self.first, strict=True)])
 
     @property
     def misfit(self) -> Misfit:
@@ -130,9 +132,10 @@ class Problem:
 
     def variant(self, u: Array) -> Variant:
         """The case at these places; it says what differs."""
-        given = zip(self.axes, self.values(u), strict=True)
-        values = [_for_case(value, axis.unit) for axis, value in given]
-        return Variant(self.axes + self.fixed, (*values, *(axis.values[0] for axis in self.fixed)))
+        units = (key.bounds[0].unit for key in self.fit.free.values())
+        values = [_for_case(v, unit) for v, unit in zip(self.values(u), units, strict=True)]
+        keys = (*self.free, *(key for key, _ in self.fixed))
+        return Variant(keys, (*values, *(value for _, value in self.fixed)))
 
     def case(self, u: Array) -> Case:
         """The case at these places, read without a file of its own.
@@ -141,8 +144,8 @@ class Problem:
             InputError: It has faults, which no bound has.
         """
         variant, raw = self.variant(u), deepcopy(self.source.raw)
-        for axis, value in zip(variant.axes, variant.values, strict=True):
-            value_at(axis.place[:-1], raw)[axis.place[-1]] = value
+        for key, value in zip(variant.keys, variant.values, strict=True):
+            value_at(key.place[:-1], raw)[key.place[-1]] = value
         case, faults, _ = read_case(replace(self.source, raw=raw))
         if faults or case is None:
             raise InputError(faults)
@@ -165,7 +168,7 @@ class Problem:
     def key(self, u: Array) -> str:
         """Hash of all that the values of an evaluation at these places depend on."""
         variant = self.variant(u)
-        given = {axis.key: v for axis, v in zip(variant.axes, variant.values, strict=True)}
+        given = {key.name: v for key, v in zip(variant.keys, variant.values, strict=True)}
         return hashlib.sha256(f"{self.digest} {json.dumps(given)}".encode()).hexdigest()
 
 
@@ -200,16 +203,70 @@ def read_problem(
     fit, said = read_fit(fit_path, faults)
     if case is None:
         raise InputError(faults)
-    source, places = read_source(path, CaseFile), dict[tuple[str, str], Place]()
+    source = read_source(path, CaseFile)
+    places = _places(said, source, fit_path, faults)
+    if fit is None:
+        raise InputError(faults)
+    first = _first_values(fit, said, source, case, places, faults)
+    free = [Key(key, places["free", key]) for key in first]
+    fixed = _coarse_keys(fit, said, places, faults)
+    faults += _overlaps(free, [key for key, _ in fixed], fit_path)
+    if any(isinstance(target, SpectrumTarget) for target in fit.targets):
+        for (table, key), place in places.items():
+            if place[:2] == ("spectra", "damping"):
+                expected = "expected another key: the targets' spectra are of dampings of the case"
+                faults.append(Fault(fit_path, f'{table}."{key}"', None, expected))
+    for k, target in enumerate(fit.targets):
+        for key, value, expected in _wrong(target, case):
+            if value is None and key:
+                value = value_at(("targets", k, key[1:]), said.raw)
+            faults.append(Fault(fit_path, f"targets[{k}]{key}", value, expected))
+    if mesh:
+        _check_sensors(fit, fit_path, case, faults)
+    level, stages = _needed(fit, case) if not faults else ("", ())
+    if faults:
+        raise InputError(faults)
+    data = tuple(one for target in fit.targets for one in _data(target, case))
+    inputs = f"{case.digest} {fit.model_dump_json(include={'targets'})} {program_key(PROGRAM)}"
+    problem = Problem(
+        path=fit_path,
+        fit=fit,
+        said=said,
+        source=source,
+        free=tuple(free),
+        first=tuple(first.values()),
+        fixed=(),
+        data=data,
+        level=level,
+        stages=stages,
+        digest=hashlib.sha256(inputs.encode()).hexdigest(),
+    )
+    rough = replace(problem, fixed=tuple(fixed)) if fixed else None
+    _check_corners(problem, rough)
+    return problem, rough
+
+
+Places = dict[tuple[str, str], Place]
+"""Places in the case of the keys of a fit, by their table, "free" or "coarse", and name."""
+
+
+def _places(said: Source, source: Source, path: Path, faults: list[Fault]) -> Places:
+    """The places of all keys of a fit that are keys of the case."""
+    places: Places = {}
     for table in ("free", "coarse"):
         keys = said.raw.get(table)
         for key in keys if isinstance(keys, dict) else ():
-            place = _place(key, source, fit_path, f'{table}."{key}"', faults)
+            place = _place(key, source, path, f'{table}."{key}"', faults)
             if place is not None:
                 places[table, key] = place
-    if fit is None:
-        raise InputError(faults)
-    axes: list[Axis] = []
+    return places
+
+
+def _first_values(
+    fit: FitFile, said: Source, source: Source, case: Case, places: Places, faults: list[Fault]
+) -> dict[str, float]:
+    """The value at the first start of each free key without a fault [SI]."""
+    first: dict[str, float] = {}
     for key, entry in fit.free.items():
         if ("free", key) not in places:
             continue
@@ -236,55 +293,54 @@ def read_problem(
             at, wrong = (*at, "bounds"), f"{has}; expected bounds around its value, or a start"
         if wrong:
             faults.append(written(said, at, wrong))
+        else:
+            start = float(value) if entry.start is None else entry.start.value
+            # As the case has it: of twelve digits.
+            first[key] = float(in_si(_for_case(start, low.unit))[0])
+    return first
+
+
+def _coarse_keys(
+    fit: FitFile, said: Source, places: Places, faults: list[Fault]
+) -> list[tuple[Key, Any]]:
+    """The keys of `coarse` with their values."""
+    fixed = []
+    for name, value in fit.coarse.items():
+        if ("coarse", name) not in places:
             continue
-        start = value if entry.start is None else entry.start.value
-        values = tuple(_for_case(float(one), low.unit) for one in (low.value, high.value, start))
-        axes.append(Axis(key, place, values))
-    known = (("coarse", key) for key in fit.coarse)
-    fixed = [Axis(at[1], places[at], (fit.coarse[at[1]],)) for at in known if at in places]
-    every = [("free", axis) for axis in axes] + [("coarse", axis) for axis in fixed]
-    for axis in fixed:
-        key, is_mesh = axis.place[-1], axis.place[2:4] == ("structure", "mesh")
-        if axis.place[2:] != ("structure", "modes") and not (is_mesh and key in MESH_KEYS):
+        place = places["coarse", name]
+        fixed.append((Key(name, place), value))
+        is_mesh = place[2:4] == ("structure", "mesh")
+        if place[2:] != ("structure", "modes") and not (is_mesh and place[-1] in MESH_KEYS):
             expected = (
                 "expected a key of the mesh or of the number of modes, as "
                 f'"buildings[0].structure.mesh.size"; known: {", ".join(MESH_KEYS)}, modes. '
                 "Other keys change the building or its load"
             )
-            faults.append(written(said, ("coarse", axis.key), expected))
-    for (table, axis), (other_table, other) in combinations(every, 2):
-        if all(a == b for a, b in zip(axis.place, other.place, strict=False)):
-            expected = f'expected keys that do not hold one another; {table}."{axis.key}" is one'
-            faults.append(Fault(fit_path, f'{other_table}."{other.key}"', None, expected))
-    if any(isinstance(target, SpectrumTarget) for target in fit.targets):
-        for (table, key), place in places.items():
-            if place[:2] == ("spectra", "damping"):
-                expected = "expected another key: the targets' spectra are of dampings of the case"
-                faults.append(Fault(fit_path, f'{table}."{key}"', None, expected))
-    for k, target in enumerate(fit.targets):
-        for key, value, expected in _wrong(target, case):
-            if value is None and key:
-                value = value_at(("targets", k, key[1:]), said.raw)
-            faults.append(Fault(fit_path, f"targets[{k}]{key}", value, expected))
-    for view in case.views if mesh else ():
-        modes = (one for one in fit.targets if isinstance(one, ModesTarget))
-        measured = next((one for one in modes if one.building == view.modelled.building), None)
-        made = None if measured is None else mesh_of(view, view.modelled.mesh, faults)
-        if measured is not None and made is not None:
+            faults.append(written(said, ("coarse", name), expected))
+    return fixed
+
+
+def _overlaps(free: list[Key], coarse: list[Key], path: Path) -> Iterator[Fault]:
+    """Yield the faults of keys that hold one another."""
+    every = [*(("free", key) for key in free), *(("coarse", key) for key in coarse)]
+    for (table, key), (other_table, other) in combinations(every, 2):
+        if all(a == b for a, b in zip(key.place, other.place, strict=False)):
+            expected = f'expected keys that do not hold one another; {table}."{key.name}" is one'
+            yield Fault(path, f'{other_table}."{other.name}"', None, expected)
+
+
+def _check_sensors(fit: FitFile, path: Path, case: Case, faults: list[Fault]) -> None:
+    """Refuse sensors of measured modes that are away from the mesh of their building."""
+    measured = {t.building: t for t in fit.targets if isinstance(t, ModesTarget)}
+    for view in case.views:
+        target = measured.get(view.modelled.building)
+        mesh = None if target is None else mesh_of(view, view.modelled.mesh, faults)
+        if target is not None and mesh is not None:
             try:
-                sensor_nodes(fit_path, fit, measured, made)
+                sensor_nodes(path, fit, target, mesh)
             except InputError as error:
                 faults += error.faults
-    level, stages = _needed(fit, case) if not faults else ("", ())
-    if faults:
-        raise InputError(faults)
-    data = tuple(one for target in fit.targets for one in _data(target, case))
-    all_of_it = f"{case.digest} {fit.model_dump_json(include={'targets'})} {program_key(PROGRAM)}"
-    digest = hashlib.sha256(all_of_it.encode()).hexdigest()
-    problem = Problem(fit_path, fit, said, source, tuple(axes), (), data, level, stages, digest)
-    rough = replace(problem, fixed=tuple(fixed)) if fixed else None
-    _check_corners(problem, rough)
-    return problem, rough
 
 
 def sensor_nodes(path: Path, fit: FitFile, target: ModesTarget, mesh: BuildingMesh) -> Index:
@@ -556,7 +612,7 @@ def _check_corners(problem: Problem, rough: Problem | None) -> None:
     Raises:
         InputError: With the faults, in the words of the file of the fit.
     """
-    n, start = len(problem.axes), problem.start
+    n, start = len(problem.free), problem.start
     faults: dict[str, Fault] = {}
 
     def read(variant: Variant, place: Place, when: str = "") -> None:

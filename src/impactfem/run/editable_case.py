@@ -16,7 +16,7 @@ from impactfem.case.model import CaseFile
 from impactfem.case.place import Place, read_key, value_at
 from impactfem.case.source import Source, read_source
 from impactfem.run.check import check
-from impactfem.run.variants import Axis, Variant, read_axes
+from impactfem.run.variants import Key, Variant, read_variants
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import atomic
 
@@ -27,7 +27,7 @@ class EditableCase:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = Path(path)  #: the case file
         self._source: Source = read_source(self.path, CaseFile)
-        self._changes: dict[Place, tuple[Axis, Any]] = {}
+        self._changes: dict[Place, tuple[Key, Any]] = {}
 
     def __repr__(self) -> str:
         changes = f", changed: {self.variant.title}" if self._changes else ""
@@ -37,7 +37,7 @@ class EditableCase:
     def variant(self) -> Variant:
         """The changes, as a variant of the case file."""
         changes = self._changes.values()
-        return Variant(tuple(axis for axis, _ in changes), tuple(value for _, value in changes))
+        return Variant(tuple(key for key, _ in changes), tuple(value for _, value in changes))
 
     def get(self, key: str) -> Any:
         """Return the value of a key as the file or the last `set` states it; None if absent.
@@ -63,10 +63,12 @@ class EditableCase:
         Raises:
             InputError: The case file has no such key. The value is validated by `check` and `run`.
         """
-        axes, faults = read_axes({key: [value]}, self._source)
-        if faults:
-            raise InputError([Fault(self.path, key, value, fault.expected) for fault in faults])
-        self._changes[axes[0].place] = axes[0], value
+        try:
+            (variant,) = read_variants({key: [value]}, None, self._source)
+        except InputError as error:
+            faults = error.faults
+            raise InputError([Fault(self.path, key, value, f.expected) for f in faults]) from None
+        self._changes[variant.keys[0].place] = variant.keys[0], value
         return self
 
     def write(self, path: str | os.PathLike[str]) -> Path:

@@ -19,7 +19,7 @@ import pandas as pd
 from impactfem.case import Case
 from impactfem.case.model import CaseFile
 from impactfem.case.source import read_source
-from impactfem.plot.style import BUILDINGS, figure, letter, ordered_colours
+from impactfem.plot.style import figure, letter
 from impactfem.plot.table import Table
 from impactfem.report.comparison import FIRST
 from impactfem.run.check import check
@@ -27,19 +27,19 @@ from impactfem.run.folder import open_folder
 from impactfem.run.loop import run
 from impactfem.run.stages import asked_stages, check_stage_name
 from impactfem.run.variants import (
-    Axis,
     Settings,
     Variant,
     check_variants,
-    read_axes,
-    variants_of,
+    in_si,
+    read_variants,
+    words,
     write_case,
 )
 from impactfem.stages.inputs import published_values
 from impactfem.stages.manifest import take_over
 from impactfem.stages.reduce.stage import REDUCE, take_model
 from impactfem.system import log
-from impactfem.system.errors import ImpactfemError, InputError, file_errors
+from impactfem.system.errors import Fault, ImpactfemError, InputError, file_errors
 from impactfem.system.files import StrPath, atomic, write_json
 from impactfem.system.log import LOGGER, Steps, in_file_only, mirrored
 from impactfem.system.parallel import alone, on_root, rank, start_solvers, workers, world
@@ -76,37 +76,35 @@ class SweepTable:
     results: pd.DataFrame  #: the results in SI, a column each; nan where there is none
     errors: pd.Series  #: why a variant failed; "" when it did not
     published: Mapping[str, float]  #: published values in SI by the name of the result
-    zipped: bool = False  #: whether the keys ran together: all variants are on one line
 
     @classmethod
     def of(
         cls,
         title: str,
-        axes: Sequence[Axis],
         variants: Sequence[Variant],
         outcomes: Sequence[Outcome],
         published: Mapping[str, float],
-        zipped: bool,
     ) -> Self:
-        """The table of variants and their outcomes."""
+        """Return the table of variants and their outcomes."""
         names = [variant.name for variant in variants]
         rows = [{one.name: one.value for one in outcome.scalars} for outcome in outcomes]
         units = {one.name: one.unit for outcome in outcomes for one in outcome.scalars}
         errors = [outcome.error.replace("\n", "; ") for outcome in outcomes]
         results = pd.DataFrame(rows, index=names, columns=list(units), dtype=float)
-        values = {
-            axis.key: [axis.cell(variant.values[k]) for variant in variants]
-            for k, axis in enumerate(axes)
-        }
+        keys, values = {}, {}
+        for k, key in enumerate(variants[0].keys):
+            given = [variant.values[k] for variant in variants]
+            in_units = {in_si(value)[1] for value in given}
+            keys[key.name] = in_units.pop() if len(in_units) == 1 else ""
+            values[key.name] = [in_si(v)[0] if keys[key.name] else words(v) for v in given]
         return cls(
             title=title,
-            keys={axis.key: axis.unit for axis in axes},
+            keys=keys,
             values=pd.DataFrame(values, index=names),
             units=units,
             results=results.where(np.isfinite(results)),  # infinity is no result
             errors=pd.Series(errors, names, dtype=object),
             published=published,
-            zipped=zipped,
         )
 
     def chosen(self, patterns: Sequence[str]) -> list[str]:
@@ -173,57 +171,41 @@ class SweepTable:
         return files if self.draw(files[2], shown) else files[:2]
 
     def draw(self, path: Path, names: Sequence[str]) -> bool:
-        """Draw results over the first swept key that has numbers, a line a value of the others.
+        """Draw results over the first swept key that has numbers, a line for the other values.
 
-        Each has a panel; those without two values are left out.
-
-        Returns:
-            Whether there was something to draw.
+        Each result has a panel; those with less than two values are left out. Gives whether there
+        was something to draw.
         """
         numbers = [key for key, unit in self.keys.items() if unit]
         along = next((key for key in numbers if self.values[key].nunique() > 1), None)
-        lines = {name: self._lines(along, name) for name in names if along is not None}
-        drawn = [
-            name for name, found in lines.items() if any(len(one) > 1 for one in found.values())
-        ]
-        drawn = drawn[:PANELS]
-        if along is None or not drawn:
+        if along is None:
+            return False
+        others = self.values.drop(columns=along).astype(str).agg(", ".join, axis=1)
+        if others.empty or others.nunique() == len(others):
+            others = pd.Series("", self.values.index)
+        drawn = [name for name in names if self.results[name].count() > 1][:PANELS]
+        if not drawn:
             return False
         rows, columns = math.ceil(len(drawn) / 2), min(2, len(drawn))
-        dashed = " Dashed: published." if any(name in self.published for name in drawn) else ""
-        caption = f"{self.title}: results over {along}.{dashed}"
+        caption = f"{self.title}: results over {along}. Dashed: published."
         with figure(path, (rows, columns), (4.5 * columns, 2.8 * rows), caption) as (_, axes):
             for panel, name in zip(axes, drawn, strict=False):
-                many = len(lines[name]) > len(BUILDINGS)
-                colours = ordered_colours(len(lines[name])) if many else BUILDINGS
-                for colour, (label, y) in zip(colours, lines[name].items(), strict=False):
-                    panel.plot(y.index, y, marker="o", ms=3.5, color=colour, label=label)
-                    if y.index[0] > 0.0 and y.index[-1] >= DECADE * y.index[0]:
-                        panel.set_xscale("log")
+                y = self.results[name].set_axis(self.values[along])
+                for label, line in y.groupby(others.to_numpy(), sort=False):
+                    line = line.dropna().sort_index()
+                    panel.plot(line.index, line, marker="o", ms=3.5, label=str(label))
+                if y.index.min() > 0.0 and y.index.max() >= DECADE * y.index.min():
+                    panel.set_xscale("log")
                 panel.set_xlabel(f"{along} [{self.keys[along]}]", fontsize=8.0)
                 panel.set_ylabel(f"{name} [{self.units[name]}]", fontsize=8.0)
                 if name in self.published:
                     panel.axhline(self.published[name], color="black", lw=0.8, ls="--")
-            if any(lines[drawn[0]]):
+            if others.iloc[0]:
                 axes[0].legend()
             for panel in axes[len(drawn) :]:
                 panel.set_axis_off()
             letter(axes[: len(drawn)])
         return True
-
-    def _lines(self, along: str, name: str) -> dict[str, pd.Series]:
-        """A result over a key, for each choice of the other keys in words."""
-        others = [key for key in self.values if key != along and not self.zipped]
-        label = pd.Series("", self.values.index)
-        for key in others:
-            label += ", " if key != others[0] else ""
-            unit = self.keys[key].removesuffix("-")
-            for row, value in self.values[key].items():
-                words = f"{value:.4g} {unit}" if isinstance(value, float) else value
-                label[row] += f"{key} = {words}".rstrip()
-        y = self.results[name].set_axis(self.values[along])
-        found = y.groupby(label.to_numpy(), sort=False)
-        return {str(text): line.dropna().sort_index() for text, line in found if line.notna().any()}
 
 
 @dataclass(frozen=True)
@@ -243,9 +225,9 @@ class Sweep:
 
 def sweep(
     path: StrPath,
-    settings: Settings,
+    settings: Settings = (),
     *,
-    zipped: bool = False,
+    variants: StrPath | None = None,
     stage: str | None = None,
     out: StrPath | None = None,
     show: Sequence[str] = (),
@@ -262,11 +244,11 @@ def sweep(
 
     Args:
         path: The case file.
-        settings: The swept keys: texts `KEY=VALUES`, or the values by key as a text or a list. In
-            a text, values are separated by commas; `start:stop:count` and `start:stop:count:log`
-            are ranges. Names of files are relative to the folder of the case.
-        zipped: Whether the keys run together, value by value; else each value of one meets each
-            value of the others.
+        settings: The swept keys: texts `KEY=VALUE,VALUE`, or the values by key as a list or a text.
+            Each value of one key meets each value of the others. Names of files are relative to the
+            folder of the case.
+        variants: A table (CSV) in place of the settings: its first line has the keys, each further
+            line the values of a variant.
         stage: The last stage to run; all stages when None.
         out: The sweep's folder; ``runs/<name of the case file>_sweep`` when None.
         show: Names of the results to show, with * for any letters.
@@ -281,33 +263,36 @@ def sweep(
     path = Path(path)
     folder = Path(out) if out is not None else Path("runs") / f"{path.stem}_sweep"
 
-    def prepare() -> tuple[Case, list[Axis], list[Variant]]:
+    def prepare() -> tuple[Case, list[Variant]]:
         case = check(path)
         source = read_source(path, CaseFile)
-        axes, faults = read_axes(settings, source, zipped=zipped)
+        faults, made = list[Fault](), list[Variant]()
         try:
             check_stage_name(stage)
         except InputError as error:
             faults += error.faults
+        try:
+            made = read_variants(settings, None if variants is None else Path(variants), source)
+        except InputError as error:
+            faults = [*error.faults, *faults]
         if faults:
             raise InputError(faults)
-        variants = variants_of(axes, zipped=zipped)
-        check_variants(variants, source, stage)
+        check_variants(made, source, stage)
         opened.enter_context(open_folder(folder, resume=False, log=LOG))
-        for variant in variants:
+        for variant in made:
             write_case(variant, source, folder)
-        return case, axes, variants
+        return case, made
 
     with ExitStack() as opened:
         opened.enter_context(file_errors())
-        case, axes, variants = on_root(prepare)
+        case, every = on_root(prepare)
         opened.enter_context(mirrored(folder / LOG, rank()))
         opened.enter_context(file_errors())  # within the log, which keeps what was refused
-        outcomes = _outcomes(variants, folder, stage, draw, processes)
+        outcomes = _outcomes(every, folder, stage, draw, processes)
 
         def write() -> Sweep:
             published = published_values(case)
-            table = SweepTable.of(case.title, axes, variants, outcomes, published, zipped)
+            table = SweepTable.of(case.title, every, outcomes, published)
             known = list(table.units)
             for pattern in show:
                 if known and not any(fnmatchcase(name, pattern) for name in known):

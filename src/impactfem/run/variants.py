@@ -1,5 +1,6 @@
 """Variants of a case: keys with their values, and a small case file for each choice."""
 
+import csv
 import hashlib
 import itertools
 import json
@@ -14,54 +15,40 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import numpy as np
 import tomli_w
 
 from impactfem.case.model import CaseFile
 from impactfem.case.place import Place, dotted, key_fault, read_key, value_at
-from impactfem.case.quantity import NUMBER, QUANTITY
+from impactfem.case.quantity import QUANTITY
 from impactfem.case.source import EXTENDS, Source, file_names
 from impactfem.case.unit import UnitError, to_si
 from impactfem.run.check import check
 from impactfem.run.stages import asked_stages
 from impactfem.system.errors import Fault, ImpactfemError, InputError, file_errors, printable
-from impactfem.system.files import atomic
+from impactfem.system.files import LARGEST_TOML, atomic, read_text
 
-Settings = Mapping[str, str | Sequence[Any]] | Sequence[str]
-"""Texts `KEY=VALUES`; or by key a text of values, or a list of them."""
+Settings = Mapping[str, Sequence[Any]] | Sequence[str]
+"""The values by key, or texts `KEY=VALUE,VALUE`."""
 
 COMMAND_LINE = "command line"
 CASES, RUNS = "cases", "runs"
-MOST = 10_000  # values of a key and variants of a sweep: more is a slip of the pen
+MOST = 10_000  # variants of a sweep: more is a slip of the pen
 _LONGEST = 120  # letters of a name, with room for endings
-_END = rf"\s*({NUMBER})\s*([^:]*?)\s*"
-_RANGE = re.compile(rf"{_END}:{_END}:\s*(\d+)\s*(:\s*log\s*)?", re.DOTALL)
 
 
 @dataclass(frozen=True)
-class Axis:
-    """A key that is swept, its place in the case, and its values as in a case file."""
+class Key:
+    """A changed key as it is written, and its place in the case."""
 
-    key: str
+    name: str
     place: Place
-    values: tuple[Any, ...]
-
-    @property
-    def unit(self) -> str:
-        """SI unit of the values; "-" for numbers; "" when they are words."""
-        units = {unit for _, unit in map(in_si, self.values)}
-        return units.pop() if len(units) == 1 else ""
-
-    def cell(self, value: Any) -> float | str:
-        """A value for a table: in SI where all values of the axis have one unit, else as words."""
-        return in_si(value)[0] if self.unit else words(value)
 
 
 @dataclass(frozen=True)
 class Variant:
-    """A variant of a case: a value of each axis of the sweep."""
+    """A variant of a case: its changed keys and their values as in a case file."""
 
-    axes: tuple[Axis, ...]
+    keys: tuple[Key, ...]
     values: tuple[Any, ...]
 
     @property
@@ -83,8 +70,7 @@ class Variant:
         return f"{name[: _LONGEST - 9]}-{digest}"
 
     def _words(self) -> list[tuple[str, str]]:
-        pairs = zip(self.axes, self.values, strict=True)
-        return [(axis.key, words(value)) for axis, value in pairs]
+        return [(k.name, words(value)) for k, value in zip(self.keys, self.values, strict=True)]
 
     def case_file(self, folder: Path) -> Path:
         """Its case file in the folder of a sweep."""
@@ -103,15 +89,15 @@ class Variant:
         """
         raw, origin = deepcopy(source.raw), source.path.parent.resolve()
         target = folder.resolve()
-        for axis, value in zip(self.axes, self.values, strict=True):
-            value_at(axis.place[:-1], raw)[axis.place[-1]] = deepcopy(value)
+        for key, value in zip(self.keys, self.values, strict=True):
+            value_at(key.place[:-1], raw)[key.place[-1]] = deepcopy(value)
         for place, name in list(file_names(raw, (), raw, CaseFile)):
             if not Path(name).is_absolute():
                 value_at(place[:-1], raw)[place[-1]] = os.path.relpath(origin / name, target)
         extended = os.path.relpath(origin / source.path.name, target)
         changed: dict[str, Any] = {EXTENDS: extended}
-        for axis in self.axes:
-            *tables, last = itertools.takewhile(lambda part: isinstance(part, str), axis.place)
+        for key in self.keys:
+            *tables, last = itertools.takewhile(lambda part: isinstance(part, str), key.place)
             table = changed
             for part in tables:
                 table = table.setdefault(str(part), {})
@@ -135,130 +121,118 @@ def in_si(value: Any) -> tuple[float | str, str]:
         return words(value), ""
 
 
-def read_axes(
-    settings: Settings, source: Source, *, zipped: bool = False
-) -> tuple[list[Axis], list[Fault]]:
-    """The axes of the settings that are free of faults, and every fault.
+def read_variants(settings: Settings, table: Path | None, source: Source) -> list[Variant]:
+    """Return the variants of settings, each value of a key with each of the others, or of a table.
 
-    In a text of values they are separated by commas, and one may be a range. Where axes run
-    together (`zipped`) one may have a value more than once.
+    A table (CSV) has the keys in its first line and a variant in each further line; lines that
+    begin with # are comments.
+
+    Raises:
+        InputError: With every fault of keys and values; without variants, or more than `MOST`.
     """
-    if isinstance(settings, Mapping):
-        pairs = list(settings.items())
-    else:
-        pairs = [(key.strip(), values) for key, _, values in (s.partition("=") for s in settings)]
-    axes: list[Axis] = []
     faults: list[Fault] = []
-    if not pairs:
-        expected = "expected one key or more with its values, for example 'damping.ratio=3 %,5 %'"
-        faults.append(Fault(COMMAND_LINE, "--set", None, expected))
-    for key, given in pairs:
-        place = read_key(key)
-        wrong: list[tuple[Any, str]] = []  # the value at fault, if it is one, and what was expected
-        values: list[Any] = []
-        if place is None or place == (EXTENDS,):
-            example = "a key of the case file, for example 'damping.ratio'"
-            wrong.append((None, f"expected KEY=VALUES with {example}"))
+    if table is not None:
+        names, rows = _read_table(table, faults)
+        where: Path | str = table
+    else:
+        pairs = _pairs(settings)
+        names, where = [name for name, _ in pairs], COMMAND_LINE
+        lists = [_values(f"--set {name}", given, faults) for name, given in pairs]
+        count = math.prod(map(len, lists))
+        if count > MOST:
+            faults.append(Fault(COMMAND_LINE, "--set", None, f"expected at most {MOST} variants"))
+        rows = list(itertools.product(*lists)) if lists and count <= MOST else []
+    keys: list[Key] = []
+    for name in names:
+        label = f"--set {name}".strip() if table is None else name
+        key = _key(name, source, keys)
+        if isinstance(key, str):
+            faults.append(Fault(where, label, None, key))
         else:
-            unknown = key_fault(place, source.raw, CaseFile)
-            wrong += [] if unknown is None else [(None, unknown)]
-            for other in axes:
-                if all(a == b for a, b in zip(place, other.place, strict=False)):
-                    hint = f"{other.key} is swept as well"
-                    wrong.append((None, f"expected keys that do not hold one another; {hint}"))
-            values = _values_of(given, wrong) if isinstance(given, str) else list(given)
-            if not values and not wrong:
-                wrong.append((None, "expected one value or more after '='"))
-            written = [words(value) for value in values]
-            repeated = dict.fromkeys(w for w in written if written.count(w) > 1 and not zipped)
-            wrong += [(value, "expected each value once") for value in repeated]
-            if not wrong:
-                axes.append(Axis(key, place, tuple(values)))
-        faults += [Fault(COMMAND_LINE, f"--set {key}".strip(), *one) for one in wrong]
-    return axes, faults
+            keys.append(key)
+    if not rows and not faults:
+        expected = "expected a key with its values, for example --set 'damping.ratio=3 %,5 %'"
+        faults.append(Fault(where, "" if table else "--set", None, expected))
+    if faults:
+        raise InputError(faults)
+    variants = [Variant(tuple(keys), tuple(row)) for row in rows]
+    first: dict[str, Variant] = {}
+    for variant in variants:
+        if (other := first.setdefault(variant.name, variant)) is not variant:
+            expected = f"expected variants that differ in letters and digits, as in {other.title}"
+            raise InputError([Fault(where, "", variant.title, expected)])
+    return variants
 
 
-def _values_of(text: str, wrong: list[tuple[Any, str]]) -> list[Any]:
-    """The values of a text; what is wrong is added with what was expected."""
-    items: list[str] = []  # between the commas that are in no quotes and no brackets
+def _pairs(settings: Settings) -> list[tuple[str, Any]]:
+    if isinstance(settings, Mapping):
+        return list(settings.items())
+    return [(key.strip(), text) for key, _, text in (one.partition("=") for one in settings)]
+
+
+def _key(name: str, source: Source, others: Sequence[Key]) -> Key | str:
+    """A key of the case; or, where it is none, what was expected."""
+    place = read_key(name)
+    if place is None or place == (EXTENDS,):
+        return "expected a key of the case file, for example 'damping.ratio'"
+    unknown = key_fault(place, source.raw, CaseFile)
+    if unknown is not None:
+        return unknown
+    for other in others:
+        if all(a == b for a, b in zip(place, other.place, strict=False)):
+            return f"expected keys that do not hold one another; {other.name} varies as well"
+    return Key(name, place)
+
+
+def _values(label: str, given: Any, faults: list[Fault]) -> list[Any]:
+    """Values of a key, those of a text as in a case file; each once."""
+    values = _split(given) if isinstance(given, str) else list(given)
+    if "" in values or not values:
+        faults.append(Fault(COMMAND_LINE, label, None, "expected values separated by commas"))
+    written = [words(value) for value in values]
+    repeated = {value for value in written if written.count(value) > 1}
+    faults += [Fault(COMMAND_LINE, label, v, "expected each value once") for v in sorted(repeated)]
+    return values
+
+
+def _split(text: str) -> list[Any]:
+    """The values between the commas that are in no quotes and no brackets."""
+    items: list[str] = []
     for piece in text.split(",") if text.strip() else ():
         bare = re.sub(r"\"[^\"]*\"|'[^']*'", "", items[-1]) if items else ""
         if {'"', "'"} & set(bare) or sum(map(bare.count, "[{")) > sum(map(bare.count, "]}")):
             items[-1] += f",{piece}"
         else:
             items.append(piece)
-    values: list[Any] = []
-    for item in map(str.strip, items):
-        try:
-            content = tomllib.loads(f"value = {item}")
-        except tomllib.TOMLDecodeError:
-            content = {}
-        value = content.get("value") if list(content) == ["value"] else None
-        if not item:
-            wrong.append((item, "expected a value between two commas"))
-        elif isinstance(value, bool | int | float | str | list | dict):  # a date is a word
-            values.append(value)
-        elif ":" not in item:
-            values.append(item)
-        else:
-            try:
-                values += _range(item)
-            except ValueError as error:
-                wrong.append((item, str(error)))
-    return values
+    return [_value(item.strip()) for item in items]
 
 
-def _range(text: str) -> list[Any]:
-    """The values of a range, evenly spaced or in equal ratios, in the unit of its ends."""
-    match = _RANGE.fullmatch(text)
-    if match is None:
-        forms = "start:stop:count or start:stop:count:log, for example '25 cm:35 cm:3'"
-        raise ValueError(f"expected a range {forms}")
-    first, unit, last, last_unit, number, log = match.groups()
-    start, stop, count = float(first), float(last), int(number)
-    if not 2 <= count <= MOST:
-        raise ValueError(f"expected a range of 2 to {MOST} values")
-    if unit and last_unit and unit != last_unit:
-        raise ValueError("expected one unit for both ends of a range")
-    if not (math.isfinite(start) and math.isfinite(stop)) or start == stop:
-        raise ValueError("expected a range between two different finite numbers")
-    if log and min(start, stop) <= 0.0:
-        raise ValueError("expected a range above zero: its values have equal ratios")
-    spaced = np.geomspace(start, stop, count) if log else np.linspace(start, stop, count)
-    # Twelve digits: 0.1:0.3:3 is 0.1, 0.2, 0.3 and not 0.30000000000000004.
-    rounded = [float(f"{value:.12g}") for value in spaced]
-    if unit or last_unit:
-        return [f"{value:.12g} {unit or last_unit}" for value in rounded]
-    whole = not {".", "e", "E"} & set(first + last) and all(v.is_integer() for v in rounded)
-    return [int(value) for value in rounded] if whole else list(rounded)
+def _value(text: str) -> Any:
+    """A value of a case file; a text without quotes is a word."""
+    try:
+        content = tomllib.loads(f"value = {text}")
+    except tomllib.TOMLDecodeError:
+        return text
+    value = content.get("value") if list(content) == ["value"] else None
+    return value if isinstance(value, bool | int | float | str | list | dict) else text
 
 
-def variants_of(axes: Sequence[Axis], *, zipped: bool) -> list[Variant]:
-    """The product of the axes, the last one running fastest, or `zipped` value by value.
-
-    InputError where axes that run together differ in their number of values, there are too many
-    variants, or two have one name.
-    """
-    lengths = [len(axis.values) for axis in axes]
-    if zipped and len(set(lengths)) > 1:
-        found = ", ".join(f"{axis.key} has {len(axis.values)}" for axis in axes)
-        expected = f"expected the same number of values for each key; {found}"
-        raise InputError([Fault(COMMAND_LINE, "--zip", None, expected)])
-    if not zipped and math.prod(lengths) > MOST:
-        expected = f"expected at most {MOST} variants, found {math.prod(lengths)}"
-        raise InputError([Fault(COMMAND_LINE, "--set", None, expected)])
-    lists = [axis.values for axis in axes]
-    rows = zip(*lists, strict=True) if zipped else itertools.product(*lists)
-    variants = [Variant(tuple(axes), tuple(row)) for row in rows]
-    first: dict[str, Variant] = {}
-    for variant in variants:
-        other = first.setdefault(variant.name, variant)
-        if other is not variant:
-            expected = f"expected values that differ in letters and digits, as in {other.title}"
-            if other.title == variant.title:
-                expected = "expected each combination of values once"
-            raise InputError([Fault(COMMAND_LINE, "--set", variant.title, expected)])
-    return variants
+def _read_table(path: Path, faults: list[Fault]) -> tuple[list[str], list[tuple[Any, ...]]]:
+    """Keys and values of a table of variants."""
+    text = read_text(path, "a table of variants (CSV)", LARGEST_TOML)
+    if isinstance(text, Fault):
+        faults.append(text)
+        return [], []
+    written = (line for line in text.splitlines() if not line.startswith("#"))
+    names, *lines = list(csv.reader(written)) or [[]]
+    rows = [[cell.strip() for cell in line] for line in lines if any(map(str.strip, line))]
+    for number, row in enumerate(rows, 2):
+        if len(row) != len(names) or "" in row:
+            expected = f"expected a value for each of the {len(names)} keys"
+            faults.append(Fault(path, f"variant {number - 1}", None, expected))
+    if len(rows) > MOST:
+        faults.append(Fault(path, "", len(rows), f"expected at most {MOST} variants"))
+    return [name.strip() for name in names], [tuple(map(_value, row)) for row in rows]
 
 
 def check_variants(variants: Sequence[Variant], source: Source, stage: str | None) -> None:
@@ -273,8 +247,8 @@ def check_variants(variants: Sequence[Variant], source: Source, stage: str | Non
             path = Path(folder) / "case.toml"
             path.write_text(variant.case_text(source, path.parent), encoding="utf-8")
             settings = {
-                dotted(axis.place): (f"--set {axis.key}", value)
-                for axis, value in zip(variant.axes, variant.values, strict=True)
+                dotted(key.place): (f"--set {key.name}", value)
+                for key, value in zip(variant.keys, variant.values, strict=True)
             }
             whole = f"--set {variant.title}"
             found: list[Fault] = []
