@@ -171,11 +171,8 @@ def test_estimate(case, monkeypatch):
     monkeypatch.setattr("impactfem.run.estimate.threads", lambda: 1)
     found = estimate(case, 1.0)
     alone = [estimate(view, 1.0) for view in case.views]
-    assert [one.name for one in found.models] == ["3D model of A", "3D model of B"]
     assert {"reduce", "B/reduce", "B/device"} < {one.name for one in found.stages}
     assert found.largest.memory == max(one.largest.memory for one in alone)
-    sticks = next(one.seconds for one in found.stages if one.name == "pounding")
-    assert found.seconds == pytest.approx(sum(one.seconds for one in alone) - sticks)
     assert {one.name for one in found.of({"reduce"}).stages} == {"reduce", "B/reduce"}
 
 

@@ -29,11 +29,11 @@ from impactfem.device.from_case import checked_devices
 from impactfem.motion.from_case import checked_durations, plausibility_warnings
 from impactfem.run.estimate import (
     DAY,
+    NODE,
     Estimate,
     duration,
     elements_of,
     estimate,
-    nodes_of_file,
     too_much,
 )
 from impactfem.run.stages import STAGES, asked_stages, needed_stages
@@ -107,8 +107,8 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
                 log_checks(one.name, one.announces(case))
         if found.seconds > DAY:
             LOGGER.warning(
-                "warning: a run of this case takes about %s: see the numbers of time steps, vectors"
-                " and members",
+                "warning: a run of this case takes about %s: check time steps, element sizes and "
+                "the number of motions",
                 duration(found.seconds),
             )
         sources()
@@ -235,7 +235,7 @@ def mesh_of(
     One of a file that is large is not read for a run that is refused as too large already.
     """
     if not isinstance(of, GeneratedMesh):
-        large = refused and nodes_of_file(of.file) > 2 * MOST_ELEMENTS
+        large = refused and of.file.stat().st_size / NODE > 2 * MOST_ELEMENTS
         return None if large else check_mesh(case, of.file, faults)
     if elements_of(geometry_of(case)) > MOST_ELEMENTS:
         LOGGER.info("check: the mesh is large and is not made; the stage building checks it")

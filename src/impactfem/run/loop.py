@@ -154,8 +154,7 @@ def run(
         started = datetime.now(UTC).isoformat(timespec="seconds")
         LOGGER.info("%s -> %s", case.title, folder)
         LOGGER.debug("case %s, hash %s", case.path.name, case.content_hash())  # as in CASE_LINE
-        for line in estimate.lines():
-            LOGGER.debug("estimate: %s", line)
+        LOGGER.debug("%s", estimate.line)
         warn_of_implausible(case, estimate.longest)
         drawer = _Drawer(bar, apart=estimate.seconds > LONG) if draw else None
         if drawer is not None:
