@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import ExitStack
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import chain, pairwise
 from pathlib import Path
 from threading import Lock
@@ -221,37 +221,12 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
     # Without a cheaper case the search needs the slopes there as well.
     before = np.array(fine.at(first, slopes=rough is None).values)
     warn_of_far_targets(problem, before.tolist())
-    found, u, rounds = list[Minimum](), first, 0
-    ratio, shift = np.ones_like(before), np.zeros_like(before)
-    while rough is not None:
-        # The cheaper case gives the slopes, the case itself the level: what the two give at the
-        # last places corrects the cheaper one (Bandler et al. 1994).
-        here, there = np.array(fine.at(u).values), cheap.values(u)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ratio = here / there
-        # Of values near zero, or of either sign, the difference alone corrects.
-        ratio = np.where((ratio > 0.5) & (ratio < 2.0), ratio, 1.0)
-        shift = here - ratio * there
-        J = ratio[:, None] * cheap.slopes(u)
-        widths = np.minimum(identified(problem, here, J).deviation, 1.0)
-        hardly = np.maximum(SAME * widths, 1e-5)
-        # Slopes that are known tell mostly, without a search, that it would not move the keys.
-        if rounds and np.all(np.abs(_step(problem, u, here, J)) <= hardly):
-            break
-        ended = search(cheap, drawn if rounds == 0 else [u], ratio, shift)
-        found = found or ended
-        if rounds and np.all(np.abs(ended[0].x - u) <= hardly):
-            break
-        if rounds == MOST_ROUNDS:
-            raise SolutionError(
-                f"the fit does not settle between the case and the cheaper one in {rounds} "
-                "corrections; expected keys in [coarse] that change less"
-            )
-        u, rounds = ended[0].x, rounds + 1
-        LOGGER.info("fit: correction %d by the case itself", rounds)
     if rough is None:
-        found = search(cheap, drawn, ratio, shift)
-        u = found[0].x
+        none = np.ones_like(before), np.zeros_like(before)
+        minima_of = Corrected(search(cheap, drawn, *none), none[0], 0)
+    else:
+        minima_of = corrected(fine, cheap, drawn)
+    found, ratio, u = minima_of.minima, minima_of.ratio, minima_of.x
     J = ratio[:, None] * cheap.slopes(u)
     last = fine.at(u)
     weighted = J / problem.misfit.deviations(np.array(last.values))[:, None]
@@ -282,12 +257,60 @@ def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Execut
         identification,
         across,
         len(fine.used | cheap.used),
-        rounds,
+        minima_of.rounds,
     )
     result.warnings.extend(_warnings(result))
     for text in result.warnings:
         LOGGER.warning("warning: %s", text)
     return write_results(result)
+
+
+@dataclass(frozen=True, eq=False)
+class Corrected:
+    """The minima of the first search, and the last correction of a cheaper case."""
+
+    minima: list[Minimum]  #: of the first search, the best one first
+    ratio: Array  #: values of the case over those of the cheaper one, shape (m,)
+    rounds: int  #: number of corrections
+    last: Array | None = None  #: places after the last correction; None without one
+
+    @property
+    def x(self) -> Array:
+        """The best places on the scale of the fit, shape (n,)."""
+        return self.minima[0].x if self.last is None else self.last
+
+
+def corrected(fine: Evaluator, cheap: Evaluator, starts: list[Array]) -> Corrected:
+    """Search with a cheaper case, corrected by the case itself until the keys settle.
+
+    The cheaper case gives the slopes, the case itself the level: the values of both at the last
+    places correct the cheaper one (Bandler et al. 1994). SolutionError where they do not settle.
+    """
+    problem, u = fine.problem, starts[0]
+    found: list[Minimum] = []
+    for rounds in range(MOST_ROUNDS + 1):
+        here, there = np.array(fine.at(u).values), cheap.values(u)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = here / there
+        # Of values near zero, or of either sign, the difference alone corrects.
+        ratio = np.where((ratio > 0.5) & (ratio < 2.0), ratio, 1.0)
+        J = ratio[:, None] * cheap.slopes(u)
+        widths = np.minimum(identified(problem, here, J).deviation, 1.0)
+        hardly = np.maximum(SAME * widths, 1e-5)
+        # The known slopes mostly show, without a search, that it would not move the keys.
+        if rounds and np.all(np.abs(_step(problem, u, here, J)) <= hardly):
+            return Corrected(found, ratio, rounds, u)
+        ended = search(cheap, starts if rounds == 0 else [u], ratio, here - ratio * there)
+        found = found or ended
+        if rounds and np.all(np.abs(ended[0].x - u) <= hardly):
+            return Corrected(found, ratio, rounds, u)
+        if rounds < MOST_ROUNDS:
+            u = ended[0].x
+            LOGGER.info("fit: correction %d by the case itself", rounds + 1)
+    raise SolutionError(
+        f"the fit does not settle between the case and the cheaper one in {MOST_ROUNDS} "
+        "corrections; expected keys in [coarse] that change less"
+    )
 
 
 def _step(problem: Problem, u: Array, values: Array, J: Array) -> Array:

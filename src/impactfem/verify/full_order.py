@@ -19,6 +19,8 @@ from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.dynamics.factorisation import Factorisation, Held
 from impactfem.system.arrays import Array
 
+THETA = 0.5
+
 
 class FullMotion(Held):
     """A structure with its step, constraints, loads and probes. A context manager. Not collective.
@@ -29,11 +31,10 @@ class FullMotion(Held):
         contact: G, an array or of `scipy.sparse`, shape (n, m).
         time_step: h [s].
         damping: The damping.
-        theta: θ, from ½ to 1.
         patterns: Spatial patterns of the loads, shape (n, n_patterns); none when None.
         probes: L of the recorded motion, shape (n, n_probes); none when None.
 
-    SolutionError where the step or θ is out of range, or M̂ is not positive definite.
+    SolutionError where the step is not positive, or M̂ is not positive definite.
     """
 
     def __init__(
@@ -44,12 +45,11 @@ class FullMotion(Held):
         time_step: float,
         *,
         damping: Rayleigh = UNDAMPED,
-        theta: float = 0.5,
         patterns: Any = None,
         probes: Any = None,
     ) -> None:
-        check_rule(time_step, theta)
-        self.time_step, self.theta, self.damping = time_step, theta, damping
+        check_rule(time_step, THETA)
+        self.time_step, self.theta, self.damping = time_step, THETA, damping
         self._K, self._M, n = K, M, K.shape[0]
         self._G, self._F, L = (
             scipy.sparse.csr_matrix((n, 0) if rows is None else rows)
@@ -57,7 +57,7 @@ class FullMotion(Held):
         )
         self.constraints, self.patterns = self._G.shape[1], self._F.shape[1]
         self._seen = scipy.sparse.hstack([self._G, L]).T.tocsr()
-        step = theta * time_step
+        step = THETA * time_step
         matrix = petsc_matrix((1.0 + step * damping.alpha) * M + step * (damping.beta + step) * K)
         self._factor = Factorisation(matrix, name="the matrix of the time step")
         matrix.destroy()
@@ -93,7 +93,7 @@ class FullMotion(Held):
 
     def advance(self) -> tuple[float, ...]:
         """Make the step (2); gives kinetic, elastic, damped, lost and supplied energy [J]."""
-        h, theta, mean = self.time_step, self.theta, self._mean
+        h, theta, mean = self.time_step, THETA, self._mean
         jump = (mean - self.velocity) / theta
         self.displacement = self.displacement + h * mean
         self.velocity = self.velocity + jump

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from impactfem.case import Case, load_case
+from impactfem.case import Case, Spectra, load_case
 from impactfem.coupling.force_history import write_forces
 from impactfem.coupling.from_case import calibration_of
 from impactfem.dynamics.damping import Rayleigh
@@ -22,6 +22,8 @@ from impactfem.verify.waves import BALANCE
 
 if TYPE_CHECKING:
     from impactfem.reduction.error_band import Effectivity
+    from impactfem.reduction.reduced_basis import ReducedBasis
+    from impactfem.reduction.response import NodeResponse
     from impactfem.stages.transient.prepared import Prepared
 
 
@@ -66,15 +68,8 @@ def paper_reduced_against_full(
 
     from impactfem.building.links import Displacements
     from impactfem.building.model import assemble_building
-    from impactfem.reduction.error_band import LEAST, MOST, effectivity, together
-    from impactfem.reduction.reduced_basis import Accuracy, BasisPlan, build_basis
-    from impactfem.reduction.response import (
-        Analysis,
-        modal_histories,
-        node_response,
-        node_spectra,
-        response_band,
-    )
+    from impactfem.reduction.error_band import LEAST, MOST, together
+    from impactfem.reduction.reduced_basis import Accuracy, build_basis
     from impactfem.stages.transient.compute import run_full
     from impactfem.stages.transient.prepared import transient_of
 
@@ -97,58 +92,38 @@ def paper_reduced_against_full(
         patterns = loads.patterns(model, prepared.parts.mesh)
         start = time.perf_counter()
         lightest, highest = next(iter(TABLE_8.values())), max(transient.maximum_frequency, HIGHEST)
-        plan = BasisPlan(
-            loads=loads.names,
+        basis = build_basis(
+            model,
+            K,
+            patterns,
+            loads.names,
             probes=nodes,
             nodes=np.unique(nodes),
-            accuracies=(Accuracy(lightest, highest, transient.tolerance),),
+            accuracy=Accuracy(lightest, highest, transient.tolerance),
             shift=transient.shift,
             largest=transient.largest_basis,
             larger=True,
         )
-        basis = build_basis(model, K, patterns, plan)
         sizes, passed = (model.n_free, len(basis.model.eigenvalue)), time.perf_counter() - start
         text = "paper's building: %d degrees of freedom, basis of %d vectors in %.0f s"
         LOGGER.info(text, *sizes, passed)
         of_band: list[Effectivity] = []
         for label, damping in TABLE_8.items():
             run = run_full(
-                *(model, K, loads, patterns, damping, Displacements(model, nodes)),
+                model,
+                K,
+                loads,
+                patterns,
+                damping,
+                Displacements(model, nodes),
                 checkpoints=folder / label,
                 key=label,
                 every=len(loads.ground),
                 progress=_Clock(label),
             )
-            history = modal_histories(basis, loads, damping, scheme="newmark")
-            reduced, full = node_response(basis, history, loads, nodes), run.response
-            spectra, truth = (node_spectra(response, shown) for response in (reduced, full))
-            known = truth.frequency <= HIGHEST
-            psa, exact = (
-                s.psa[0].reshape(len(probes), 3, -1)[..., known] for s in (spectra, truth)
+            of_band.append(
+                _spectra_rows(rows, label, damping, prepared, basis, run.response, shown)
             )
-            largest = np.abs(full.acceleration).max(axis=0)
-            moved = largest > QUIET * largest.max(axis=0)
-            ratios = np.divide(psa, exact, out=np.ones_like(psa), where=moved[..., None])
-            errors = np.abs(ratios - 1.0).max(axis=-1)
-            for place, prefix in PLACES.items():
-                here = [k for k, p in enumerate(probes) if p.name.startswith(prefix)]
-                worst = errors[here].max() if here else np.inf
-                rows.where = f"{place}, {label}"
-                quantity = f"largest error of a floor spectrum up to {HIGHEST:g} Hz"
-                source = (
-                    f"the full model with the same step; {len(here)} points,"
-                    f" {int(moved[here].sum())} of {3 * len(here)} spectra, the others of"
-                    " directions at rest"
-                )
-                rows.add(quantity, 0.0, worst, "-", WITHIN, source)
-            analysis = Analysis(basis, loads, damping, "newmark")
-            band = response_band(analysis, nodes, reduced, spectra.psa, shown)
-            widths, psa, exact = (v[0][:, known] for v in (band.psa, spectra.psa, truth.psa))
-            of_band.append(effectivity(widths, psa, exact, truth.frequency[known]))
-            for spectrum, frequency, ratio in of_band[-1].misses:
-                place = f"{probes[spectrum // 3].name} along {'xyz'[spectrum % 3]}"
-                text = "paper's building, %s: the error band is %.2f times the error at %s, %.0f Hz"
-                LOGGER.info(text, label, ratio, place, frequency)
             rows.where = f"{label}, full"
             quantity = "residual of the energy identity over the largest energy"
             rows.add(quantity, 0.0, run.energy.residual, "-", 1e-9, BALANCE)
@@ -160,6 +135,57 @@ def paper_reduced_against_full(
         f" {len(every.misses)} of them larger than the band"
     )
     rows.add(quantity, 1.0, every.good, "-", 1.0 - ENOUGH, source, absolute=True)
+
+
+def _spectra_rows(
+    rows: Rows,
+    label: str,
+    damping: Rayleigh,
+    prepared: Prepared,
+    basis: ReducedBasis,
+    full: NodeResponse,
+    shown: Spectra,
+) -> Effectivity:
+    """Write the errors of the spectra by place, and return how good the error band is."""
+    from impactfem.reduction.error_band import effectivity
+    from impactfem.reduction.response import (
+        modal_histories,
+        node_response,
+        node_spectra,
+        response_band,
+    )
+
+    loads, probes = prepared.loads, prepared.probes
+    nodes = np.array([probe.node for probe in probes])
+    history = modal_histories(basis, loads, damping, scheme="newmark")
+    reduced = node_response(basis, history, loads, nodes)
+    spectra, truth = (node_spectra(response, shown) for response in (reduced, full))
+    known = truth.frequency <= HIGHEST
+    psa, exact = (s.psa[0].reshape(len(probes), 3, -1)[..., known] for s in (spectra, truth))
+    largest = np.abs(full.acceleration).max(axis=0)
+    moved = largest > QUIET * largest.max(axis=0)
+    ratios = np.divide(psa, exact, out=np.ones_like(psa), where=moved[..., None])
+    errors = np.abs(ratios - 1.0).max(axis=-1)
+    for place, prefix in PLACES.items():
+        here = [k for k, p in enumerate(probes) if p.name.startswith(prefix)]
+        worst = errors[here].max() if here else np.inf
+        rows.where = f"{place}, {label}"
+        quantity = f"largest error of a floor spectrum up to {HIGHEST:g} Hz"
+        source = (
+            f"the full model with the same step; {len(here)} points, {int(moved[here].sum())} of "
+            f"{3 * len(here)} spectra, the others of directions at rest"
+        )
+        rows.add(quantity, 0.0, worst, "-", WITHIN, source)
+    band = response_band(
+        basis, loads, damping, nodes, reduced, spectra.psa, shown, scheme="newmark"
+    )
+    widths, psa, exact = (v[0][:, known] for v in (band.psa, spectra.psa, truth.psa))
+    found = effectivity(widths, psa, exact, truth.frequency[known])
+    for spectrum, frequency, ratio in found.misses:
+        place = f"{probes[spectrum // 3].name} along {'xyz'[spectrum % 3]}"
+        text = "paper's building, %s: the error band is %.2f times the error at %s, %.0f Hz"
+        LOGGER.info(text, label, ratio, place, frequency)
+    return found
 
 
 def paper_case(case_file: Path | None, window: float, size: float | None = None) -> Case:

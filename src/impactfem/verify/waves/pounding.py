@@ -76,10 +76,8 @@ def pounding_reduced_against_full(
     joined = np.eye(len(lines))[points]
     ours, theirs = (one.impulse.sum(axis=0) @ joined for one in (reduced, full))
     touched = theirs > MATTERS * theirs.max()
-    rows.add(
-        *("lines that touch, at least 1 (yes = 1)", 1.0, touched.any(), "-", 0.0),
-        f"{np.count_nonzero(touched)} of {len(lines)}",
-    )
+    counted = f"{np.count_nonzero(touched)} of {len(lines)}"
+    rows.add("lines that touch, at least 1 (yes = 1)", 1.0, touched.any(), "-", 0.0, counted)
     for k in np.flatnonzero(touched):
         rows.add(f"impulse, {lines[k]}", theirs[k], ours[k], "N s", 0.01, FULL)
     largest = (full.force @ joined).max(axis=0), (reduced.force @ joined).max(axis=0)
