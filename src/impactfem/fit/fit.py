@@ -1,4 +1,4 @@
-"""The fit: searches from several starts, a correction by the case itself, what the data tell."""
+"""The fit: searches from several starts, correction by the case itself, identifiability."""
 
 from __future__ import annotations
 
@@ -89,7 +89,7 @@ class Evaluator:
             LOGGER.warning("warning: %s: damaged lines: %d; computed again", self.file, damaged)
 
     def at(self, u: Array, slopes: bool = False) -> Evaluation:
-        """The evaluation at places on the scale of the fit, with slopes as far as there are."""
+        """Return the evaluation at places on the scale of the fit, with the known slopes."""
         u = _on_bounds(u)
         key = self.problem.key(u)
         self.used.add(key)
@@ -111,7 +111,7 @@ class Evaluator:
         return found
 
     def values(self, u: Array) -> Array:
-        """What the model gives for the data, shape (m,)."""
+        """Return the values of the model for the data, shape (m,)."""
         return np.array(self.at(u, slopes=True).values)  # which a search needs at the same place
 
     def slopes(self, u: Array) -> Array:
@@ -199,7 +199,7 @@ def fit(
 
 
 def _fit(problem: Problem, rough: Problem | None, folder: Path, executor: Executor | None) -> Fit:
-    """The fit on rank 0."""
+    """Fit the problem on rank 0."""
     warn_of_implausible(problem)
     LOGGER.info(
         "fit of %d keys to %d data by %s -> %s",
@@ -314,7 +314,7 @@ def corrected(fine: Evaluator, cheap: Evaluator, starts: list[Array]) -> Correct
 
 
 def _step(problem: Problem, u: Array, values: Array, J: Array) -> Array:
-    """The Gauss-Newton step from u between the bounds, with values (m,) and slopes (m, n) there."""
+    """Return the Gauss-Newton step from u within the bounds, by values (m,) and slopes (m, n)."""
     misfit = problem.misfit
     rows = np.vstack([misfit.slopes(values)[:, None] * J, _prior_rows(problem)])
     r = np.append(misfit.residuals(values), problem.prior_errors(u))
@@ -406,7 +406,7 @@ def identified(problem: Problem, values: Array, J: Array) -> Identification:
 
 
 def _warnings(result: Fit) -> list[str]:
-    """What to know of a fit, in words."""
+    """Return the warnings of a fit."""
     problem, found = result.problem, result.identification
     keys, texts = problem.keys, list[str]()
     anew = _fitted_anew(problem.case(result.u)) if found.unseen else ""
@@ -524,7 +524,7 @@ def _unlike_modes(result: Fit) -> Iterator[str]:
 
 
 def _fitted_anew(case: Case) -> str:
-    """What a case fits itself in each evaluation, which may hide a key, in words."""
+    """Name the calibrations that the case repeats in each evaluation, which may hide a key."""
     sticks = case.calibration is not None and case.calibration.mode == "fit"
     factors = any(one.calibration is not None for one in case.structures)
     named = ["its sticks"] * sticks + ["the factor on walls and columns"] * factors

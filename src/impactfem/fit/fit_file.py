@@ -112,7 +112,7 @@ def spread(deviation: Given, value: float) -> float:
 
 
 class Prior(Section):
-    """What is known of a key before: a normal distribution, log-normal on a logarithmic scale."""
+    """Prior of a key: a normal distribution, log-normal on a logarithmic scale."""
 
     mean: Value
     """Its mean."""
@@ -130,7 +130,7 @@ class FreeKey(Section):
     start: Value | None = None
     """First start; default the value of the case."""
     prior: Prior | None = None
-    """What is known of it before; left out, nothing but its bounds."""
+    """Its prior distribution; default: only the bounds."""
     step: Annotated[float, Si("-", ge=1e-6, le=0.1)] = Field(default=1e-3, validate_default=True)
     """Step of differences, as part of the range between the bounds."""
 
@@ -189,14 +189,14 @@ class FreeKey(Section):
             yield f"expected a deviation of at least {LEAST:g} of the mean and of the bounds' range"
 
     def scaled(self, value: float) -> float:
-        """A value on the scale of the fit, 0 at the lower and 1 at the upper bound."""
+        """Scale a value to 0 at the lower and 1 at the upper bound."""
         low, high, x = (
             self._on(one) for one in (self.bounds[0].value, self.bounds[1].value, value)
         )
         return (x - low) / (high - low)
 
     def value(self, u: float) -> float:
-        """The value at a place u on that scale."""
+        """Return the value at a place u on that scale."""
         low, high = (self._on(one.value) for one in self.bounds)
         x = low + u * (high - low)
         return math.exp(x) if self.scale == "log" else x
@@ -280,7 +280,7 @@ class FloorTarget(Section):
     floors: FloorNumbers
     """Numbers of the floors."""
     quantity: Literal["mass", "Jx", "Jy", "Jz", "A", "Avy", "Avz", "Ix", "Iy"]
-    """What of them, by the column of the floor table."""
+    """Their quantity, by the column of the floor table."""
     value: Value | None = None
     """Its value, of all of these floors; default that of the floor table of each."""
     deviation: Spread | None = Field(default=None, validate_default=True)
@@ -459,7 +459,7 @@ Target = ScalarTarget | FloorTarget | ModesTarget | SpectrumTarget
 
 
 class FitFile(Section):
-    """What a fit varies, and what it fits."""
+    """The free keys and the targets of a fit."""
 
     free: dict[str, FreeKey] = Field(min_length=1)
     """The free keys of the case."""
@@ -518,14 +518,14 @@ def read_fit(path: Path, faults: list[Fault]) -> tuple[FitFile | None, Source]:
 
 
 def written(source: Source, place: Place, expected: str) -> Fault:
-    """A fault at a place of the file of a fit, with the value that is written there if any."""
+    """Return a fault at a place of the fit file, with the value that is written there if any."""
     value = value_at(place, source.raw)
     shown = None if isinstance(value, dict) else value
     return _quoted(source.fault(place, shown, expected), source.raw)
 
 
 def _quoted(fault: Fault, raw: Mapping[str, Any]) -> Fault:
-    """A fault of a key of the case with its name in quotes, as TOML has one with points in it."""
+    """Put the name of a key of the case into quotes, as TOML requires for a name with points."""
     table = fault.key.partition(".")[0]
     keys = raw.get(table) if table in ("free", "coarse") else ()
     for name in sorted(keys, key=len, reverse=True) if isinstance(keys, dict) else ():

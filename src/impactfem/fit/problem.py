@@ -62,7 +62,7 @@ MOST_MODES = 6
 
 @dataclass(frozen=True)
 class Datum:
-    """One number that is known."""
+    """A known number."""
 
     name: str  #: the result, or what it is of
     value: float  #: in SI
@@ -77,14 +77,14 @@ class Problem:
     """The keys of a case that are fitted, and the data."""
 
     path: Path  #: the file of the fit
-    fit: FitFile  #: what it says
-    said: Source  #: the same as it is written
+    fit: FitFile  #: its content
+    said: Source  #: its content as written
     source: Source  #: the case
     free: tuple[Key, ...]  #: the free keys in the case
     first: tuple[float, ...]  #: their values at the first start, in SI
     fixed: tuple[tuple[Key, Any], ...]  #: further keys, each with the one value that it has here
-    data: tuple[Datum, ...]  #: what is known
-    #: What the data need: "sticks", "floors" of the mesh, its "modes", or a "run" of stages.
+    data: tuple[Datum, ...]  #: the known numbers
+    #: The models of the data: "sticks", "floors" of the mesh, its "modes", or a "run" of stages.
     level: str
     stages: tuple[str, ...]  #: the last stages of that run
     digest: str  #: hash of case, targets and program
@@ -131,14 +131,14 @@ class Problem:
         return np.array([key.value(float(one)) for key, one in zip(free, u, strict=True)])
 
     def variant(self, u: Array) -> Variant:
-        """The case at these places; it says what differs."""
+        """Return the case at these places by its changed keys."""
         units = (key.bounds[0].unit for key in self.fit.free.values())
         values = [_for_case(v, unit) for v, unit in zip(self.values(u), units, strict=True)]
         keys = (*self.free, *(key for key, _ in self.fixed))
         return Variant(keys, (*values, *(value for _, value in self.fixed)))
 
     def case(self, u: Array) -> Case:
-        """The case at these places, read without a file of its own.
+        """Read the case at these places from memory.
 
         Raises:
             InputError: It has faults, which no bound has.
@@ -173,7 +173,7 @@ class Problem:
 
 
 def _for_case(value: float, unit: str) -> Any:
-    """A value as a case file has it; of twelve digits, so that its text is short."""
+    """Return a value as in a case file, of twelve digits so that its text is short."""
     return float(f"{value:.12g}") if unit == "-" else f"{value:.12g} {unit}"
 
 
@@ -251,7 +251,7 @@ Places = dict[tuple[str, str], Place]
 
 
 def _places(said: Source, source: Source, path: Path, faults: list[Fault]) -> Places:
-    """The places of all keys of a fit that are keys of the case."""
+    """Return the places of all keys of a fit that are keys of the case."""
     places: Places = {}
     for table in ("free", "coarse"):
         keys = said.raw.get(table)
@@ -265,7 +265,7 @@ def _places(said: Source, source: Source, path: Path, faults: list[Fault]) -> Pl
 def _first_values(
     fit: FitFile, said: Source, source: Source, case: Case, places: Places, faults: list[Fault]
 ) -> dict[str, float]:
-    """The value at the first start of each free key without a fault [SI]."""
+    """Return the value at the first start of each free key without a fault [SI]."""
     first: dict[str, float] = {}
     for key, entry in fit.free.items():
         if ("free", key) not in places:
@@ -303,7 +303,7 @@ def _first_values(
 def _coarse_keys(
     fit: FitFile, said: Source, places: Places, faults: list[Fault]
 ) -> list[tuple[Key, Any]]:
-    """The keys of `coarse` with their values."""
+    """Return the keys of `coarse` with their values."""
     fixed = []
     for name, value in fit.coarse.items():
         if ("coarse", name) not in places:
@@ -344,7 +344,7 @@ def _check_sensors(fit: FitFile, path: Path, case: Case, faults: list[Fault]) ->
 
 
 def sensor_nodes(path: Path, fit: FitFile, target: ModesTarget, mesh: BuildingMesh) -> Index:
-    """The node nearest to each sensor of a target of the fit in a file, shape (n,).
+    """Return the node nearest to each sensor of a target of the fit in a file, shape (n,).
 
     Raises:
         InputError: A sensor is farther from all of them than the size of an element.
@@ -365,7 +365,7 @@ def sensor_nodes(path: Path, fit: FitFile, target: ModesTarget, mesh: BuildingMe
 
 
 def _overridden(place: Place, case: Case) -> str | None:
-    """What of the case fits a key itself, or takes another value, in words; None for nothing."""
+    """Name the calibration of the case that replaces the value of a key; None without one."""
     if place[0] != "buildings" or len(place) < 3:
         return None
     name, setup = case.buildings[int(place[1])].name, case.calibration
@@ -381,7 +381,7 @@ def _overridden(place: Place, case: Case) -> str | None:
 
 
 def _place(key: str, source: Source, path: Path, where: str, faults: list[Fault]) -> Place | None:
-    """The place that a key of the case means; None where it is at fault."""
+    """Return the place of a key in the case; None, and a fault, for an invalid key."""
     place = read_key(key)
     if place is None or place == (EXTENDS,):
         wrong: str | None = "expected a key of the case, for example 'damping.ratio'"
@@ -394,7 +394,7 @@ def _place(key: str, source: Source, path: Path, where: str, faults: list[Fault]
 
 
 def _wrong(target: Any, case: Case) -> list[tuple[str, Any, str]]:
-    """What is wrong with a target of this case: its key, its value, what was expected."""
+    """Return the faults of a target: its key, its value and what is expected."""
     if isinstance(target, ScalarTarget):
         word = target.result.partition(".")[0]
         if word not in STAGE_OF:
@@ -430,7 +430,7 @@ def _wrong(target: Any, case: Case) -> list[tuple[str, Any, str]]:
 
 
 def _of_spectrum(target: SpectrumTarget, case: Case) -> list[tuple[str, Any, str]]:
-    """What is wrong with a target that is a spectrum."""
+    """Return the faults of a spectrum."""
     stage = "pounding" if target.probe is None else "transient"
     found, building = _lacking(case, stage, "", None), case.building(target.building)
     if target.damping not in case.spectra.damping:
@@ -467,7 +467,7 @@ def _of_spectrum(target: SpectrumTarget, case: Case) -> list[tuple[str, Any, str
 
 
 def _of_stick(target: ScalarTarget, case: Case) -> list[tuple[str, Any, str]]:
-    """What is wrong with a target that is a mode or the mass of a stick, whose names are known."""
+    """Return the faults of a mode or the mass of a stick."""
     word, name, quantity, *_ = [*target.result.split("."), "", ""]
     if word != "sticks" or not quantity or name == "storey_height":
         return []
@@ -491,7 +491,7 @@ def _of_stick(target: ScalarTarget, case: Case) -> list[tuple[str, Any, str]]:
 
 
 def _of_run(target: ScalarTarget, case: Case) -> list[tuple[str, Any, str]]:
-    """What is wrong with a target whose name no run of this case makes, as far as that is known."""
+    """Return the faults of a result that no run of this case has."""
     units, name = _units(case), target.result
     for first in ("building.", "pounding.main_impact_"):
         if name.startswith(first) and name not in units:
@@ -530,7 +530,7 @@ def _units(case: Case) -> dict[str, str]:
 
 
 def _lacking(case: Case, stage: str, key: str, value: Any) -> list[tuple[str, Any, str]]:
-    """The fault of a target whose stage the case has no input for."""
+    """Return the fault of a target whose stage lacks its input in the case."""
     try:
         asked_stages(case, stage)
     except InputError as error:
@@ -582,7 +582,7 @@ def _data(target: Any, case: Case) -> list[Datum]:
 
 
 def _needed(fit: FitFile, case: Case) -> tuple[str, tuple[str, ...]]:
-    """What the data need, and the last stages of a run, should they need one."""
+    """Return the models that the data require, and the last stages of a run if they require one."""
     models = {one.building for one in case.structures}
     level, stages = "sticks", set()
     for target in fit.targets:

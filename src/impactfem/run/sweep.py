@@ -126,7 +126,7 @@ class SweepTable:
         return sorted(varied or known, key=later)[:SHOWN]
 
     def texts(self, names: Sequence[str], width: int) -> Iterator[str]:
-        """The swept values and some results, as tables of a few columns each."""
+        """Yield the swept values and some results as tables of a few columns each."""
         failed = ["failed" if error else "" for error in self.errors]
         for first in range(0, max(1, len(names)), SHOWN):
             shown = names[first : first + SHOWN]
@@ -308,7 +308,7 @@ def sweep(
 def _outcomes(
     variants: list[Variant], folder: Path, stage: str | None, draw: bool, processes: int
 ) -> list[Outcome]:
-    """The outcomes of the variants, in their order; none on the ranks that worked for rank 0."""
+    """Run the variants and return their outcomes in order; none on the ranks other than 0."""
     LOGGER.info("%d variants", len(variants))
     found: dict[int, Outcome] = {}
 

@@ -106,12 +106,12 @@ class Variant:
 
 
 def words(value: Any) -> str:
-    """A value as on the command line."""
+    """Return a value as on the command line."""
     return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
 
 
 def in_si(value: Any) -> tuple[float | str, str]:
-    """A value in SI with its unit; a value that is no quantity as words, with the unit ""."""
+    """Return a value in SI with its unit; a value that is no quantity as words, with unit ""."""
     if isinstance(value, int | float) and not isinstance(value, bool):
         return float(value), "-"
     match = QUANTITY.fullmatch(value) if isinstance(value, str) else None
@@ -171,7 +171,7 @@ def _pairs(settings: Settings) -> list[tuple[str, Any]]:
 
 
 def _key(name: str, source: Source, others: Sequence[Key]) -> Key | str:
-    """A key of the case; or, where it is none, what was expected."""
+    """Return a key of the case; for another text what is expected."""
     place = read_key(name)
     if place is None or place == (EXTENDS,):
         return "expected a key of the case file, for example 'damping.ratio'"
@@ -185,7 +185,7 @@ def _key(name: str, source: Source, others: Sequence[Key]) -> Key | str:
 
 
 def _values(label: str, given: Any, faults: list[Fault]) -> list[Any]:
-    """Values of a key, those of a text as in a case file; each once."""
+    """Return the values of a key, those of a text as in a case file; report repeated values."""
     values = _split(given) if isinstance(given, str) else list(given)
     if "" in values or not values:
         faults.append(Fault(COMMAND_LINE, label, None, "expected values separated by commas"))
@@ -196,7 +196,7 @@ def _values(label: str, given: Any, faults: list[Fault]) -> list[Any]:
 
 
 def _split(text: str) -> list[Any]:
-    """The values between the commas that are in no quotes and no brackets."""
+    """Split a text at the commas outside quotes and brackets into values."""
     items: list[str] = []
     for piece in text.split(",") if text.strip() else ():
         bare = re.sub(r"\"[^\"]*\"|'[^']*'", "", items[-1]) if items else ""
@@ -208,7 +208,7 @@ def _split(text: str) -> list[Any]:
 
 
 def _value(text: str) -> Any:
-    """A value of a case file; a text without quotes is a word."""
+    """Return a value of a case file; a text without quotes is a word."""
     try:
         content = tomllib.loads(f"value = {text}")
     except tomllib.TOMLDecodeError:
@@ -218,7 +218,7 @@ def _value(text: str) -> Any:
 
 
 def _read_table(path: Path, faults: list[Fault]) -> tuple[list[str], list[tuple[Any, ...]]]:
-    """Keys and values of a table of variants."""
+    """Read keys and values from a table of variants."""
     text = read_text(path, "a table of variants (CSV)", LARGEST_TOML)
     if isinstance(text, Fault):
         faults.append(text)

@@ -89,7 +89,7 @@ def verify(
 
 
 def as_table(rows: list[Row], sources: bool = False) -> Table:
-    """The rows for a terminal, with where each reference comes from on request."""
+    """Return the rows for a terminal, on request with the sources of the references."""
     heads = "benchmark", "quantity", "reference", "computed", "unit", "error", "allowed", ""
     table = Table(*heads, *(["source"] if sources else []))
     for row in rows:

@@ -17,9 +17,9 @@ class Row:
     """A computed value against its reference."""
 
     name: str  #: the benchmark
-    quantity: str  #: what is compared
+    quantity: str  #: the compared quantity
     reference: float
-    computed: float  #: what the program computes
+    computed: float  #: value of the program
     unit: str  #: unit of both; "-" when they have none
     #: Largest error allowed: relative to the reference, or as it is with `absolute`.
     tolerance: float
@@ -46,7 +46,7 @@ class Row:
         return math.isfinite(self.computed) and self.error <= self.tolerance
 
     def as_dict(self) -> dict[str, Any]:
-        """The row as `impactfem verify --json` writes it."""
+        """Return the row as `impactfem verify --json` writes it."""
         return {
             "name": self.name,
             "quantity": self.quantity,
@@ -128,7 +128,7 @@ def fitted_order(sizes: ArrayLike, errors: ArrayLike) -> float:
 
 REGISTERED: list[Callable[..., Rows]] = []
 HEAVY: list[Callable[..., Rows]] = []
-"""Those that take more than a few seconds each, run on request only."""
+"""Benchmarks of more than a few seconds, run on request only."""
 
 
 def benchmark(
