@@ -37,6 +37,7 @@ from impactfem.spectra import response_spectra
 from impactfem.stages.reduce.compute import accuracies, prepare
 from impactfem.stages.transient.maps import floor_maps
 from impactfem.stages.transient.prepared import Prepared, transient_of
+from impactfem.stages.transient.reduced_run import ReducedRun
 from impactfem.system.arrays import Array
 from impactfem.system.files import in_source_tree
 from impactfem.system.parallel import all_blas_threads, communicator, threads
@@ -105,9 +106,9 @@ def transient_figures(every_damping: bool = False, case_file: str = PAPER_SIZE) 
     def respond() -> Any:
         history = modal_histories(basis, loads, damping)
         response = node_response(basis, history, loads, nodes)
-        return history, response, node_spectra(response, case.spectra)
+        return response, node_spectra(response, case.spectra)
 
-    (history, response, spectra), responded = timed(respond)
+    (response, spectra), responded = timed(respond)
     _, banded = timed(
         lambda: response_band(
             Analysis(basis, loads, damping), nodes, response, spectra.psa, case.spectra
@@ -127,7 +128,7 @@ def transient_figures(every_damping: bool = False, case_file: str = PAPER_SIZE) 
         Figure(f"{reduced}with error band and bound", certain, "s"),
         Figure(f"{reduced}full loop over that", loop / certain, "-"),
         Figure(again, responded + banded, "s", 5.0),
-        *_map_figures(case, prepared, basis, history),
+        *_map_figures(case, prepared, basis),
         Figure("peak memory", peak_memory(), "GB", 16.0),
     ]
 
@@ -245,12 +246,12 @@ def _full_figures(
     ]
 
 
-def _map_figures(case: Case, prepared: Prepared, basis: ReducedBasis, history: Any) -> list[Figure]:
+def _map_figures(case: Case, prepared: Prepared, basis: ReducedBasis) -> list[Figure]:
     """Spectra of every floor vertex."""
-    loads = prepared.loads
-    maps, mapped = timed(
-        lambda: floor_maps(prepared.parts, basis, history, loads, case.spectra, main_impact=None)
-    )
+    loads, highest = prepared.loads, transient_of(case).maximum_frequency
+    run = ReducedRun(basis, loads, prepared.damping, case.spectra, highest)
+    history = run.history
+    maps, mapped = timed(lambda: floor_maps(prepared.parts, run, main_impact=None))
     records = node_response(basis, history, loads, maps.nodes[:SAMPLE]).acceleration
     _, finer = timed(
         lambda: response_spectra(

@@ -44,7 +44,7 @@ DOCS = Path(__file__).parents[2] / "docs"
         ("steps-per-impact", [": check"]),
         ("Steps per impact", [": check"]),
         # A result and a check.
-        ("transient.points_per_cycle", [": check", "result of summary.json"]),
+        ("calibration.basis_error", [": check", "result of summary.json"]),
     ],
 )
 def test_entries(program, name, expected):

@@ -24,7 +24,7 @@ from impactfem.reduction.response import (
     spectrum_difference,
 )
 from impactfem.spectra import response_spectra
-from impactfem.stages.transient.compute import run_full
+from impactfem.stages.transient.full_run import FullModel, Resumption, run_full
 
 from ..stages.transient.conftest import HIGHEST, TOLERANCE
 
@@ -97,15 +97,11 @@ def test_rotations_are_those_of_the_full_model(frame, loads, basis, tmp_path):
     moved = Displacements(frame.model, frame.nodes, rotations=True)
     pulses = replace(loads, ground=0.0 * loads.ground)
     full = run_full(
-        frame.model,
-        frame.K,
+        FullModel(frame.model, frame.K, frame.light),
         pulses,
         frame.patterns(pulses),
-        frame.light,
         moved,
-        checkpoints=tmp_path,
-        key="frame",
-        every=10**6,
+        Resumption(tmp_path, "frame", 10**6),
     ).response
     history = modal_histories(basis, pulses, frame.light, scheme="newmark")
     found = node_response(basis, history, pulses, frame.nodes, rotations=True)

@@ -12,9 +12,10 @@ from impactfem.stages.building import store as building
 from impactfem.stages.pounding import store as pounding
 from impactfem.stages.stores import dataset
 from impactfem.stages.transient import store as transient
+from impactfem.stages.transient.findings import findings, transient_scalars
 from impactfem.stages.transient.maps import MAP_OUTPUTS
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar
+from impactfem.system.scalar import with_scalars
 
 from .wall_store import WantedWall, calibrate_store
 
@@ -23,6 +24,7 @@ STEPS = 2001
 LENGTH, WIDTH = 12.0, 6.0
 START, LASTS = 0.5, 0.012
 SPEED = 2000.0
+HIGHEST = 450.0
 XYZ = ["x", "y", "z"]
 
 
@@ -208,6 +210,14 @@ def _transient(asked, slab):
         "edge_force": force,
         "impact_force": force,
         "edge_moment": np.zeros_like(force),
+        "psa_peak": psa[..., frequency <= HIGHEST].max(axis=-1),
+        "psa_peak_band": band[..., frequency <= HIGHEST].max(axis=-1),
+        "psa_peak_frequency": frequency[psa[..., frequency <= HIGHEST].argmax(axis=-1)],
+        "largest_displacement": np.abs(displacement).max(axis=0),
+        "wave_speed": SPEED / 1.6,
+        "plate_wave_speed": 1.6 * SPEED,
+        "loaded_wave_speed": SPEED,
+        "loaded_wave_crossing": 6.0 / SPEED,
     }
     if asked.solver != "full":
         tf = np.geomspace(0.5, 500.0, 50)
@@ -227,23 +237,21 @@ def _transient(asked, slab):
             "base_plate_position": position[[len(asked.floors) - 1, -1]],
             "base_plate_radius": [0.8, 0.5],
         }
-    scalars = [
-        Scalar("transient.wave_speed", SPEED / 1.6, "m/s"),
-        Scalar("transient.plate_wave_speed", 1.6 * SPEED, "m/s"),
-        Scalar("transient.loaded_wave_speed", SPEED, "m/s"),
-        Scalar("transient.loaded_wave_crossing", 6.0 / SPEED, "s"),
-    ]
     attributes = {
         "building": "one",
         "shown_direction": asked.direction,
         "wave_floor": max(asked.floors),
         "solver": asked.solver,
-        "maximum_frequency": 450.0,
+        "maximum_frequency": HIGHEST,
+        "resolved_frequency": 100.0,
         "spread": "uniform",
         "patch_width": 2.0,
         "main_impact": [START, START + LASTS] if asked.loads else [],
     }
-    return dataset(transient.OUTPUTS, values, attributes=attributes, scalars=scalars)
+    store = dataset(transient.OUTPUTS, values, attributes=attributes)
+    found = findings(store, _sticks(asked))
+    store = dataset(transient.OUTPUTS, values | found, attributes=attributes)
+    return with_scalars(store, transient_scalars(store))
 
 
 def _probes(asked, slab):

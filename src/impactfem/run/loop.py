@@ -409,7 +409,7 @@ def _finish_stage(
             log_checks(label, (check for check in checks if check not in announced))
         result.memory[label] = manifest.peak_memory
         with open_store(own / stage.store) as store:
-            scalars = scalars_of(store) + stage.derived(own)
+            scalars = scalars_of(store)
         if case.part:
             scalars = [replace(one, name=of_building(one.name, case.part)) for one in scalars]
         return scalars, manifest.seconds

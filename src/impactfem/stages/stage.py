@@ -11,7 +11,6 @@ from impactfem.case import Case
 from impactfem.stages.check import Check
 from impactfem.stages.inputs import inputs_key, program_key
 from impactfem.system.log import Steps
-from impactfem.system.scalar import Scalar
 
 DRAWING = "tables and figures"
 """The last step of every stage."""
@@ -54,8 +53,6 @@ class Stage:
     #: The section of the case file without which the stage has nothing to do; None when nothing is
     #: missing.
     lacks: Callable[[Case], str | None] = lambda case: None
-    #: Scalars that are read off the run's stores, in addition to those in its own store.
-    derived: Callable[[Path], list[Scalar]] = lambda folder: []
     collective: bool = False  #: whether all ranks compute it together; else rank 0 does
     #: Whether it is done for each building with a 3D model, on a view of the case for it and in the
     #: folder of the view; else once for the whole case, in that of the run.

@@ -28,7 +28,7 @@ from impactfem.reduction.loads import make_loads
 from impactfem.reduction.probes import recorded_nodes, standard_probes
 from impactfem.reduction.reduced_basis import Accuracy, BasisPlan, build_basis
 from impactfem.run import loop
-from impactfem.stages.transient.compute import run_full
+from impactfem.stages.transient.full_run import FullModel, Resumption, run_full
 from impactfem.system.arrays import Index
 from no_pictures import no_pictures
 
@@ -95,9 +95,10 @@ class Frame:
     def full(self, loads, damping, folder, nodes=None, **options):
         """The full model, its checkpoints in the folder: without an interruption the last alone."""
         probes = Displacements(self.model, self.nodes if nodes is None else nodes)
-        whole = {"checkpoints": folder, "key": "frame", "every": 10**6}
-        model, patterns = self.model, self.patterns(loads)
-        return run_full(model, self.K, loads, patterns, damping, probes, **whole | options)
+        C, progress = options.pop("C", None), options.pop("progress", lambda part: None)
+        resumption = Resumption(folder, **{"key": "frame", "every": 10**6} | options)
+        model = FullModel(self.model, self.K, damping, C)
+        return run_full(model, loads, self.patterns(loads), probes, resumption, progress)
 
     def basis(self, loads, **changes):
         """A reduced basis for the light damping."""

@@ -11,7 +11,7 @@ from impactfem.reduction.reduced_basis import Accuracy, BasisPlan, build_basis
 from impactfem.reduction.response import modal_histories, node_response
 from impactfem.run import loop
 from impactfem.stages.transient import stage as transient
-from impactfem.stages.transient.compute import run_full
+from impactfem.stages.transient.full_run import FullModel, Resumption, run_full
 from impactfem.system.log import LOGGER
 
 
@@ -60,16 +60,12 @@ def responses(comm, given, folder):
 
         try:
             return run_full(
-                model,
-                K,
+                FullModel(model, K, damping),
                 loads,
                 patterns,
-                damping,
                 Displacements(model, nodes),
-                checkpoints=folder / name,
-                key="key",
-                every=25,
-                progress=progress,
+                Resumption(folder / name, "key", 25),
+                progress,
             )
         except KilledError:
             return None

@@ -15,7 +15,6 @@ from impactfem.stages.stores import dataset
 from impactfem.stages.transient.checks import SPECTRUM_END, samples_check, transient_checks
 from impactfem.stages.transient.tables import transient_tables
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, with_scalars
 
 from ..figure_file import rows
 
@@ -24,7 +23,7 @@ GOOD = {
     "band_max": 0.004,
     "energy_residual": 1e-13,
     "reduced_against_full": 0.002,
-    "points_per_cycle": 20.0,
+    "upsampling_factor": 10.0,
 }
 IDS = [
     "transient.points_per_cycle",
@@ -38,13 +37,13 @@ IDS = [
 
 @pytest.fixture
 def checked(transient_folder):
-    """The checks of a store with other scalars, highest frequency [Hz] or ratios of peaks."""
+    """The checks of a store with other numbers, highest frequency [Hz] or ratios of peaks."""
 
     def check(highest=100.0, end=1.02, between=1.0, **changes):
         path = transient_folder() / "transient.nc"
         store = xr.load_dataset(path, engine="netcdf4")
-        scalars = [Scalar(f"transient.{name}", x, "-") for name, x in {**GOOD, **changes}.items()]
-        store = with_scalars(store, scalars).assign_attrs(maximum_frequency=highest)
+        numbers = {name: x for name, x in {**GOOD, **changes}.items() if x is not None}
+        store = store.assign(numbers).assign_attrs(maximum_frequency=highest)
         # At one point the spectrum ends elsewhere, or a peak is between the samples.
         last = store["psa"].values[0][..., store["frequency"].values <= highest][..., -1]
         store["pfa_interpolated"][:] = last
@@ -100,7 +99,7 @@ def test_what_fails_is_a_warning(checked, caplog, change, name):
         ({"between": 1.25}, 0.2, False),
         ({"between": 1.04}, 0.0385, True),
         # The method "in-step" keeps the samples of the histories themselves.
-        ({"points_per_cycle": 2.0}, None, None),
+        ({"upsampling_factor": 1.0}, None, None),
     ],
 )
 def test_too_few_samples(checked, change, value, passed):
@@ -111,12 +110,6 @@ def test_too_few_samples(checked, change, value, passed):
     assert peaks.value == (None if value is None else pytest.approx(value, rel=1e-2))
     assert value is None or "10 times finer" in peaks.detail
     assert len(rest) == len(IDS) - 1
-
-
-def test_how_much_finer_is_what_the_spectra_did():
-    record = np.sin(np.arange(64.0))
-    spectra = response_spectra(record, 1e-3, [0.5, 500.0], [0.05], points_per_cycle=20)
-    assert spectra.upsampling_factor == round(spectra.points_per_cycle * 1e-3 * 500.0) == 10
 
 
 @pytest.mark.parametrize("phase", [0.0, 0.25, 0.5])

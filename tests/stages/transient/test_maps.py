@@ -10,6 +10,9 @@ from impactfem.building.mesh import Part
 from impactfem.reduction.probes import floor_vertices, recorded_nodes, wave_slab
 from impactfem.reduction.response import modal_histories, node_response, node_spectra
 from impactfem.stages.transient.maps import AT_ONCE, floor_maps, membrane_force
+from impactfem.stages.transient.reduced_run import ReducedRun
+
+from .conftest import HIGHEST
 
 IMPACT = (0.3, 0.32)
 
@@ -17,9 +20,8 @@ IMPACT = (0.3, 0.32)
 @pytest.fixture(scope="module")
 def make(frame, loads, basis, spectra):
     def made(**changes):
-        history = modal_histories(basis, loads, frame.damping)
-        asked = {"main_impact": IMPACT, "direction": 1} | changes
-        return floor_maps(frame.parts, basis, history, loads, spectra, **asked)
+        run = ReducedRun(basis, loads, frame.damping, spectra, HIGHEST)
+        return floor_maps(frame.parts, run, **{"main_impact": IMPACT, "direction": 1} | changes)
 
     return made
 

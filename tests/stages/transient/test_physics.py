@@ -7,6 +7,7 @@ import pytest
 
 from impactfem.coupling.force_history import around_peak
 from impactfem.reduction.loads import project
+from impactfem.stages.transient.findings import findings
 from impactfem.stages.transient.physics import (
     SILENT,
     arrivals,
@@ -14,7 +15,6 @@ from impactfem.stages.transient.physics import (
     far_highest_below,
     force_spectra,
     longest_above,
-    physics_scalars,
     power_spectrum,
 )
 from impactfem.stages.transient.selection import floors_of, shown
@@ -28,7 +28,7 @@ def numbers(stores):
     def compute(change=lambda store: None, **wanted):
         store, sticks = stores(**wanted)
         change(store)
-        return {s.name: s for s in physics_scalars(store, sticks)}
+        return findings(store, sticks)
 
     return compute
 
@@ -62,9 +62,9 @@ def test_spread(numbers):
         store["sd"][:, on_line, :, 0] = np.linspace(0.10, 0.11, on_line.sum())[None, :, None]
 
     found = numbers(changed)
-    assert found["transient.frs.displacement_spread"].value == pytest.approx(0.01 / 0.11)
+    assert found["displacement_spread"] == pytest.approx(0.01 / 0.11)
     # The probes beside the line have 0.02 m there.
-    floor = found["transient.frs.displacement_spread_floor"].value
+    floor = found["displacement_spread_floor"]
     assert floor == pytest.approx(0.09 / 0.11)
 
 
@@ -146,8 +146,8 @@ def test_ratio_of_forces(numbers, factor, ratio):
     def changed(store):
         store["impact_force"][:, 0] *= factor
 
-    found = numbers(changed).get("transient.psd_ratio")
-    assert found is None if ratio is None else found.value == pytest.approx(ratio, rel=1e-6)
+    found = numbers(changed).get("psd_ratio")
+    assert found is None if ratio is None else found == pytest.approx(ratio, rel=1e-6)
 
 
 def test_densities_do_not_depend_on_the_ringing_of_resampled_forces():
@@ -169,39 +169,37 @@ def test_densities_do_not_depend_on_the_ringing_of_resampled_forces():
 
 def test_of_a_store(numbers):
     found = numbers()
-    assert found["transient.wave_crossing"].value == pytest.approx(6.0 / 2000.0, rel=0.03)
-    assert found["transient.measured_wave_speed"].value == pytest.approx(2000.0, rel=0.03)
-    assert found["transient.wave_crossing_half"].value == pytest.approx(6.0 / 2000.0, rel=0.03)
-    assert found["transient.wave_far_edge"].value == pytest.approx(6.0 / 2000.0, rel=0.03)
-    assert found["transient.wave_reversal"].value is None  # a half sine that is not reflected
+    for name in ("wave_crossing", "wave_crossing_half", "wave_far_edge"):
+        assert found[name] == pytest.approx(6.0 / 2000.0, rel=0.03), name
+    assert found["measured_wave_speed"] == pytest.approx(2000.0, rel=0.03)
+    assert np.isnan(found["wave_reversal"])  # a half sine without a reflection
     # The store's spectra grow from one probe to the next, and peak near 60 Hz.
-    assert found["transient.frs.far_highest_below"].value == pytest.approx(422.0, rel=0.02)
-    assert found["transient.frs.near_highest_at"].value == pytest.approx(60.0, rel=0.1)
-    assert found["transient.frs.floor_2_above_floor_3.lowest"].value is None
+    assert found["far_highest_below"] == pytest.approx(422.0, rel=0.02)
+    assert found["near_highest_at"] == pytest.approx(60.0, rel=0.1)
+    assert (found["exceeding_floor"], found["exceeded_floor"]) == (2, 3)
+    assert np.isnan(found["exceeds_from"])
     # 20.1 m/s2 near 20 Hz for the sticks; 45.1 m/s2 near 60 Hz.
-    ratio = found["transient.frs.floor_3.peak_over_sticks"].value
-    assert ratio == pytest.approx(45.1 / 20.1, rel=0.03)
-    frequency = found["transient.frs.floor_3.peak_frequency_over_sticks"].value
-    assert frequency == pytest.approx(3.0, rel=0.2)
+    assert found["peak_over_sticks"] == pytest.approx(45.1 / 20.1, rel=0.03)
+    assert found["peak_frequency_over_sticks"] == pytest.approx(3.0, rel=0.2)
     assert not any("over_sticks" in name for name in numbers(model="structure"))
-    transfer = found["transient.transfer.floor_3"]
+    assert found["transfer_floor"] == [2, 3]
     # 1 + ln(f / 0.5), up to the highest frequency below 450 Hz of the store.
-    assert transfer.value == pytest.approx(1e-6 * (1.0 + math.log(434.0 / 0.5)), rel=0.01)
-    assert transfer.unit == "1/kg"
-    assert found["transient.pfa.edges_over_inside"].value == pytest.approx(1.0, abs=0.02)
+    largest = 1e-6 * (1.0 + math.log(434.0 / 0.5))
+    assert found["transfer_peak"] == pytest.approx([largest, largest], rel=0.01)
+    assert found["edges_over_inside"] == pytest.approx(1.0, abs=0.02)
+    assert (found["largest_psa_floor"], found["resolved_frequency"]) == (3, 100.0)
 
 
-def test_what_does_not_exist_is_left_out(numbers):
+def test_missing_findings(numbers):
     free = numbers(loads=())
     assert not {n for n in free if "wave" in n or "psd" in n or "transfer" in n}
-    assert "transient.frs.near_highest_at" in free
+    assert "near_highest_at" in free
     full = numbers(solver="full", loads=(3,))
     assert not {n for n in full if "psd" in n or "transfer" in n}
-    assert "transient.wave_crossing" in full
+    assert "wave_crossing" in full
     one = numbers(floors=(1,), loads=(1,))
-    assert not {n for n in one if "above" in n or "psd" in n}
-    along = numbers(direction="x")
-    assert along["transient.wave_crossing"].value == pytest.approx(6.0 / 2000.0, rel=0.03)
+    assert not {n for n in one if "exceed" in n or "psd" in n}
+    assert numbers(direction="x")["wave_crossing"] == pytest.approx(6.0 / 2000.0, rel=0.03)
 
 
 DT = 1e-4

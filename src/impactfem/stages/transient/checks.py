@@ -20,7 +20,6 @@ from impactfem.stages.check import (
 from impactfem.stages.pounding.checks import begins_with_jump
 from impactfem.stages.stores import names_of, of_run, open_store, time_step
 from impactfem.stages.transient.selection import between, ends, known
-from impactfem.system.scalar import values_of
 
 SAMPLES = Criterion(
     "transient.points_per_cycle",
@@ -73,7 +72,7 @@ NUMBERS = {
         remedy="Raise transient.largest_basis, or lower transient.tolerance",
     ),
 }
-"""Criterion by the name of the scalar."""
+"""Criterion by the variable of the store."""
 LINE_LOAD = Criterion(
     "transient.line_load_distance",
     "distance of the largest force from the middle of its edge, spread uniform",
@@ -93,12 +92,9 @@ IMPULSES = Criterion(
 def transient_checks(folder: Path) -> list[Check]:
     """Return the checks of `transient.nc`."""
     with open_store(folder / "transient.nc") as store:
-        step, values = time_step(store), values_of(store)
-        samples = [samples_check(step, float(store.attrs["maximum_frequency"]))]
+        samples = [samples_check(time_step(store), float(store.attrs["maximum_frequency"]))]
         if samples[0].passed is False:
-            # The samples that the spectra had in a cycle, over those of the histories.
-            points = values["transient.points_per_cycle"]
-            finer, over = round(points * step * float(store["frequency"].max())), between(store)
+            finer, over = int(store["upsampling_factor"]), between(store)
             if finer > 1 and over.notnull().any():
                 largest = over.isel(over.argmax(...))
                 where = f"{largest['probe'].item()}, {largest['component'].item()}"
@@ -118,9 +114,9 @@ def transient_checks(folder: Path) -> list[Check]:
                 jumps = begins_with_jump(sticks)
         ended = end_check(SPECTRUM_END, probes, "xyz", ratio, last, jumps=jumps)
         numbers = [
-            criterion.check(value)
+            criterion.check(float(store[name]))
             for name, criterion in NUMBERS.items()
-            if (value := values.get(f"transient.{name}")) is not None
+            if name in store
         ]
         return [*samples, ended, *numbers, *_pulling(store)]
 

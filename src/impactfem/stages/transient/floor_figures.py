@@ -36,7 +36,6 @@ from impactfem.stages.transient.selection import (
     wave_floor,
 )
 from impactfem.system.arrays import Array
-from impactfem.system.scalar import values_of
 
 DEFORMED = 0.06
 """Largest deformation in a picture over the smaller side of the floor."""
@@ -47,9 +46,9 @@ STYLES = ((BLUE, "-"), (RED, "--"), (GREEN, "-."), (ORANGE, ":"))
 LINES = 8
 """Lines of equal values in a picture, about."""
 SPEEDS = (
-    ("transient.loaded_wave_speed", "slab with its masses", "-"),
-    ("transient.wave_speed", "shear waves", "--"),
-    ("transient.plate_wave_speed", "bare plate", ":"),
+    ("loaded_wave_speed", "slab with its masses", "-"),
+    ("wave_speed", "shear waves", "--"),
+    ("plate_wave_speed", "bare plate", ":"),
 )
 """Scalar of a speed by hand, what it is of, and its dashes."""
 
@@ -216,10 +215,10 @@ def wave_map(path: Path, response: xr.Dataset) -> None:
             # Lines of the speeds go through the middle of the peaks.
             reached = np.isfinite(peak)
             first, middle = peak[reached].mean(), distance[reached].mean()
-        ends, speeds = np.array([0.0, distance[-1]]), values_of(response)
+        ends = np.array([0.0, distance[-1]])
         for name, kind, dash in SPEEDS:
-            if name in speeds:
-                c, look = speeds[name], {"color": "black", "ls": dash, "lw": 1.6}
+            if name in response:
+                c, look = float(response[name]), {"color": "black", "ls": dash, "lw": 1.6}
                 look |= {"path_effects": halo, "label": f"{kind}, {c:.0f} m/s"}
                 panel.plot(first + 1e3 * (ends - middle) / c, ends, **look)
         panel.set(xlim=(time[0], time[-1]), ylim=(0.0, distance[-1]))

@@ -1,6 +1,7 @@
 """Fields over the floors: peak acceleration and spectra of every node, and the waves."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -8,13 +9,12 @@ import xarray as xr
 from impactfem.building.mesh import DOFS
 from impactfem.building.parts import BuildingParts
 from impactfem.building.section_forces import section_forces
-from impactfem.case import Spectra
 from impactfem.reduction.loads import Loads
-from impactfem.reduction.modal_response import ModalHistory
 from impactfem.reduction.probes import floor_vertices, wave_slab
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.spectra import logarithmic_frequencies, response_spectra, sampling_loss
 from impactfem.stages.stores import Output, dataset
+from impactfem.stages.transient.reduced_run import ReducedRun
 from impactfem.system.arrays import Array, Index
 from impactfem.system.parallel import all_blas_threads, threads
 
@@ -63,40 +63,68 @@ MAP_OUTPUTS = {
 
 def floor_maps(
     parts: BuildingParts,
-    basis: ReducedBasis,
-    history: ModalHistory,
-    loads: Loads,
-    spectra: Spectra,
+    run: ReducedRun,
     *,
     main_impact: tuple[float, float] | None,
     direction: int = 0,
     floor: int | None = None,
     progress: Callable[[float], None] = lambda part: None,
 ) -> xr.Dataset:
-    """The content of `transient_maps.nc`: fields at vertices of floors, and waves on one floor.
+    """Return the content of `transient_maps.nc`: fields at vertices of floors, waves on one floor.
 
-    Of the case's spectra the highest frequency and the first damping count. The main impact has a
-    start and an end [s], None without one; the waves are on the top floor where none is named. The
-    film has accelerations along `direction`, 0 to 2.
+    Spectra have the highest frequency and the first damping of the case.
+
+    Args:
+        parts: The building.
+        run: Its reduced model under the loads.
+        main_impact: Start and end of the main impact [s]; None without one.
+        direction: Direction of the accelerations of the film, 0 to 2.
+        floor: The floor with the waves; None for the highest.
+        progress: Called with the completed part of the work.
     """
-    mesh = parts.mesh
+    mesh, loads = parts.mesh, run.loads
     nodes = floor_vertices(mesh)
-    values = spectra.frequency_values
-    frequency = logarithmic_frequencies(min(values), max(values), 66)
-    damping = float(spectra.damping[0])
     steps, frames = _times(main_impact, loads)
+    slabs = {floor: mesh.triangles[mesh.slab(floor), :3] for floor in mesh.floors}
+    vertices, attributes = _vertex_fields(run, nodes, frames, direction, progress)
+    fields = {
+        "component": ["x", "y", "z"],
+        "xyz": ["x", "y", "z"],
+        "node_number": nodes,
+        "node_position": mesh.nodes[nodes],
+        "floor_triangle_node": np.searchsorted(nodes, np.concatenate(list(slabs.values()))),
+        "floor_triangle_floor": np.repeat(list(slabs), [len(slab) for slab in slabs.values()]),
+        **vertices,
+        "frame": np.asarray(frames * loads.time_step, dtype=np.float64),
+        **_waves(parts, run, steps, floor),
+    }
+    return dataset(MAP_OUTPUTS, fields, attributes=attributes)
+
+
+def _vertex_fields(
+    run: ReducedRun,
+    nodes: Index,
+    frames: Index,
+    direction: int,
+    progress: Callable[[float], None],
+) -> tuple[dict[str, Any], dict[str, float]]:
+    """Return spectra and peaks of all vertices, their motion in the film, and the attributes."""
+    loads, history, values = run.loads, run.history, run.spectra.frequency_values
+    frequency = logarithmic_frequencies(min(values), max(values), 66)
+    damping = float(run.spectra.damping[0])
     film_u = np.empty((len(frames), len(nodes), 3), dtype=np.float32)
     film_a = np.empty((len(frames), len(nodes)), dtype=np.float32)
     psa = np.empty((len(nodes), 3, len(frequency)), dtype=np.float32)
     pfa = np.empty((len(nodes), 3))
     reached = 0.0
+    # Blocks of nodes, because the histories of all nodes need too much memory.
     for first in range(0, len(nodes), AT_ONCE):
         part = slice(first, first + AT_ONCE)
-        records = _records(basis, history.acceleration, nodes[part])
+        records = _records(run.basis, history.acceleration, nodes[part])
         for c in range(3):
             records[c::3] += loads.ground[:, c]
         film_a[:, part] = records[direction::3, frames].T
-        moved = _records(basis, history.displacement[:, frames], nodes[part])
+        moved = _records(run.basis, history.displacement[:, frames], nodes[part])
         film_u[:, part] = moved.reshape(len(nodes[part]), 3, len(frames)).transpose(2, 0, 1)
         found = response_spectra(
             records,
@@ -111,41 +139,40 @@ def floor_maps(
         pfa[part] = found.zpa.reshape(-1, 3)
         reached = found.points_per_cycle
         progress(min(1.0, (first + AT_ONCE) / len(nodes)))
-    triangles, wave_nodes = wave_slab(mesh, floor)
-
-    def at(modal: Array, steps: Index) -> Array:
-        """Values of the nodes of the wave at time steps, shape (s, m, 3)."""
-        shape = (len(wave_nodes), 3, len(steps))
-        return _records(basis, modal[:, steps], wave_nodes).reshape(shape).transpose(2, 0, 1)
-
-    displacement = at(history.displacement, steps)
-    snapshots = at(history.acceleration, steps) + loads.ground[steps][:, None]
-    slabs = {floor: mesh.triangles[mesh.slab(floor), :3] for floor in mesh.floors}
-    corners = mesh.triangles[triangles][:, :6]
     fields = {
-        "component": ["x", "y", "z"],
-        "xyz": ["x", "y", "z"],
-        "node_number": nodes,
-        "node_position": mesh.nodes[nodes],
-        "floor_triangle_node": np.searchsorted(nodes, np.concatenate(list(slabs.values()))),
-        "floor_triangle_floor": np.repeat(list(slabs), [len(slab) for slab in slabs.values()]),
         "frequency": frequency,
         "pfa": pfa,
         "psa": psa,
         "sampling_loss": sampling_loss(reached * frequency[-1] / frequency),
-        "wave_node_number": wave_nodes,
-        "wave_node_position": mesh.nodes[wave_nodes],
-        "wave_triangle_node": np.searchsorted(wave_nodes, corners),
-        "snapshot": np.asarray(steps * loads.time_step, dtype=np.float64),
-        "wave_displacement": displacement,
-        "wave_acceleration": snapshots,
-        "membrane_force": membrane_force(parts, triangles, wave_nodes, displacement),
-        "frame": np.asarray(frames * loads.time_step, dtype=np.float64),
         "frame_displacement": film_u,
         "frame_acceleration": film_a,
     }
-    attributes = {"damping": damping, "points_per_cycle": reached}
-    return dataset(MAP_OUTPUTS, fields, attributes=attributes)
+    return fields, {"damping": damping, "points_per_cycle": reached}
+
+
+def _waves(
+    parts: BuildingParts, run: ReducedRun, steps: Index, floor: int | None
+) -> dict[str, Array]:
+    """Return motion and membrane force of a floor at time steps of the main impact."""
+    mesh, loads = parts.mesh, run.loads
+    triangles, nodes = wave_slab(mesh, floor)
+
+    def at(modal: Array) -> Array:
+        """Values of the nodes at the time steps, shape (s, m, 3)."""
+        shape = (len(nodes), 3, len(steps))
+        return _records(run.basis, modal[:, steps], nodes).reshape(shape).transpose(2, 0, 1)
+
+    displacement = at(run.history.displacement)
+    acceleration = at(run.history.acceleration) + loads.ground[steps][:, None]
+    return {
+        "wave_node_number": nodes,
+        "wave_node_position": mesh.nodes[nodes],
+        "wave_triangle_node": np.searchsorted(nodes, mesh.triangles[triangles][:, :6]),
+        "snapshot": np.asarray(steps * loads.time_step, dtype=np.float64),
+        "wave_displacement": displacement,
+        "wave_acceleration": acceleration,
+        "membrane_force": membrane_force(parts, triangles, nodes, displacement),
+    }
 
 
 def _times(main_impact: tuple[float, float] | None, loads: Loads) -> tuple[Index, Index]:

@@ -1,7 +1,6 @@
-"""What the paper says of the response of the 3D building, as numbers of this run.
+"""Comparison of spectra, arrivals of waves, and power spectra of forces, as functions of arrays.
 
-Functions of arrays, and `physics_scalars` of the stores. None stands for what does not
-exist in a run, such as the crossing time of a wave where nothing touches.
+The findings of the stage (`findings`) are computed by them.
 """
 
 import math
@@ -13,29 +12,9 @@ from scipy import signal
 
 from impactfem.coupling.force_history import around_peak
 from impactfem.spectra.response_spectrum import upsample
-from impactfem.stages.stores import time_step
-from impactfem.stages.transient.selection import (
-    at_floor,
-    floors_of,
-    inward,
-    known,
-    main_impact,
-    main_side,
-    of_kind,
-    of_pounding,
-    pounded,
-    shown,
-    transfer,
-    wave_floor,
-)
+from impactfem.stages.transient.selection import inward, main_impact, of_kind
 from impactfem.system.arrays import Array
-from impactfem.system.scalar import Scalar, values_of
 
-Row = tuple[str, float | None, str, str]
-"""Name of a scalar without that of the stage, value, unit and note."""
-
-IMPACT_CONTENT = 100.0
-"""Up to where the main impacts have most of their content, section 4.3.2 of the paper [Hz]."""
 HALF = 0.5
 """Part of its peak at which a wave's arrival is read, in addition to the peak itself."""
 FIRST = 0.45
@@ -179,8 +158,9 @@ def line_arrivals(response: xr.Dataset) -> Arrivals | None:
     if impact is None or sense == 0.0:
         return None
     histories = of_kind(response, "line")["acceleration"].transpose("probe", "time").values
-    crossing = values_of(response).get("transient.loaded_wave_crossing")
-    return arrivals(response["time"].values, histories, sense, impact, crossing)
+    crossing = response.get("loaded_wave_crossing")
+    limit = None if crossing is None else float(crossing)
+    return arrivals(response["time"].values, histories, sense, impact, limit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,144 +209,3 @@ def force_spectra(force: Array, time_step: float) -> ForceSpectra:
         )
         densities.append(density * (longest * time_step / T))
     return ForceSpectra(np.asarray(frequency), np.array(densities), T)
-
-
-def physics_scalars(store: xr.Dataset, sticks: xr.Dataset) -> list[Scalar]:
-    """All numbers that `transient.nc` and `pounding.nc` have, by the names of `summary.json`."""
-    response = shown(store)
-    good, top, rows = known(response), wave_floor(response), list[Row]()
-    other = of_pounding(sticks, "psa", response)
-    # A 3D model that pounds is the same model.
-    if other is not None and pounded(sticks, response) == "sticks":
-        ours = at_floor(good, "centre", top)["psa"]
-        theirs = other.isel(frequency=(other["frequency"] <= _highest(response)).values)
-        peak, stick_peak = ours.isel(ours.argmax(...)), theirs.isel(theirs.argmax(...))
-        ratio = float(peak["frequency"]) / float(stick_peak["frequency"])
-        name, note = f"frs.floor_{top}", "mass centre, 3D model over sticks"
-        rows = [
-            (f"{name}.peak_over_sticks", float(peak) / float(stick_peak), "-", note),
-            (f"{name}.peak_frequency_over_sticks", ratio, "-", note),
-        ]
-    rows += _along_line(response)
-    # Where the floor below the one with the line is above it, at the impact edges.
-    floors = [f for f in floors_of(response, "edge") if f <= top]
-    if len(floors) > 1:
-        lower, upper = floors[-2:]
-        below, above = (at_floor(good, "edge", floor)["psa"].values for floor in (lower, upper))
-        ends = longest_above(below, above, good["frequency"].values) or (None, None)
-        note = "impact edges, ends of the widest interval"
-        rows += [
-            (f"frs.floor_{lower}_above_floor_{upper}.{which}", end, "Hz", note)
-            for which, end in zip(("lowest", "highest"), ends, strict=True)
-        ]
-    rows += [*_of_forces(response), *_of_wave(response)]
-    return [Scalar(f"transient.{name}", value, unit, note) for name, value, unit, note in rows]
-
-
-def _highest(response: xr.Dataset) -> float:
-    """The highest frequency that the model is meant for, and what rounding adds [Hz]."""
-    return float(response.attrs["maximum_frequency"]) * (1.0 + 1e-9)
-
-
-def _along_line(response: xr.Dataset) -> list[Row]:
-    """How spectra and peak accelerations change from the impact edge to the opposite one."""
-    line = of_kind(known(response), "line")
-    if line.sizes["probe"] < 3:
-        return []
-    z = response["probe_position"].sel(xyz="z")
-    level = float(line["probe_position"].sel(xyz="z")[0])
-    on_floor = known(response).isel(probe=(abs(z - level) < 1e-6 * max(1.0, abs(level))).values)
-    frequency, distance, pfa = (line[n].values for n in ("frequency", "distance", "pfa"))
-    psa = line["psa"].transpose("probe", "frequency").values
-    middle, slack = 0.5 * distance[-1], 1e-6 * distance[-1]
-    near = psa[distance < middle - slack].max(axis=0)
-    far = psa[distance > middle + slack].max(axis=0)
-    # Largest difference of displacement spectra over the largest of all.
-    spread, spread_floor = (
-        float((one.max("probe") - one.min("probe")).max() / one.max())
-        for one in (line["sd"], on_floor["sd"])
-    )
-    overtaken, at_edge = far_highest_below(near, far, frequency), int(np.argmax(psa[0]))
-    inside = float(min(pfa[0], pfa[-1]) / pfa[1:-1].max())
-    floor = f"floor {wave_floor(response)}"
-    of_line = f"line on {floor}: largest difference of displacement spectra over the largest"
-    of_floor = f"the same of all probes on {floor}: turning about the vertical is in it"
-    both_ends = f"{floor}: the lower of both ends of the line over the highest between them"
-    to_far = f"line on {floor}: the end far from the impact over the one that is hit"
-    upto = f"{floor}: up to there the far half of the line is higher than the near one"
-    at_impact = f"{floor}: peak of the spectrum at the impact edge"
-    return [
-        ("frs.far_highest_below", overtaken, "Hz", upto),
-        ("frs.near_highest_at", float(frequency[at_edge]), "Hz", at_impact),
-        ("frs.displacement_spread", spread, "-", of_line),
-        ("frs.displacement_spread_floor", spread_floor, "-", of_floor),
-        ("pfa.edges_over_inside", inside, "-", both_ends),
-        ("pfa.far_over_near", float(pfa[-1] / pfa[0]), "-", to_far),
-    ]
-
-
-def _of_forces(response: xr.Dataset) -> list[Row]:
-    """Transfer functions at the edges, and the content of the forces on the two upper ones."""
-    rows: list[Row] = []
-    floors = response["transfer_load_floor"].values if "transfer_load" in response.dims else ()
-    note = "largest acceleration over force at the edge that the force acts on"
-    upto = IMPACT_CONTENT
-    for floor in dict.fromkeys(floors):
-        if floor not in floors_of(response, "edge"):
-            continue
-        size, _ = transfer(at_floor(response, "edge", floor), floor)
-        size = size.sel(transfer_frequency=slice(None, _highest(response)))
-        largest = float(size.sel(transfer_frequency=slice(None, upto)).max())
-        name = f"transfer.floor_{floor}"
-        rows += [
-            (name, float(size.max()), "1/kg", note),
-            (f"{name}_frequency", float(size.idxmax()), "Hz", note),
-            (f"{name}_to_{upto:g}hz", largest, "1/kg", f"{note}, up to {upto:g} Hz"),
-        ]
-    side = main_side(response)
-    if side.sizes["edge"] > 1:
-        force = side["impact_force"].isel(edge=[-2, -1]).transpose("time", "edge")
-        spectra = force_spectra(force.values, time_step(response))
-        below, above = spectra.density[:, spectra.frequency <= upto].mean(axis=1)
-        lower, upper = force["edge"].values
-        note = f"main impacts, {upper} over {lower}, mean up to {upto:g} Hz"
-        rows.append(("psd_ratio", float(above / below) if below > 0.0 else None, "-", note))
-    return rows
-
-
-def _of_wave(response: xr.Dataset) -> list[Row]:
-    """Crossing times and speeds of the main impact's wave, and what happens at both ends."""
-    found, impact = line_arrivals(response), main_impact(response)
-    if found is None or impact is None:
-        return []
-    rows: list[Row] = []
-    line = of_kind(response, "line")
-    distance = line["distance"].values
-    for name, arrival, what in (
-        ("", found.peak, "the peak"),
-        ("_half", found.half, f"{100 * HALF:g} % of the peak"),
-    ):
-        crossing = crossing_time(distance, arrival)
-        speed = None if crossing is None else float(distance[-1]) / crossing
-        note = f"main impact, slope of the arrival of {what} along the line"
-        rows += [
-            (f"wave_crossing{name}", crossing, "s", note),
-            (f"measured_wave_speed{name}", speed, "m/s", note),
-        ]
-    first, last = found.peak[[0, -1]]
-    across = float(last - first) if last > first else None
-    turned = None
-    if math.isfinite(first):
-        start, end = impact
-        time = response["time"].values
-        after = (time > first) & (time <= end + max(end - start, time_step(response)))
-        pushed = inward(response) * line["acceleration"].isel(probe=0).values[after]
-        if pushed.min(initial=0.0) < 0.0:
-            turned = float(time[after][np.argmin(pushed)] - first)
-    note = "main impact, from the peak at the impact edge to"
-    opposite = "the largest acceleration there in the opposite sense"
-    return [
-        *rows,
-        ("wave_far_edge", across, "s", f"{note} that at the opposite edge"),
-        ("wave_reversal", turned, "s", f"{note} {opposite}"),
-    ]

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from impactfem.building.from_case import read_parts
 from impactfem.building.links import BasePlate, find_base_plates
 from impactfem.building.mesh import BuildingMesh
@@ -20,6 +22,7 @@ from impactfem.reduction.forces import checked_forces, with_floor_forces
 from impactfem.reduction.loads import Loads, make_loads
 from impactfem.reduction.probes import Probe, checked_probes
 from impactfem.reduction.sides import Impulses
+from impactfem.system.arrays import Index
 from impactfem.system.errors import Fault, InputError
 
 
@@ -28,7 +31,7 @@ class Prepared:
     """What a run needs in addition to the matrices."""
 
     parts: BuildingParts  #: the building
-    probes: tuple[Probe, ...]  #: where it is looked
+    probes: tuple[Probe, ...]  #: output points
     motions: tuple[GroundMotion, ...]
     loads: Loads  #: ground motion and impact forces, at the step of the 3D model
     storey_factor: float  #: factor on walls and columns
@@ -36,6 +39,11 @@ class Prepared:
     damping: DampingLaw
     #: Of the impact on the wall, for spread `calibrated`; None for another one.
     impulses: Impulses | None
+
+    @property
+    def probe_nodes(self) -> Index:
+        """Nodes of the probes, shape (n,)."""
+        return np.array([probe.node for probe in self.probes])
 
 
 def prepare(
@@ -111,10 +119,8 @@ def loads_on_edges(
     # Of whole numbers, the quotient may be a rounding error below one.
     n_steps = math.floor(duration / time_step * (1.0 + 1e-9))
     ground = [motion.history for motion in motions]
-    return make_loads(
-        *(ground, forces, edges, time_step, n_steps, len(edges) - contacts),
-        delay=case.delays.get(case.modelled.building, 0.0),
-    )
+    delay = case.delays.get(case.modelled.building, 0.0)
+    return make_loads(ground, forces, edges, time_step, n_steps, len(edges) - contacts, delay)
 
 
 def transient_of(case: Case) -> Transient:

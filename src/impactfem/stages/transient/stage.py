@@ -15,14 +15,12 @@ from impactfem.stages.pounding.model_checks import stick_against_model
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, Stage
-from impactfem.stages.stores import of_run, open_store
+from impactfem.stages.stores import of_run
 from impactfem.stages.transient.checks import impulse_check, samples_check, transient_checks
 from impactfem.stages.transient.figures import transient_figures
-from impactfem.stages.transient.physics import physics_scalars
 from impactfem.stages.transient.tables import transient_tables
 from impactfem.system.log import Steps
 from impactfem.system.parallel import on_root
-from impactfem.system.scalar import Scalar
 
 
 def _reduces(case: Case) -> bool:
@@ -34,8 +32,9 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     from impactfem.dynamics.checkpoints import remove_checkpoints
     from impactfem.stages.building.compute import mesh_of_run
     from impactfem.stages.reduce.compute import reduced_on_root
-    from impactfem.stages.transient.compute import CHECKPOINTS, run_transient
+    from impactfem.stages.transient.compute import run_transient
     from impactfem.stages.transient.export import write_motion
+    from impactfem.stages.transient.full_run import CHECKPOINTS
     from impactfem.stages.transient.prepared import prepare
     from impactfem.stages.transient.store import write_stores
 
@@ -100,15 +99,6 @@ def _draw(case: Case, folder: Path) -> list[Path]:
     ]
 
 
-def _physics(folder: Path) -> list[Scalar]:
-    """What the stores of this stage and of the sticks say together."""
-    with (
-        open_store(folder / "transient.nc") as store,
-        open_store(of_run(folder, "pounding.nc")) as sticks,
-    ):
-        return physics_scalars(store, sticks)
-
-
 TRANSIENT = Stage(
     name="transient",
     title="The 3D model in time",
@@ -146,7 +136,6 @@ TRANSIENT = Stage(
         *((CALIBRATE,) if case.transient and case.transient.spread == "calibrated" else ()),
         POUNDING,
     ),
-    derived=_physics,
     collective=True,
     each=True,
 )

@@ -4,6 +4,7 @@ Displacements are relative to the ground, accelerations absolute.
 """
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,21 +13,67 @@ import xarray as xr
 
 from impactfem.building.facade import facades
 from impactfem.building.floor import floor_bar
+from impactfem.building.parts import BuildingParts
 from impactfem.reduction.response import SAFETY, Transfer
 from impactfem.stages.check import resolved_frequency
-from impactfem.stages.stores import Output, dataset
-from impactfem.stages.transient.compute import TransientStudy, by_probe, main_impact
-from impactfem.stages.transient.prepared import transient_of
-from impactfem.stages.transient.selection import known, of_kind, resolved
+from impactfem.stages.results import outputs, value
+from impactfem.stages.stores import Output, dataset, of_run, open_store
+from impactfem.stages.transient.compute import TransientStudy, main_impact
+from impactfem.stages.transient.findings import FINDINGS, findings, transient_scalars
+from impactfem.stages.transient.node_results import NodeResults, by_node
+from impactfem.stages.transient.prepared import Prepared, transient_of
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, with_scalars
+from impactfem.system.quantity import results, si
+from impactfem.system.scalar import with_scalars
 
 AXES = ["x", "y", "z"]
-_HISTORY = "time probe component"
-_SPECTRUM = "damping probe component frequency"
-_ROTATION = "time turning rotation"
-_ROTATIONAL = "damping turning rotation frequency"
 _TRANSFER = "transfer_frequency transfer_load probe component"
+
+
+@results
+class Quality:
+    """Accuracy of the analysis; None for a result of another solver."""
+
+    impulse_error: float = si("-", "largest error of an impulse by resampling, over the largest")
+    points_per_cycle: float = si("-", "samples in a cycle of the highest frequency of spectra")
+    upsampling_factor: float = si("-", "of the histories, for the spectra")
+    basis_vectors: float | None = si("-", "vectors of the reduced model")
+    basis_difference: float | None = si("-", "error of transfer functions, by nested models")
+    band_max: float | None = si("-", "largest half width of an error band, relative")
+    energy_residual: float | None = si("-", "residual of the energy balance, full model")
+    reduced_against_full: float | None = si(
+        "-", "largest relative difference of a spectrum, reduced from full model, same step"
+    )
+
+    @classmethod
+    def of(cls, study: TransientStudy) -> "Quality":
+        """Read it from the results of the stage."""
+        spectra, basis, full = study.probes.spectra, study.basis, study.full
+        return cls(
+            impulse_error=study.prepared.loads.impulse_error,
+            points_per_cycle=spectra.points_per_cycle,
+            upsampling_factor=float(spectra.upsampling_factor),
+            basis_vectors=float(len(basis.model.eigenvalue)) if basis else None,
+            basis_difference=basis.difference if basis else None,
+            band_max=study.probes.band_max if basis else None,
+            energy_residual=full.energy.residual if full else None,
+            reduced_against_full=study.full_error,
+        )
+
+
+def _of_rotations() -> dict[str, Output]:
+    """Outputs of rotations: those of displacements at nodes, with other units and dimensions."""
+    declared = {}
+    for name, one in outputs(NodeResults).items():
+        dims = one.dims.replace("probe", "turning").replace("component", "rotation")
+        unit = one.unit.replace("m", "rad", 1)
+        text = one.long_name.replace("displacement", "rotation")
+        declared[f"rotational_{name}"] = replace(
+            one, dims=dims, unit=unit, long_name=text, shown=""
+        )
+    return declared
+
+
 OUTPUTS = {
     "time": Output("time", "s"),
     "component": Output("component"),
@@ -37,28 +84,14 @@ OUTPUTS = {
     "probe_position": Output("probe xyz", "m"),
     "probe_node": Output("probe", "", "number in building.nc"),
     "probe_distance": Output("probe", "m", "from where it was requested"),
-    "displacement": Output(_HISTORY, "m", "relative to the ground"),
-    "acceleration": Output(_HISTORY, "m/s2", "absolute"),
     "frequency": Output("frequency", "Hz", "of the oscillators"),
     "damping": Output("damping", "-", "of the oscillators"),
-    "psa": Output(_SPECTRUM, "m/s2", "pseudo-acceleration"),
-    "psa_band": Output(_SPECTRUM, "m/s2", "half width of its error band"),
-    "sd": Output(_SPECTRUM, "m", "spectral displacement"),
-    "pfa": Output("probe component", "m/s2", "peak acceleration at the samples"),
-    "pfa_band": Output("probe component", "m/s2", "half width of its error band"),
-    "pfa_interpolated": Output(
-        "probe component", "m/s2", "peak acceleration of the histories as the oscillators saw them"
-    ),
+    **outputs(NodeResults),
+    "sd": Output("damping probe component frequency", "m", "spectral displacement"),
     "rotation": Output("rotation", "", "about x, y, z"),
     "turning": Output("turning", "", "probe whose node's rotations are recorded"),
     "turning_floor": Output("turning", "", "number of its floor; 0 for a point", label=True),
-    "rotational_displacement": Output(_ROTATION, "rad"),
-    "rotational_acceleration": Output(_ROTATION, "rad/s2"),
-    "rotational_psa": Output(_ROTATIONAL, "rad/s2", "pseudo-acceleration"),
-    "rotational_psa_band": Output(_ROTATIONAL, "rad/s2", "half width of its error band"),
-    "rotational_pfa": Output("turning rotation", "rad/s2", "peak acceleration at the samples"),
-    "rotational_pfa_band": Output("turning rotation", "rad/s2", "half width of its error band"),
-    "ground_acceleration": Output("time component", "m/s2"),
+    **_of_rotations(),
     "base_plate": Output("base_plate", "", "anchor of a device, whose plate is tied to the floor"),
     "base_plate_floor": Output("base_plate", label=True),
     "base_plate_position": Output("base_plate xyz", "m"),
@@ -67,115 +100,160 @@ OUTPUTS = {
     "edge_floor": Output("edge", "", "its floor, or that above the storey", label=True),
     "edge_side": Output("edge", "", "its side: x-, y+; empty for the impact edge", label=True),
     "edge_length": Output("edge", "m", "of the side"),
+    "ground_acceleration": Output("time component", "m/s2"),
     "edge_force": Output("time edge", "N", "resultant, positive in compression"),
-    "impact_force": Output("time edge", "N", "part of it that contact exerts, without loads"),
-    "edge_moment": Output("time edge", "N m", "of the force times its distance from the middle"),
+    "impact_force": Output("time edge", "N", "part of edge_force due to contact, without loads"),
+    "edge_moment": Output("time edge", "N m", "edge_force times its distance from the middle"),
     "transfer_frequency": Output("transfer_frequency", "Hz"),
     "transfer_load": Output("transfer_load", "", "load on an edge"),
     "transfer_load_floor": Output("transfer_load", label=True),
     "transfer_re": Output(_TRANSFER, "1/kg", "acceleration over force"),
     "transfer_im": Output(_TRANSFER, "1/kg", "acceleration over force"),
     "transfer_bound": Output(_TRANSFER, "1/kg", "rigorous bound on the modulus of the error"),
+    "impact_edge": Output("impact_edge", "", "number of the floor"),
+    "impact_edge_pfa_mean": Output("impact_edge component", "m/s2", "mean of pfa of its vertices"),
+    "impact_edge_pfa_max": Output("impact_edge component", "m/s2", "largest pfa of its vertices"),
+    "wave_speed": Output("", "m/s", "shear waves of the material (Bodnar et al. 2022, equation 8)"),
+    "plate_wave_speed": Output("", "m/s", "waves in a bare plate, normal to its edge"),
+    "loaded_wave_speed": Output("", "m/s", "√(EA'/m') of the floor across, with its masses"),
+    "loaded_wave_crossing": Output("", "s", "crossing time by loaded_wave_speed"),
+    **outputs(Quality),
+    **FINDINGS,
 }
 
 
 def write_stores(folder: Path, study: TransientStudy, key: str) -> list[Path]:
-    """Write `transient.nc` and, where there are fields, `transient_maps.nc`; the files."""
-    store = _response(study, key)
-    files = {"transient.nc": with_scalars(store, transient_scalars(study, store))}
+    """Write `transient.nc` and, if there are fields, `transient_maps.nc`; return the files."""
+    content, attributes, notes = _response(study), _attributes(study, key), _notes(study)
+    store = dataset(OUTPUTS, content, attributes=attributes, notes=notes)
+    with open_store(of_run(folder, "pounding.nc")) as sticks:
+        content |= findings(store, sticks)
+    store = dataset(OUTPUTS, content, attributes=attributes, notes=notes)
+    files = {"transient.nc": with_scalars(store, transient_scalars(store))}
     if study.maps is not None:
         about = {"title": study.case.title, "inputs": key}
         files["transient_maps.nc"] = study.maps.assign_attrs(about)
-    for name, content in files.items():
-        write_netcdf(folder / name, content)
+    for name, one in files.items():
+        write_netcdf(folder / name, one)
     return [folder / name for name in files]
 
 
-def _response(study: TransientStudy, key: str) -> xr.Dataset:
-    case, prepared, spectra = study.case, study.prepared, study.spectra
-    transient, nodes = transient_of(case), prepared.parts.mesh.nodes
-    probes, plates, loads = prepared.probes, prepared.base_plates, prepared.loads
-    response, impact = study.response, main_impact(loads)
-    force, moment = loads.resultants
-    struck = {edge.place: edge for edge in loads.edges}.values()
-    pfa = np.abs(response.acceleration).max(axis=0)
-    values: dict[str, Any] = {
-        "time": response.time_step * np.arange(len(response.acceleration)),
+def _response(study: TransientStudy) -> dict[str, Any]:
+    """Return the values of `transient.nc` without the findings."""
+    prepared, spectra = study.prepared, study.probes.spectra
+    mesh, probes, loads = prepared.parts.mesh, prepared.probes, prepared.loads
+    count = len(study.probes.acceleration)
+    edges = {edge.place: edge for edge in loads.edges}.values()
+    content: dict[str, Any] = {
+        "time": study.probes.time_step * np.arange(count),
         "component": AXES,
         "xyz": AXES,
         "probe": [probe.name for probe in probes],
         "probe_kind": [probe.kind for probe in probes],
         "probe_floor": [probe.floor for probe in probes],
-        "probe_position": nodes[[probe.node for probe in probes]],
-        "probe_node": [probe.node for probe in probes],
+        "probe_position": mesh.nodes[prepared.probe_nodes],
+        "probe_node": prepared.probe_nodes,
         "probe_distance": [probe.distance for probe in probes],
-        "displacement": response.displacement,
-        "acceleration": response.acceleration,
         "frequency": spectra.frequency,
         "damping": spectra.damping,
-        "psa": by_probe(spectra.psa, len(probes)),
-        "psa_band": study.band,
-        "sd": by_probe(spectra.sd, len(probes)),
-        "pfa": pfa,
-        "pfa_band": study.pfa_band,
-        "pfa_interpolated": spectra.zpa_interpolated.reshape(pfa.shape),
-        "ground_acceleration": loads.ground,
+        **value(study.probes),
+        "sd": by_node(spectra.sd),
         "edge": loads.places,
-        "edge_floor": np.array([one.floor for one in struck], dtype=int),
+        "edge_floor": np.array([edge.floor for edge in edges], dtype=int),
         "edge_side": [
-            one.side if one.height is None else f"storey {one.side}".rstrip() for one in struck
+            edge.side if edge.height is None else f"storey {edge.side}".rstrip() for edge in edges
         ],
-        "edge_length": [
-            facades(prepared.parts.mesh, one.floor)[one.side][0].length for one in struck
-        ],
-        "edge_force": force,
+        "edge_length": [facades(mesh, edge.floor)[edge.side][0].length for edge in edges],
+        "ground_acceleration": loads.ground,
+        "edge_force": loads.resultants[0],
         "impact_force": loads.impact_force,
-        "edge_moment": moment,
+        "edge_moment": loads.resultants[1],
+        **_slab_waves(prepared.parts, study.case.wave_floor),
+        **value(Quality.of(study)),
     }
-    if study.rotations is not None:
-        turned, count = study.rotations, len(study.rotations.probes)
-        values |= {
+    if study.rotations is not None and study.turning is not None:
+        content |= {
             "rotation": [f"r{axis}" for axis in AXES],
-            "turning": [probes[k].name for k in turned.probes],
-            "turning_floor": [probes[k].floor for k in turned.probes],
-            "rotational_displacement": turned.response.displacement,
-            "rotational_acceleration": turned.response.acceleration,
-            "rotational_psa": by_probe(turned.spectra.psa, count),
-            "rotational_psa_band": turned.band,
-            "rotational_pfa": np.abs(turned.response.acceleration).max(axis=0),
-            "rotational_pfa_band": turned.pfa_band,
+            "turning": [probes[k].name for k in study.turning],
+            "turning_floor": [probes[k].floor for k in study.turning],
+            **value(study.rotations, "rotational_"),
         }
-    if plates:
-        away = [np.linalg.norm(nodes[plate.nodes] - plate.point, axis=1) for plate in plates]
-        values |= {
+    if plates := prepared.base_plates:
+        away = [np.linalg.norm(mesh.nodes[plate.nodes] - plate.point, axis=1) for plate in plates]
+        content |= {
             "base_plate": [plate.name for plate in plates],
             "base_plate_floor": [plate.floor for plate in plates],
             "base_plate_position": [plate.point for plate in plates],
             "base_plate_radius": [float(one.max()) for one in away],
         }
-    notes = {}
-    if study.basis is not None:
-        note = f"by {transient.band} bases, safety factor {SAFETY[transient.band]:g}"
-        notes = {"psa_band": note, "pfa_band": note}
-        highest, at_probes = float(spectra.frequency[-1]), np.array([p.node for p in probes])
-        # Of forces, not of moments; of uniform ones on sides whose patterns the basis has.
-        uniform = study.basis.loads
-        acting = {
-            edge.place if edge.place in uniform else edge.name: edge.floor
-            for edge in sorted(loads.edges, key=lambda one: one.side != "")
-            if edge.resultant != 0.0
-        }
-        found = Transfer.of(study.basis, at_probes, prepared.damping, highest, acting)
-        values |= {
-            "transfer_frequency": found.frequency,
-            "transfer_load": found.loads,
-            "transfer_load_floor": np.array([acting[name] for name in found.loads], dtype=int),
-            "transfer_re": found.value.real,
-            "transfer_im": found.value.imag,
-            "transfer_bound": found.bound,
-        }
+    if study.maps is not None:
+        content |= _edge_vertices(prepared, study.maps["pfa"])
+    return content | _transfer(study)
+
+
+def _edge_vertices(prepared: Prepared, pfa: xr.DataArray) -> dict[str, Any]:
+    """Return mean and largest peak acceleration of the vertices of each edge with a probe."""
+    floors = [probe.floor for probe in prepared.probes if probe.kind == "edge"]
+    on_edge = [np.isin(pfa["node_number"], prepared.parts.mesh.edges[floor]) for floor in floors]
+    along = [[pfa.sel(component=axis)[here] for axis in AXES] for here in on_edge]
+    return {
+        "impact_edge": np.array(floors, dtype=int),
+        "impact_edge_pfa_mean": np.reshape(
+            [[float(p.mean()) for p in of] for of in along], (-1, 3)
+        ),
+        "impact_edge_pfa_max": np.reshape([[float(p.max()) for p in of] for of in along], (-1, 3)),
+    }
+
+
+def _slab_waves(parts: BuildingParts, floor: int) -> dict[str, float]:
+    """Return closed-form wave speeds: of the slab's bare material, and of the floor as a bar."""
+    slab = parts.slab_material(floor)
+    speeds = {
+        "wave_speed": math.sqrt(slab.E / (2.0 * slab.rho * (1.0 + slab.nu))),
+        "plate_wave_speed": math.sqrt(slab.E / (slab.rho * (1.0 - slab.nu**2))),
+    }
+    if floor in parts.mesh.edges:
+        bar = floor_bar(parts, floor, 1 - parts.mesh.edge_axis(floor))
+        speeds |= {"loaded_wave_speed": bar.speed, "loaded_wave_crossing": bar.crossing}
+    return speeds
+
+
+def _transfer(study: TransientStudy) -> dict[str, Any]:
+    """Return the transfer functions from the loads on the edges; none for the full model."""
+    if study.basis is None:
+        return {}
+    prepared, uniform = study.prepared, study.basis.loads
+    # Forces without moments; uniform ones on sides whose patterns are in the basis.
+    acting = {
+        edge.place if edge.place in uniform else edge.name: edge.floor
+        for edge in sorted(prepared.loads.edges, key=lambda edge: edge.side != "")
+        if edge.resultant != 0.0
+    }
+    highest = float(study.probes.spectra.frequency[-1])
+    transfer = Transfer.of(study.basis, prepared.probe_nodes, prepared.damping, highest, acting)
+    return {
+        "transfer_frequency": transfer.frequency,
+        "transfer_load": transfer.loads,
+        "transfer_load_floor": np.array([acting[name] for name in transfer.loads], dtype=int),
+        "transfer_re": transfer.value.real,
+        "transfer_im": transfer.value.imag,
+        "transfer_bound": transfer.bound,
+    }
+
+
+def _notes(study: TransientStudy) -> dict[str, str]:
+    """Return the method of the error bands, by variable."""
+    band = transient_of(study.case).band
+    note = f"by {band} bases, safety factor {SAFETY[band]:g}"
+    return {} if study.basis is None else {"psa_band": note, "pfa_band": note}
+
+
+def _attributes(study: TransientStudy, key: str) -> dict[str, Any]:
+    """Return what holds for the store as a whole."""
+    case, transient = study.case, transient_of(study.case)
     building = case.structure.building if case.structure else ""
-    attributes = {
+    step, last = study.probes.time_step, float(study.probes.spectra.frequency[-1])
+    return {
         "title": case.title,
         "inputs": key,
         "case_hash": case.content_hash(),
@@ -184,94 +262,8 @@ def _response(study: TransientStudy, key: str) -> xr.Dataset:
         "wave_floor": case.wave_floor,
         "solver": transient.solver,
         "maximum_frequency": transient.maximum_frequency,
-        "resolved_frequency": resolved_frequency(
-            response.time_step, min(transient.maximum_frequency, float(spectra.frequency[-1]))
-        ),
-        "basis_vectors": len(study.basis.model.eigenvalue) if study.basis else 0,
-        "main_impact": list(impact) if impact else [],
+        "resolved_frequency": resolved_frequency(step, min(transient.maximum_frequency, last)),
+        "main_impact": list(main_impact(study.prepared.loads) or ()),
         "spread": "points" if building in case.whole.pounding_in_3d else transient.spread,
         "patch_width": transient.patch_width,
     }
-    return dataset(OUTPUTS, values, attributes=attributes, notes=notes)
-
-
-def transient_scalars(study: TransientStudy, store: xr.Dataset) -> list[Scalar]:
-    """All scalars of the stage; spectra at the first damping, along the shown direction."""
-    parts, spectra, floor = study.prepared.parts, study.spectra, study.case.wave_floor
-    maps, loads = study.maps, study.prepared.loads
-    finer = (
-        f"of the highest frequency after up-sampling: {spectra.method}, histories made "
-        f"{spectra.upsampling_factor} times finer for the spectra"
-    )
-    rows: list[tuple[str, float, str, str]] = [
-        ("impulse_error", loads.impulse_error, "-", "of the resampling"),
-        ("points_per_cycle", spectra.points_per_cycle, "-", finer),
-    ]
-    if study.basis is not None:
-        good, highest = known(store), float(store.attrs["maximum_frequency"])
-        moved = good["psa"] > 1e-3 * store["psa"].max()
-        share = float((good["psa_band"] / good["psa"]).where(moved).max().fillna(0.0))
-        note = f"up to {highest:g} Hz, where it is above a thousandth of the largest one"
-        nested = "error of the transfer functions at the probes, by nested models"
-        rows += [
-            ("basis_vectors", float(len(study.basis.model.eigenvalue)), "-", ""),
-            ("basis_difference", study.basis.difference, "-", nested),
-            ("band_max", share, "-", note),
-        ]
-    if study.full is not None:
-        rows.append(("energy_residual", study.full.energy.residual, "-", "of the full model"))
-    if study.full_error is not None:
-        note = "largest relative difference of a spectrum, both by Newmark at the same step"
-        rows.append(("reduced_against_full", study.full_error, "-", note))
-    d = str(store.attrs["shown_direction"])
-    response = known(store).isel(damping=0).sel(component=d)
-    centres, edges = (of_kind(response, kind) for kind in ("centre", "edge"))
-    every = of_kind(resolved(store)["psa"].isel(damping=0).to_dataset(), "centre")["psa"]
-    if every.size:
-        at = every.isel(every.argmax(...))
-        note = f"floor {at['probe_floor'].item()}, direction {at['component'].item()}"
-        rows += [
-            ("frs.largest", float(at), "m/s2", f"{note}; of all floors, in the resolved band"),
-            ("frs.resolved_frequency", float(store.attrs["resolved_frequency"]), "Hz", ""),
-        ]
-    for k, number in enumerate(centres["probe_floor"].values):
-        one, name = centres.isel(probe=k), f"floor_{number}"
-        rows += [
-            (f"frs.{name}.peak", float(one["psa"].max()), "m/s2", ""),
-            (f"frs.{name}.peak_frequency", float(one["psa"].idxmax()), "Hz", ""),
-            (f"pfa.{name}", float(one["pfa"]), "m/s2", ""),
-            (f"displacement.{name}", float(abs(one["displacement"]).max()), "m", ""),
-        ]
-    for number, pfa in zip(edges["probe_floor"].values, edges["pfa"].values, strict=True):
-        name = f"pfa.edge_{number}"
-        rows.append((name, float(pfa), "m/s2", "middle of the impact edge"))
-        if maps is not None:
-            on_edge = np.isin(maps["node_number"], np.unique(parts.mesh.edges[int(number)]))
-            along, note = maps["pfa"].sel(component=d)[on_edge], "vertices of the impact edge"
-            rows += [
-                (f"{name}.mean", float(along.mean()), "m/s2", note),
-                (f"{name}.max", float(along.max()), "m/s2", note),
-            ]
-    about = "F e of the forces, e along their side from its middle, largest"
-    for place, moment in zip(loads.places, np.abs(loads.resultants[1]).max(axis=0), strict=True):
-        if moment > 0.0:
-            name = place.replace(" ", "_").replace("+", "_high").replace("-", "_low")
-            rows.append((f"moment.{name}", float(moment), "N m", about))
-    # Waves by hand: the slab's bare material, and the floor as a bar.
-    slab = parts.slab_material(floor)
-    shear = math.sqrt(slab.E / (2.0 * slab.rho * (1.0 + slab.nu)))
-    plate = math.sqrt(slab.E / (slab.rho * (1.0 - slab.nu**2)))
-    inputs = "of the material, from the inputs:"
-    equation_8 = f"{inputs} shear waves (equation 8 of Bodnar et al. 2022)"
-    rows += [
-        ("wave_speed", shear, "m/s", equation_8),
-        ("plate_wave_speed", plate, "m/s", f"{inputs} waves normal to the edge of a bare plate"),
-    ]
-    if floor in parts.mesh.edges:
-        bar = floor_bar(parts, floor, 1 - parts.mesh.edge_axis(floor))
-        note = f"√(EA'/m') of floor {floor} across: slab and beams, with the added mass"
-        rows += [
-            ("loaded_wave_speed", bar.speed, "m/s", note),
-            ("loaded_wave_crossing", bar.crossing, "s", f"by {note}"),
-        ]
-    return [Scalar(f"transient.{name}", value, unit, note) for name, value, unit, note in rows]

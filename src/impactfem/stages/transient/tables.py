@@ -1,4 +1,4 @@
-"""Tables of the stage `transient`: what each probe sees, and the paper's findings beside ours."""
+"""Tables of the stage `transient`: probes, rotations, sides, and findings of the paper."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,10 +8,21 @@ import xarray as xr
 from scipy.integrate import trapezoid
 
 from impactfem.plot.table import Table, beside_published, columns_of, write_tables
-from impactfem.stages.stores import of_run, open_store, time_step
-from impactfem.stages.transient.physics import force_spectra, physics_scalars, power_spectrum
+from impactfem.stages.stores import open_store, time_step
+from impactfem.stages.transient.findings import finding_scalars
+from impactfem.stages.transient.physics import force_spectra, power_spectrum
 from impactfem.stages.transient.selection import floors_of, known, of_kind, shown, struck
 from impactfem.system.scalar import scalars_of
+
+PEAKS = (
+    "psa_peak",
+    "psa_peak_band",
+    "psa_peak_frequency",
+    "pfa",
+    "pfa_band",
+    "largest_displacement",
+)
+"""Columns of the tables of probes and rotations."""
 
 
 def transient_tables(folder: Path, published: Mapping[str, float]) -> list[Path]:
@@ -19,11 +30,8 @@ def transient_tables(folder: Path, published: Mapping[str, float]) -> list[Path]
 
     Published values are in SI, by the name of the result.
     """
-    with (
-        open_store(folder / "transient.nc") as store,
-        open_store(of_run(folder, "pounding.nc")) as sticks,
-    ):
-        tables = [_probes(store), _physics(store, sticks, published)]
+    with open_store(folder / "transient.nc") as store:
+        tables = [_probes(store), _physics(store, published)]
         tables += [_rotations(store)] if "rotation" in store.dims else []
         files = write_tables(folder, tables + ([_sides(store)] if store.sizes["edge"] else []))
         return files + [t.write_csv(folder / "tables") for t in density_tables(shown(store))]
@@ -68,29 +76,20 @@ def density_tables(response: xr.Dataset) -> list[Table]:
 
 def _probes(store: xr.Dataset) -> Table:
     """Peaks at each probe, with the half widths of their error bands."""
-    response = known(shown(store))
+    response = shown(store)
     position = {d: response["probe_position"].sel(xyz=d, drop=True) for d in ("x", "y", "z")}
-    return _peaks(
-        response.assign(position),
-        "transient_probes",
-        f"Response of the 3D building {store.attrs['building']} along "
-        f"{response['component'].item()}",
-        [("probe", "probe", ""), *((d, d, "m") for d in ("x", "y", "z"))],
-        ("largest displacement", "cm"),
-    )
+    places = [("probe", "probe", ""), *((d, d, "m") for d in ("x", "y", "z"))]
+    title = f"Response of the 3D building {store.attrs['building']} along "
+    title += response["component"].item()
+    return _peaks(response.assign(position), "transient_probes", title, places)
 
 
 def _rotations(store: xr.Dataset) -> Table:
-    """Peaks of the rotations of each probe whose node's are recorded, with their error bands."""
-    response = known(store).isel(damping=0)
-    return _peaks(
-        response.stack(place=("turning", "rotation"), create_index=False),
-        "transient_rotations",
-        f"Rotations of nodes of the 3D building {store.attrs['building']}",
-        [("turning", "probe", ""), ("rotation", "about", "")],
-        ("largest rotation", "rad"),
-        of="rotational_",
-    )
+    """Peaks of the rotations of each probe with recorded rotations, with their error bands."""
+    response = store.isel(damping=0).stack(place=("turning", "rotation"), create_index=False)
+    places = [("turning", "probe", ""), ("rotation", "about", "")]
+    title = f"Rotations of nodes of the 3D building {store.attrs['building']}"
+    return _peaks(response, "transient_rotations", title, places, "rotational_")
 
 
 def _peaks(
@@ -98,36 +97,17 @@ def _peaks(
     name: str,
     title: str,
     places: list[tuple[str, str, str]],
-    largest: tuple[str, str],
-    of: str = "",
+    prefix: str = "",
 ) -> Table:
-    """Peaks of the spectra and accelerations of places, and their largest displacements.
-
-    With the heading and the unit of the latter; `of` is how the names of the variables begin.
-    """
-    spectra = response[[f"{of}psa", f"{of}psa_band"]]
-    at_peak = spectra.isel(frequency=spectra[f"{of}psa"].argmax("frequency"))
-    unit = f"{'rad' if of else 'm'}/s2"
+    """Peaks of spectra and histories, from the variables with a prefix; places come first."""
+    highest = known(response)["frequency"].values[-1]
     return columns_of(
-        response[[f"{of}pfa", f"{of}pfa_band", *(place for place, *_ in places)]].assign(
-            peak=at_peak[f"{of}psa"],
-            band=at_peak[f"{of}psa_band"],
-            peak_frequency=at_peak["frequency"],
-            largest=abs(response[f"{of}displacement"]).max("time"),
-        ),
+        response,
         name,
         f"{title}: peak of the floor response spectrum ({100 * response['damping'].item():g} % "
-        f"damping, up to {response['frequency'].values[-1]:.4g} Hz) and peak acceleration, with "
-        "half widths of their error bands",
-        [
-            *places,
-            ("peak", "spectral peak", unit),
-            ("band", "band", unit),
-            ("peak_frequency", "at", "Hz"),
-            (f"{of}pfa", "peak acceleration", unit),
-            (f"{of}pfa_band", "band of it", unit),
-            ("largest", *largest),
-        ],
+        f"damping, up to {highest:.4g} Hz) and peak acceleration, with half widths of their error "
+        "bands",
+        [*places, *(f"{prefix}{peak}" for peak in PEAKS)],
     )
 
 
@@ -162,10 +142,10 @@ def _sides(store: xr.Dataset) -> Table:
     )
 
 
-def _physics(store: xr.Dataset, sticks: xr.Dataset, published: Mapping[str, float]) -> Table:
-    """Our numbers beside the paper's; of the stage's other scalars those that are published."""
-    found = physics_scalars(store, sticks)
-    names = {scalar.name for scalar in found}
+def _physics(store: xr.Dataset, published: Mapping[str, float]) -> Table:
+    """Findings beside the paper's, after the other scalars with a published value."""
+    findings = finding_scalars(store)
+    names = {scalar.name for scalar in findings}
     others = [s for s in scalars_of(store) if s.name in published and s.name not in names]
     title = f"Waves and amplification in the 3D building {store.attrs['building']}"
-    return beside_published("transient_physics", title, others + found, published)
+    return beside_published("transient_physics", title, others + findings, published)

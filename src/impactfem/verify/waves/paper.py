@@ -70,7 +70,7 @@ def paper_reduced_against_full(
     from impactfem.building.model import assemble_building
     from impactfem.reduction.error_band import LEAST, MOST, together
     from impactfem.reduction.reduced_basis import Accuracy, build_basis
-    from impactfem.stages.transient.compute import run_full
+    from impactfem.stages.transient.full_run import FullModel, Resumption, run_full
     from impactfem.stages.transient.prepared import transient_of
 
     case = paper_case(case_file, window, SIZE if case_file is None else None)
@@ -110,16 +110,12 @@ def paper_reduced_against_full(
         of_band: list[Effectivity] = []
         for label, damping in TABLE_8.items():
             run = run_full(
-                model,
-                K,
+                FullModel(model, K, damping),
                 loads,
                 patterns,
-                damping,
                 Displacements(model, nodes),
-                checkpoints=folder / label,
-                key=label,
-                every=len(loads.ground),
-                progress=_Clock(label),
+                Resumption(folder / label, label, len(loads.ground)),
+                _Clock(label),
             )
             of_band.append(
                 _spectra_rows(rows, label, damping, prepared, basis, run.response, shown)
