@@ -12,6 +12,7 @@ from impactfem.reduction.modal_response import ModalHistory
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.reduction.response import (
     LARGER,
+    Analysis,
     NodeResponse,
     modal_histories,
     node_response,
@@ -43,9 +44,7 @@ class ReducedRun:
         response = node_response(self.basis, self.history, self.loads, nodes, rotations=rotations)
         spectra = node_spectra(response, self.spectra)
         band = response_band(
-            self.basis,
-            self.loads,
-            self.damping,
+            Analysis(self.basis, self.loads, self.damping),
             nodes,
             response,
             spectra.psa,

@@ -69,7 +69,7 @@ def paper_reduced_against_full(
     from impactfem.building.links import Displacements
     from impactfem.building.model import assemble_building
     from impactfem.reduction.error_band import LEAST, MOST, together
-    from impactfem.reduction.reduced_basis import Accuracy, build_basis
+    from impactfem.reduction.reduced_basis import Accuracy, BasisPlan, build_basis
     from impactfem.stages.transient.full_run import FullModel, Resumption, run_full
     from impactfem.stages.transient.prepared import transient_of
 
@@ -96,13 +96,15 @@ def paper_reduced_against_full(
             model,
             K,
             patterns,
-            loads.names,
-            probes=nodes,
-            nodes=np.unique(nodes),
-            accuracy=Accuracy(lightest, highest, transient.tolerance),
-            shift=transient.shift,
-            largest=transient.largest_basis,
-            larger=True,
+            BasisPlan(
+                loads=loads.names,
+                probes=nodes,
+                nodes=np.unique(nodes),
+                accuracies=(Accuracy(lightest, highest, transient.tolerance),),
+                shift=transient.shift,
+                largest=transient.largest_basis,
+                larger=True,
+            ),
         )
         sizes, passed = (model.n_free, len(basis.model.eigenvalue)), time.perf_counter() - start
         text = "paper's building: %d degrees of freedom, basis of %d vectors in %.0f s"
@@ -145,6 +147,7 @@ def _spectra_rows(
     """Write the errors of the spectra by place, and return how good the error band is."""
     from impactfem.reduction.error_band import effectivity
     from impactfem.reduction.response import (
+        Analysis,
         modal_histories,
         node_response,
         node_spectra,
@@ -172,9 +175,8 @@ def _spectra_rows(
             f"{3 * len(here)} spectra, the others of directions at rest"
         )
         rows.add(quantity, 0.0, worst, "-", WITHIN, source)
-    band = response_band(
-        basis, loads, damping, nodes, reduced, spectra.psa, shown, scheme="newmark"
-    )
+    analysis = Analysis(basis, loads, damping, scheme="newmark")
+    band = response_band(analysis, nodes, reduced, spectra.psa, shown)
     widths, psa, exact = (v[0][:, known] for v in (band.psa, spectra.psa, truth.psa))
     found = effectivity(widths, psa, exact, truth.frequency[known])
     for spectrum, frequency, ratio in found.misses:
