@@ -55,7 +55,7 @@ PACKAGES = {
         *("stages.reduce", "stages.transient", "sticks"),
     },
     "stages.design": {
-        *("building", "case", "coupling", "dynamics", "motion", "plot", "reduction"),
+        *("case", "coupling", "dynamics", "motion", "plot", "reduction"),
         *("spectra", "stages", "stages.building", "stages.calibrate", "stages.device"),
         *("stages.ensemble", "stages.pounding", "stages.reduce", "stages.transient", "sticks"),
     },

@@ -161,7 +161,7 @@ def stick_spectra(run: RunFiles, building: str) -> Facts:
 
 def structure_spectra(run: RunFiles) -> Facts:
     """Spectra of the floors of a 3D model that are hit, and their spread over an ensemble."""
-    places = {"centre": "mass centre", "edge": "impact edge"}
+    places, fractiles = {"centre": "mass centre", "edge": "impact edge"}, _centre_fractiles(run)
     with run.store("transient.nc") as store:
         response = known(shown(store))
         force = response["impact_force"]
@@ -176,8 +176,8 @@ def structure_spectra(run: RunFiles) -> Facts:
                 if place := places.get(probe["probe_kind"].item()):
                     at = response.sel(probe=probe["probe"]).isel(probe.argmax(...))
                     values = (at[name].item() for name in ("psa", "frequency", "pfa"))
-                    high = run.values.get(f"ensemble3d.p84.transient.frs.floor_{floor}.peak")
-                    spread = "" if high is None or place != places["centre"] else f"{high:.1f}"
+                    high = fractiles.get(floor) if place == places["centre"] else None
+                    spread = "" if high is None else f"{high:.1f}"
                     rows.append((floor, place, *values, spread))
         title = (
             f"Floor spectra of the 3D model of {store.attrs['building']} along "
@@ -192,6 +192,19 @@ def structure_spectra(run: RunFiles) -> Facts:
     if not any(row[-1] for row in rows):
         columns, rows = columns.rpartition(";")[0], [row[:-1] for row in rows]
     return table(title, columns, rows, note)
+
+
+def _centre_fractiles(run: RunFiles) -> dict[int, float]:
+    """84 % fractiles of the spectral peaks at the mass centres by floor; empty without members."""
+    if not run.ran("design"):
+        return {}
+    with run.store("design.nc") as store:
+        direction = str(store.attrs["shown_direction"])
+        if "statistic" not in store.dims or direction not in names_of(store, "direction"):
+            return {}
+        peaks = store["statistic_centre_peak"].isel(damping=0)
+        peaks = peaks.sel(statistic="p84", direction=direction)
+        return dict(zip(store["station_floor"].values.tolist(), peaks.values.tolist(), strict=True))
 
 
 def anchor_forces(store: xr.Dataset, device: str) -> list[list[str]]:
@@ -248,22 +261,25 @@ def device_verdict(run: RunFiles, device: str) -> Facts:
 
 
 def carried(run: RunFiles) -> Facts:
-    """What an ensemble of motions gives in the 3D model and on the first device."""
+    """Summarise an ensemble of motions in the 3D model and on the first device."""
     values = run.values
     with run.store("design.nc") as store:
         rows, note = _carried_floors(store)
-        building = store.attrs["building"]
-    top = max(_series(values, r"ensemble3d\.mean\.transient\.frs\.floor_(\d+)\.peak"), default=None)
-    if top is not None:
-        name = f"transient.frs.floor_{top}.peak"
-        words = f"floor {top}, mass centre, peak of the spectrum [m/s²]"
-        rows.append(_spread(words, *_of_all(values, name, 1.0)))
-    for name in values:
-        if name.startswith("ensemble3d.mean.device.f") and name.count(".") == 5:
-            own = name.removeprefix("ensemble3d.mean.")
-            _, force, analysis, _ = own.split(".")
-            words = f"first device, {force.capitalize()}, {analysis} [kN]"
-            rows.append(_spread(words, *_of_all(values, own, 1e-3)))
+        building, axis = store.attrs["building"], str(store.attrs["shown_direction"])
+        both = store.sel(statistic=["mean", "p84"])
+        if axis in names_of(store, "direction"):
+            top = both.sel(direction=axis).isel(station=int(store["station_floor"].values.argmax()))
+            floor = top["station_floor"].item()
+            words = f"floor {floor}, mass centre, peak of the spectrum [m/s²]"
+            own = values.get(f"transient.frs.floor_{floor}.peak", math.nan)
+            rows.append(_spread(words, own, *top["statistic_centre_peak"].isel(damping=0).values))
+        for kind, analysis in (("force", "detailed"), ("spectrum", "rsa")):
+            if "device" not in store.dims:
+                continue
+            force = both[f"statistic_device_{kind}"].isel(device=0).sel(component=axis)
+            own = values.get(f"device.f{axis}.{analysis}.impact", math.nan)
+            words = f"first device, F{axis}, {analysis} [kN]"
+            rows.append(_spread(words, 1e-3 * own, *(1e-3 * force.values)))
     title = f"Over {values['ensemble3d.members']:.0f} motions on the 3D model"
     if run.further:
         title += f" of {building}"
@@ -297,12 +313,6 @@ def _carried_floors(store: xr.Dataset) -> tuple[list[list[str]], str]:
     else:
         note = f"The {FLOORS} floors on which the 84 % are highest above this motion."
     return rows, f"{note} products/design_ensemble.csv has all floors."
-
-
-def _of_all(values: dict[str, float], name: str, factor: float) -> tuple[float, ...]:
-    """A result of this motion, and its mean and fractile; nan where one is not known."""
-    found = (name, f"ensemble3d.mean.{name}", f"ensemble3d.p84.{name}")
-    return tuple(factor * values.get(one, math.nan) for one in found)
 
 
 def _spread(words: str, own: float, mean: float, fractile: float) -> list[str]:

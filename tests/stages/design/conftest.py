@@ -13,7 +13,7 @@ from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced import ReducedModel
 from impactfem.reduction.reduced_basis import ReducedBasis
-from impactfem.stages.design.compute import Carrier
+from impactfem.stages.design.carrier import Carrier
 from impactfem.stages.design.floors import NO_POINTS
 from impactfem.stages.design.products import design_products_of
 

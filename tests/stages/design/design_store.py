@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from impactfem.stages.design.envelopes import DesignStudy
 from impactfem.stages.design.floors import WholeFloors, enveloped, probe_points
 from impactfem.stages.design.store import write_design
 from impactfem.stages.ensemble import store as ensemble
@@ -111,8 +112,10 @@ def design_store(path, asked=None):
             frequency=F,
             damping=0.02,
             points_per_cycle=2.0,
-            envelope=asked.whole * reached,
-            reached=reached,
+            whole_psa=asked.whole * reached[..., :-1],
+            whole_zpa=asked.whole * reached[..., -1],
+            reached_psa=reached[..., :-1],
+            reached_zpa=reached[..., -1],
             vertices=np.array([50, 60]),
             governing=there,
             candidates=there,
@@ -144,7 +147,8 @@ def design_store(path, asked=None):
             }
         members["member_basis_error"] = np.full(n, 1e-3)
     case = SimpleNamespace(title="Two buildings", content_hash=lambda: "abc", shown_direction="y")
-    write_design(path, case, "key", probes, whole, spectra, members, "srss" if members else "")
+    analysis = "srss" if members else ""
+    write_design(path, DesignStudy(case, probes, whole, spectra, members, analysis), "key")
     return Stored(probes["psa"].values, at_vertices)
 
 

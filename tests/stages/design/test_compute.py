@@ -11,8 +11,9 @@ from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.response import modal_histories, node_response
 from impactfem.spectra import response_spectra
 from impactfem.spectra.statistics import STATISTICS, over_members
-from impactfem.stages.design import compute
-from impactfem.stages.design.compute import carry, point_records, stacked
+from impactfem.stages.design import carrier as one_motion
+from impactfem.stages.design.carrier import carry, point_records
+from impactfem.stages.design.members import stacked
 from impactfem.stages.ensemble.compute import worked_off
 from impactfem.system.errors import SolutionError
 from impactfem.system.files import read_archive
@@ -99,7 +100,7 @@ def carried(carrier, tmp_path):
         done = []
         waiting = {name: (one, FORCE) for name, one in loads.items()}
         with ThreadPoolExecutor(2) as pool:
-            work = partial(compute.carry, carrier)
+            work = partial(one_motion.carry, carrier)
             found, failed = worked_off(work, waiting, files, keys, pool, done.append, " in 3D")
         assert done == list(range(1, len(loads) + 1))
         return found, failed, files, keys
@@ -128,7 +129,7 @@ def test_one_that_fails_is_named(carried, some_loads, monkeypatch):
             raise SolutionError("the response is not finite")
         return carry(carrier, loads, force)
 
-    monkeypatch.setattr(compute, "carry", fails)
+    monkeypatch.setattr(one_motion, "carry", fails)
     found, failed, files, _ = carried({"good": some_loads(), "bad": bad})
     assert list(found) == ["good"] and failed == {"bad": "the response is not finite"}
     assert files["good"].is_file() and not files["bad"].exists()

@@ -171,9 +171,9 @@ def at(table, floor, component):
 def test_largest_of_each_floor(fields, read):
     found, psa = read(fields), fields["psa"].values
     assert found.vertices.tolist() == [2, 1]
-    np.testing.assert_array_equal(found.envelope[0, :, :-1], np.maximum(psa[0], psa[2]))
-    np.testing.assert_array_equal(found.envelope[1, :, :-1], psa[1])
-    np.testing.assert_array_equal(found.envelope[0, :, -1], psa[[0, 2]].max(axis=(0, 2)))
+    np.testing.assert_array_equal(found.whole_psa[0], np.maximum(psa[0], psa[2]))
+    np.testing.assert_array_equal(found.whole_psa[1], psa[1])
+    np.testing.assert_array_equal(found.whole_zpa[0], psa[[0, 2]].max(axis=(0, 2)))
     assert (found.damping, found.points_per_cycle) == (0.05, 2.0)
 
 
@@ -184,7 +184,9 @@ def test_vertices_that_govern(fields, read):
     height = dict(zip(fields["node_number"].values, fields["node_position"].values, strict=True))
     for one in found.governing.itertuples():
         np.testing.assert_array_equal((one.x, one.y, one.z), height[one.node])
-    assert np.all(found.reached >= (1.0 - MISSED) * found.envelope)
+    for name in ("psa", "zpa"):
+        reached, whole = (getattr(found, f"{kind}_{name}") for kind in ("reached", "whole"))
+        assert np.all(reached >= (1.0 - MISSED) * whole)
     assert set(found.candidates["node"]) == {8, 5, 3} and 6 not in set(found.governing["node"])
 
 
@@ -209,7 +211,7 @@ def test_a_floor_that_moves_at_many_places(fields, read, monkeypatch, most):
         fields["psa"][place, :, frequency] = 1.0
     monkeypatch.setattr(floors, "fewest", partial(fewest, most=most))
     found = read(fields)
-    part = (found.reached / found.envelope)[0, :, :-1].min()
+    part = (found.reached_psa / found.whole_psa)[0].min()
     assert part == pytest.approx(0.1 if most == 1 else 1.0)
 
 

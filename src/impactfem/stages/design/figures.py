@@ -11,8 +11,8 @@ from impactfem.plot.floor_products import floor_page
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
 from impactfem.spectra.product import FloorSpectrumSet
 from impactfem.spectra.statistics import over_members
+from impactfem.stages.design.envelopes import largest_impact
 from impactfem.stages.design.products import DesignProducts
-from impactfem.stages.design.store import largest_impact
 from impactfem.stages.stores import names_of
 
 GREY = "0.72"
@@ -122,7 +122,7 @@ def _points(products: DesignProducts) -> str:
 
 def _force_figure(path: Path, store: xr.Dataset) -> None:
     axis, names = str(store.attrs["shown_direction"]), names_of(store, "device")
-    impact = 1e-6 * largest_impact(store)
+    impact = 1e-6 * largest_impact(store["member_impact_force"].values)
     columns = min(DEVICES, len(names))
     rows = -(-len(names) // columns)
     caption = (

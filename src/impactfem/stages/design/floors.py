@@ -10,7 +10,6 @@ from the lowest), `component` (0, 1 or 2 for x, y, z) and `node`;
 those of vertices have their coordinates `x`, `y`, `z` [m], too.
 """
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +19,10 @@ import xarray as xr
 from impactfem.stages.stores import open_store
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import ImpactfemError
+from impactfem.system.quantity import results, si
 
+_PLACE = "station direction"
+_WHOLE = "station direction whole_frequency"
 LEVEL = 0.05
 """How far from its mass centre's level a point of a floor may be [m]."""
 STILL = 1e-9
@@ -127,18 +129,21 @@ def fewest(curves: Array, *, missed: float = MISSED, most: int = MOST) -> list[i
     return chosen
 
 
-@dataclass(frozen=True, eq=False)
+@results
 class WholeFloors:
-    """The largest ordinates of all vertices of each floor, and which vertices have them."""
+    """Envelopes over all vertices of each floor along x, y, z; zero for a floor without a vertex.
 
-    frequency: Array  #: shape (n_f,) [Hz]
-    damping: float  #: of the oscillators [-]
+    `reached_` names the same of the vertices that govern alone.
+    """
+
+    frequency: Array = si("Hz", dims="whole_frequency", name="whole_frequency")
+    damping: float = si("-", "of the oscillators of the fields", name="whole_damping")
     points_per_cycle: float  #: samples of the records in a cycle of the highest frequency
-    #: Pseudo-acceleration along x, y, z, and as the last ordinate the peak acceleration, shape
-    #: (n_floors, 3, n_f + 1) [m/s2]; zero for a floor without a vertex.
-    envelope: Array
-    reached: Array  #: the same of the vertices that govern alone
-    vertices: Index  #: number of vertices of each floor, shape (n_floors,)
+    whole_psa: Array = si("m/s2", "envelope of all vertices", dims=_WHOLE)
+    whole_zpa: Array = si("m/s2", "envelope of all vertices", dims=_PLACE)
+    reached_psa: Array = si("m/s2", "envelope of the vertices that govern", dims=_WHOLE)
+    reached_zpa: Array = si("m/s2", "envelope of the vertices that govern", dims=_PLACE)
+    vertices: Index = si("", "number of vertices", dims="station")
     governing: pd.DataFrame  #: the fewest vertices that come near the envelope (see `fewest`)
     #: Those among which the governing ones of other motions are sought: these, and the `LARGEST` of
     #: each floor at each frequency at which not the whole floor moves alike.
@@ -190,8 +195,10 @@ def read_whole_floors(path: Path, elevation: Array) -> WholeFloors | None:
         frequency=frequency,
         damping=damping,
         points_per_cycle=samples,
-        envelope=envelope,
-        reached=reached,
+        whole_psa=envelope[..., :-1],
+        whole_zpa=envelope[..., -1],
+        reached_psa=reached[..., :-1],
+        reached_zpa=reached[..., -1],
         vertices=np.array([len(there) for there in on_floor], dtype=np.int64),
         governing=pd.concat(governing, ignore_index=True),
         candidates=pd.concat(candidates, ignore_index=True),

@@ -33,9 +33,9 @@ from impactfem.plot.table import Cell, Table, cell, heads
 from impactfem.spectra.design import Ratio
 from impactfem.spectra.frequency_list import interpolate_frequency, merged_frequencies
 from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet, Station
-from impactfem.spectra.statistics import STATISTICS, over_members
+from impactfem.spectra.statistics import STATISTICS
+from impactfem.stages.design.envelopes import largest_impact, statistics
 from impactfem.stages.design.floors import STILL
-from impactfem.stages.design.store import largest_impact
 from impactfem.stages.stores import names_of
 from impactfem.system.arrays import Array
 
@@ -128,7 +128,7 @@ def _rotations(store: xr.Dataset) -> FloorSpectrumSet:
     moves = np.flatnonzero(moving > STILL * moving.max())
     return _spectrum_set(
         store,
-        [tuple(str(on).split(", ")) for on in store["rotational_points"].values],
+        probes_of(store, "rotational_probes"),
         directions=tuple(np.array(names_of(store, "rotation"))[moves]),
         psa=store["rotational_psa"].values[None][:, :, :, moves],
         zpa=store["rotational_pfa"].values[None][:, :, moves],
@@ -145,11 +145,9 @@ def _spectra(store: xr.Dataset, prefix: str, further: tuple[str, ...]) -> FloorS
     """The spectra whose variables have a prefix, of the probes and of further points in words."""
     directions, points = names_of(store, "direction"), []
     psa, zpa = store[f"{prefix}psa"].values, store[f"{prefix}zpa"].values
-    for probes, counts in zip(
-        store["station_points"].values, store["vertex_count"].values, strict=True
-    ):
+    for probes, counts in zip(probes_of(store), store["vertex_count"].values, strict=True):
         along = [f"{_vertices(n)} along {x}" for n, x in zip(counts, directions, strict=True) if n]
-        points.append((*str(probes).split(", "), *(further if prefix else along)))
+        points.append((*probes, *(further if prefix else along)))
     method = (
         "pseudo-acceleration of oscillators at points of the floor; 3D model of shells and beams "
         f"under ground motion and impact forces, meant up to {store.attrs['maximum_frequency']:g} "
@@ -168,6 +166,12 @@ def _spectra(store: xr.Dataset, prefix: str, further: tuple[str, ...]) -> FloorS
         motions=tuple(names_of(store, "motion")) if prefix else ("that of the case",),
         method=method,
     )
+
+
+def probes_of(store: xr.Dataset, flags: str = "station_probes") -> list[tuple[str, ...]]:
+    """Return the names of the probes of each floor, from the flags of one variable."""
+    names = np.array(names_of(store, "probe"))
+    return [tuple(names[floor].tolist()) for floor in store[flags].values.astype(bool)]
 
 
 def _spectrum_set(
@@ -239,7 +243,7 @@ def _spectrum_tables(products: DesignProducts) -> list[Table]:
     peaks: list[tuple[Cell, ...]] = []
     for labels, place in labelled(design):
         _, s, x = place
-        points = str(store["station_points"].values[s]).split(", ")
+        points = list(probes_of(store)[s])
         probes, count = len(points), int(store["vertex_count"].values[s, x])
         if count:
             points.append(f"{_vertices(count)} of tables/{VERTICES}.csv")
@@ -380,7 +384,8 @@ def member_table(store: xr.Dataset) -> Table:
     """Each member: largest impact force, peaks of the floors' spectra, forces on the anchors."""
     axis = str(store.attrs["shown_direction"])
     psa = store["member_psa"].isel(damping=0).sel(direction=axis).max("frequency").values
-    columns: list[tuple[str, str, Array]] = [("largest impact force", "N", largest_impact(store))]
+    force = largest_impact(store["member_impact_force"].values)
+    columns: list[tuple[str, str, Array]] = [("largest impact force", "N", force)]
     columns += [
         (f"peak of the spectrum of floor {floor}", UNIT, psa[:, s])
         for s, floor in enumerate(store["station_floor"].values)
@@ -394,13 +399,9 @@ def member_table(store: xr.Dataset) -> Table:
         (motion, *(cell(values[m]) for *_, values in columns))
         for m, motion in enumerate(names_of(store, "motion"))
     ]
-    for name, words in STATISTICS.items():
-        cells: list[Cell] = [words]
-        for *_, values in columns:
-            # What a member does not have, as the force on an anchor, has no logarithm.
-            known = name != "p84_lognormal" or np.all(values > 0.0)
-            cells.append(cell(float(over_members(values, name))) if known else None)
-        rows.append(tuple(cells))
+    over = [statistics(values) for *_, values in columns]
+    for k, words in enumerate(STATISTICS.values()):
+        rows.append((words, *(cell(values[k]) for values in over)))
     return Table(
         "design_members",
         f"Members of the ensemble through the 3D building, along {axis}",

@@ -28,7 +28,6 @@ from impactfem.stages.stores import names_of, of_run, open_store
 from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.log import Steps
 from impactfem.system.parallel import on_root
-from impactfem.system.scalar import values_of
 
 COVERED = 0.95
 """Part of the envelope of all vertices of a floor that its points must have at every frequency."""
@@ -54,6 +53,7 @@ def members_key(case: Case) -> str:
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.stages.building.compute import mesh_of_run
+    from impactfem.stages.design.carrier import DesignInputs
     from impactfem.stages.design.compute import run_design
     from impactfem.stages.device.compute import prepare_devices
     from impactfem.stages.reduce.compute import reduced_on_root
@@ -76,17 +76,8 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         if members and case.devices:
             equipment = on_root(lambda: prepare_devices(case, prepared))
         models = on_root(lambda: models_of_run(case, folder)) if members else None
-    return run_design(
-        case,
-        prepared,
-        equipment,
-        reduced,
-        folder,
-        steps,
-        key=key,
-        members_key=shared,
-        models=models,
-    )
+    given = DesignInputs(case, prepared, reduced, equipment, models, shared)
+    return run_design(given, folder, steps, key)
 
 
 def _draw(case: Case, folder: Path) -> list[Path]:
@@ -150,9 +141,8 @@ def design_checks(folder: Path) -> list[Check]:
             checks.append(COVERAGE.check(float(worst), place, below))
         checks = checks or [VERTICES.check(0)]
         if "motion" in store.dims:
-            values = values_of(store)
-            of = f"of {values['ensemble3d.members']:.0f}"
-            checks.append(FAILED_MOTIONS.check(values["ensemble3d.failed"], of))
+            of = f"of {store.sizes['motion']}"
+            checks.append(FAILED_MOTIONS.check(store.sizes["failed"], of))
             checks += _checks_of_forces(of_run(folder, "ensemble.nc"), store)
     return checks
 
