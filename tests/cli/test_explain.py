@@ -36,7 +36,6 @@ DOCS = Path(__file__).parents[2] / "docs"
         ("pounding.peak_force.floor_5", ["result of summary.json", "unit     N", "floor"]),
         ("building.B2.frequency.1", ["result of summary.json", "Hz"]),
         ("device.fy.detailed.no_impact", ["result of summary.json", "unit     N"]),
-        ("device.mx.rsa.impact", ["unit     N m"]),
         ("reduce.transfer_function_error", [": check", "#transfer-function-error"]),
         ("pounding.motion_criteria", ["without limits", "SRP 3.7.1"]),
         ("pounding.steps_per_impact", [": check", "points_per_impact", "#steps-per-impact"]),

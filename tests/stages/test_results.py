@@ -6,7 +6,7 @@ import pytest
 import xarray as xr
 
 from impactfem.stages.results import item_cells, outputs, scalars, value, values
-from impactfem.stages.stores import dataset
+from impactfem.stages.stores import Output, dataset
 from impactfem.system.quantity import quantities, quantity, results, si
 
 
@@ -67,3 +67,17 @@ def test_cells_of_a_table():
     heads, rows = item_cells(Impact, ITEMS, {"kN s": 1e-3})
     assert heads == (("impulse", "kN s"), ("end of the impact", "s"), ("restitution", "-"))
     assert rows == [(2.0, 1.5, 0.5), (4.0, None, 0.5)]
+
+
+def test_nested_items_and_units_of_components():
+    """Of two units the second one is that of rotations."""
+    nested = values(Impact, [ITEMS, ITEMS])["impulse"]
+    assert nested == [[2000.0, 4000.0]] * 2
+    declared = {"mass": Output("component", "kg, kg m2"), "component": Output("component")}
+    masses = dataset(declared, {"mass": [1.0, 2.0], "component": ["x", "rx"]}, attributes={})
+    assert [one.unit for one in scalars(masses, "{variable}.{component}", "mass")] == [
+        "kg",
+        "kg m2",
+    ]
+    (one,) = scalars(masses.sel(component="rx"), "{variable}", "mass")
+    assert one.unit == "kg m2"

@@ -125,6 +125,16 @@ def heads(text: str) -> tuple[tuple[str, str], ...]:
     return tuple((name, unit) for name, _, unit in parts)
 
 
+def variables(text: str) -> list[tuple[str, str, str]]:
+    """Return the columns of `columns_of` from a line like "force [N]; case as damping"."""
+    parts = (part.strip().partition(" as ") for part in text.split(";"))
+    columns = []
+    for variable, _, heading in parts:
+        ((name, unit),) = heads(heading or variable)
+        columns.append((variable.partition(" [")[0], name, unit))
+    return columns
+
+
 def columns_of(
     store: xr.Dataset, name: str, title: str, columns: Iterable[str | tuple[str, str, str]]
 ) -> Table:

@@ -210,22 +210,21 @@ def _centre_fractiles(run: RunFiles) -> dict[int, float]:
 def anchor_forces(store: xr.Dataset, device: str) -> list[list[str]]:
     """Largest forces of a device by load and analysis, and the factor of the impacts."""
     headline = of_device.headline(store)
-    choices: dict[str, str | None] = {"3D model": None, f"RSA, {headline}": headline}
+    analyses = {"3D model": of_device.DETAILED, f"RSA, {headline}": headline}
     for method, name in of_device.rigid_variants(store).items():
-        choices[f"RSA, {of_device.RIGID_WORDS[method]}"] = name
+        analyses[f"RSA, {of_device.RIGID_WORDS[method]}"] = name
     rows = []
     loads = {words: of_device.Load(store, device, i) for i, words in of_device.LOADS.items()}
     for words, load in loads.items():
-        for label, choice in choices.items():
-            if not load.was_done(choice):
+        for label, analysis in analyses.items():
+            if not load.was_done(analysis):
                 continue
-            off = None if choice is None else load.difference(choice)
-            tension = load.tension(choice)
+            off, tension = load.difference(analysis), load.tension(analysis)
             rows.append(
                 [
                     words,
                     label,
-                    *(f"{1e-3 * value:.2f}" for value in load.components(choice).values),
+                    *(f"{1e-3 * value:.2f}" for value in load.components(analysis).values),
                     "" if off is None else f"{100.0 * off:+.1f}",
                     f"{1e-3 * tension:.2f}" if math.isfinite(tension) else "not known",
                 ]

@@ -42,12 +42,12 @@ def outputs(kind: type, dims: str = "", prefix: str = "") -> dict[str, Output]:
 
 
 def values(kind: type, items: Iterable[Any], prefix: str = "") -> dict[str, list[Any]]:
-    """Return the values of instances of a dataclass, a list for each output."""
+    """Return the values of instances of a dataclass, a list for each output.
+
+    Lists of instances give nested lists, for outputs along several dimensions.
+    """
     rows = list(items)
-    return {
-        name: [_number(getattr(row, attribute)) for row in rows]
-        for name, attribute, _ in _variables(kind, prefix)
-    }
+    return {name: _column(rows, attribute) for name, attribute, _ in _variables(kind, prefix)}
 
 
 def value(item: Any, prefix: str = "") -> dict[str, Any]:
@@ -59,8 +59,14 @@ def value(item: Any, prefix: str = "") -> dict[str, Any]:
     }
 
 
-def _number(result: Any) -> Any:
-    return math.nan if result is None else result
+def _column(items: Sequence[Any], attribute: str) -> list[Any]:
+    """Return an attribute of instances in lists of any depth; nan for None."""
+    column = []
+    for item in items:
+        nested = isinstance(item, list | tuple)
+        result = _column(item, attribute) if nested else getattr(item, attribute)
+        column.append(math.nan if result is None else result)
+    return column
 
 
 def scalars(

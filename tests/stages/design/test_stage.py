@@ -108,7 +108,7 @@ def test_a_member_with_the_seed_of_the_case(done):
     probes = found["probes_psa"].values
     assert np.all(one["member_psa"].values >= probes * (1.0 - 1e-9))
     devices = opened(done.folder, "device.nc")
-    force = devices["largest_force"].isel(case=0, impact=1, device=0).values
+    force = devices["peak_force"].isel(case=0, impact=1, device=0, analysis=0).values
     np.testing.assert_allclose(one["member_device_force"].values[0], force[:6], rtol=1e-9, atol=1.0)
     scalars = values(done)
     rsa = float(one["member_device_spectrum"].values[0, 1])

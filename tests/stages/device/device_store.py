@@ -4,13 +4,14 @@ The force of a device is a pulse; response spectrum analyses find a given part o
 """
 
 from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 
-from impactfem.stages.device.store import OUTPUTS
+from impactfem.stages.device.choice import SpectrumChoice
+from impactfem.stages.device.store import OUTPUTS, differences, labels_of
 from impactfem.stages.stores import dataset
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar
 
 TIME, FREQUENCY = 1e-3 * np.arange(2001), np.geomspace(0.5, 450.0, 60)
 DAMPINGS = {
@@ -25,15 +26,24 @@ CALIBRATED = (0, 1, 1, 1)
 DETAILED = ((10e3, 66e3), (12e3, 116e3), (10e3, 66e3), (9e3, 64e3))
 SHARES = {
     "srss": (0.65, 0.95),
-    "srss.rotations": (0.97, 0.96),
-    "srss.broadened": (0.8, 1.2),
-    "srss.rotations.broadened": (1.1, 1.25),
+    "srss, rotations": (0.97, 0.96),
+    "srss, broadened": (0.8, 1.2),
+    "srss, rotations, broadened": (1.1, 1.25),
+}
+KINDS = [{}, {"source": "envelope"}, {"source": "envelope-dampings"}, {"source": "given"}]
+KINDS += [{"supports": "abs"}, {"supports": "envelope"}]
+KINDS += [{"rigid": "gupta"}, {"rigid": "lindley-yow"}]
+FLAGS = [{}, {"rotations": True}, {"broadened": True}, {"rotations": True, "broadened": True}]
+# Analyses by their names.
+KNOWN = {
+    choice.label: choice
+    for kind, flags in product(KINDS, FLAGS)
+    for choice in (SpectrumChoice("srss", **kind, **flags),)
 }
 COMPONENTS = ["x", "y", "z", "rx", "ry", "rz"]
 MASSES = (1219.0, 327.0)
 FREQUENCIES = (30.5, 30.5, 82.9, 82.9)
 HEIGHT = 0.46
-DEVICE_SCALARS = {"basis_error": 0.002, "basis_vectors": 250.0}
 
 
 @dataclass(frozen=True)
@@ -55,8 +65,7 @@ class WantedDevice:
     from_modes: bool = False  #: whether the devices have modes in place of springs and a body
     beam: bool = True  #: whether they have a beam
     cylinder: bool = True  #: whether the body is a cylinder
-    #: scalars that differ from `DEVICE_SCALARS`; None for one that does not exist
-    scalars: dict[str, float | None] = field(default_factory=dict)
+    basis_error: float = 0.002  #: error estimate of the reduced model
     notes: tuple[str, ...] = ()  #: of the analyses
 
 
@@ -80,18 +89,19 @@ def device_store(asked):
         "bending_about": ["x", "y"],
         "mode": np.arange(1, 6),
         "note": asked.notes,
-        "choice": list(asked.choices),
+        **labels_of([KNOWN[name] for name in asked.choices]),
         "frequency": FREQUENCY,
+        "basis_error": asked.basis_error,
+        "basis_vectors": 250,
         "time": TIME,
     }
-    scalars = [Scalar(f"device.{k}", v, "-") for k, v in (DEVICE_SCALARS | asked.scalars).items()]
     attributes = {
         "building": "one",
         "shown_direction": asked.direction,
         "headline": "srss",
         "resolved_frequency": 1e3,
     }
-    return dataset(OUTPUTS, values, attributes=attributes, scalars=scalars)
+    return dataset(OUTPUTS, values, attributes=attributes)
 
 
 def _responses(asked):
@@ -111,19 +121,25 @@ def _responses(asked):
     ordinate[0, 0:4:2], ordinate[1, 1:4:2], ordinate[3, 1:4:2] = 1.0, (4.0, 8.0), 2.0
     factor = np.array([1.0, 10.0])[:, None, None, None] * np.ones((*peak.shape, 1, 1))
     tension = np.broadcast_to(np.array(asked.pulls)[:, None], peak.shape)
+    psa = peak[..., None, None] / 5e3 * (along[:3] == 1.0)[:, None] * hill
+    by_spectrum = peak[..., None, None] * np.where(along == 1.0, shares, 0.1)
+    peaks = np.concatenate([(peak[..., None] * along)[..., None, :], by_spectrum], axis=-2)
+    weight = np.nan if np.isnan(asked.pulls[0]) else 15e3
     return {
         "force": force.astype(np.float32),
         # The floor at the anchor: a fifth of the force over a tonne, so that S / ZPA is near 1.
         "anchor_acceleration": (force / 5e3).astype(np.float32),
-        "largest_force": peak[..., None] * along,
+        "peak_force": peaks,
+        "relative_difference": differences(peaks[..., column]),
         "imbalance": np.full(peak.shape, asked.imbalance),
-        "psa": peak[..., None, None] / 5e3 * (along[:3] == 1.0)[:, None] * hill,
-        "spectrum_force": peak[..., None, None] * np.where(along == 1.0, shares, 0.1),
+        "psa": psa,
+        "psa_peak": psa.max(axis=-1),
+        "psa_peak_frequency": FREQUENCY[psa.argmax(axis=-1)],
+        "pfa": np.abs(force[..., :3, :]).max(axis=-1) / 5e3,
         "mode_psa": factor * ordinate,
         # 15 kN on anchors at 0.5 m; all of the base is lifted by 20 kN less than one is pulled.
-        "net_tension": tension.copy(),
-        "net_uplift": tension - 20e3,
-        "spectrum_tension": 1.1 * tension[..., None] * np.ones(len(asked.choices)),
+        "net_tension": np.stack([tension, *(1.1 * tension for _ in asked.choices)], axis=-1),
+        "net_uplift": np.concatenate([(tension - 20e3)[..., None], peaks[..., 1:, 2] - weight], -1),
     }
 
 
@@ -140,7 +156,12 @@ def _modes(asked):
     if count > 1:
         frequency[1, 4], damping[1, 4] = 120.0, 0.03
         mass[1, :, 4] = [0.0, 0.0, 900.0, 0.0, 0.0, 0.0]
-    return {"mode_frequency": frequency, "mode_damping": damping, "effective_mass": mass}
+    return {
+        "mode_frequency": frequency,
+        "mode_damping": damping,
+        "effective_mass": mass,
+        "mode_mass": mass[:, :3].max(axis=1),
+    }
 
 
 def _drawings(asked):
@@ -159,7 +180,7 @@ def _drawings(asked):
         "anchor_floor": 3,
         "anchor_nodes": asked.nodes,
         "anchor_radius": 0.5,
-        "weight_force": [0.0, 0.0, -15e3, 0.0, 0.0, 0.0],
+        "weight": np.nan if np.isnan(asked.pulls[0]) else 15e3,
         "base_stiffness": known * np.array([1.4e8, 1.4e8, np.inf, 3e7, 3e7, np.inf]),
         "body_mass": 1500.0 * known,
         "body_inertia": np.full(3, 220.0 * known),

@@ -9,19 +9,15 @@ from impactfem.case.device_tables import GivenSpectrum
 from impactfem.device.combination import Gupta, LindleyYow, Rules
 from impactfem.device.models import from_matrices
 from impactfem.device.spectrum import AnchorSpectrum, given_spectra
-from impactfem.stages.device.analysis import (
-    SpectrumChoice,
-    SpectrumPlan,
-    envelopes,
-    headline_of,
-)
+from impactfem.stages.device.analysis import SpectrumPlan, envelopes
+from impactfem.stages.device.choice import SpectrumChoice, headline_of
 from impactfem.system.errors import ImpactfemError
 
 RULES = {("srss", "none"): Rules(modes="srss"), ("cqc", "none"): Rules(modes="cqc")}
 SRSS = ("srss", "none")
 K = np.array([[3e6, -3e6, 0.0], [-3e6, 4e6, -1e6], [0.0, -1e6, 1e6]])
-LABELS = ["srss", "cqc", "srss.rotations", "cqc.rotations", "srss.broadened", "cqc.broadened"]
-LABELS += ["srss.rotations.broadened", "cqc.rotations.broadened"]
+LABELS = ["srss", "cqc", "srss, rotations", "cqc, rotations", "srss, broadened", "cqc, broadened"]
+LABELS += ["srss, rotations, broadened", "cqc, rotations, broadened"]
 
 
 def flat(component, value, anchor=1, shift=0.0):
@@ -49,7 +45,7 @@ def test_all_of_a_device_with_one_anchor(single):
     found = plan.analyses([flat("y", 2.0), flat("rx", 1.0)], "computed")
     assert [one.label for one in found] == LABELS
     shown = plan.analyses([flat("y", 2.0)], "envelope")
-    assert [one.label for one in shown][:2] == ["srss.envelope", "cqc.envelope"]
+    assert [one.label for one in shown][:2] == ["srss, envelope", "cqc, envelope"]
     plain = SpectrumPlan(single, RULES, rotations=False, broadening=0.0)
     assert [one.label for one in plain.analyses([flat("y", 2.0)], "computed")] == LABELS[:2]
     assert plain.given_analyses() == {}
@@ -66,9 +62,9 @@ def test_rules_of_two_supports(device):
     assert total == pytest.approx(
         {
             "srss": np.hypot(m * np.hypot(6.0 * 0.75, 4.0 * 0.25), between),
-            "srss.supports-abs": np.hypot(m * (6.0 * 0.75 + 4.0 * 0.25), between),
-            "srss.supports-algebraic": np.hypot(m * (6.0 * 0.75 + 4.0 * 0.25), between),
-            "srss.supports-envelope": np.hypot(m * 6.0, between),
+            "srss, supports abs": np.hypot(m * (6.0 * 0.75 + 4.0 * 0.25), between),
+            "srss, supports algebraic": np.hypot(m * (6.0 * 0.75 + 4.0 * 0.25), between),
+            "srss, supports envelope": np.hypot(m * 6.0, between),
         }
     )
     notes = next(iter(found.values())).notes
@@ -117,7 +113,7 @@ def test_given_spectra(single):
     assert given[0].zpa == 3.0 and given[0].damping.tolist() == [0.02, 0.1]
     plan = SpectrumPlan(single, RULES, rotations=True, broadening=0.15, given=given)
     found = plan.given_analyses()
-    assert [one.label for one in found] == ["srss.given", "cqc.given"]
+    assert [one.label for one in found] == ["srss, given", "cqc, given"]
     answer = found[SpectrumChoice("srss", source="given")]
     f = answer.modes.frequency[0]
     at = np.exp(np.log(4.0 / 9.0) * 3.0 / 8.0) * 9.0
@@ -169,8 +165,8 @@ def test_every_rigid_part_beside_none(single):
     plan = SpectrumPlan(single, RIGID, rotations=False, broadening=0.15)
     found = plan.analyses([hill(12.0)], "computed")
     assert [one.label for one in found] == [
-        *("srss", "srss.gupta", "srss.lindley-yow"),
-        *("srss.broadened", "srss.gupta.broadened", "srss.lindley-yow.broadened"),
+        *("srss", "srss, gupta", "srss, lindley-yow"),
+        *("srss, broadened", "srss, gupta, broadened", "srss, lindley-yow, broadened"),
     ]
     rigid = [
         answer.inputs[0].rigid_fraction.max() for one, answer in found.items() if not one.broadened
@@ -183,7 +179,7 @@ def test_a_rigid_part_that_the_spectrum_says_too_little_for(single):
     steep = replace(hill(12.0), zpa=1.0)
     plan = SpectrumPlan(single, RIGID, rotations=False, broadening=0.0)
     found = plan.analyses([steep], "computed")
-    assert [one.label for one in found] == ["srss", "srss.lindley-yow"]
+    assert [one.label for one in found] == ["srss", "srss, lindley-yow"]
     for answer in found.values():
         (note,) = (one for one in answer.notes if "rigid part" in one)
         assert "'gupta' is left out where a spectrum ends before" in note
@@ -195,5 +191,5 @@ def test_a_rigid_part_that_the_spectrum_says_too_little_for(single):
 
 def test_the_headline_is_the_first_rigid_part_of_the_preferred_combination():
     rules = [("cqc", "gupta"), ("srss", "gupta"), ("srss", "none")]
-    assert headline_of(rules).label == "srss.gupta"
+    assert headline_of(rules).label == "srss, gupta"
     assert headline_of([("abs", "none")]).label == "abs"

@@ -39,7 +39,7 @@ def changed(**variables):
     """A store with other values: of the third damping, with impacts."""
     store = device_store(WantedDevice())
     for name, value in variables.items():
-        store[name][2, 1, 0] = value
+        store[name][2, 1, 0, ...] = value
     return store
 
 
@@ -48,7 +48,7 @@ def changed(**variables):
     [
         ({"imbalance": 1e-7}, "imbalance", 1e-7, ["pump, damping own, without impact"]),
         (changed(imbalance=1e-5), "imbalance", 1e-5, ["pump, damping damped, with impacts"]),
-        ({"scalars": {"basis_error": 0.02}}, "basis_error", 0.02, ["250 vectors"]),
+        ({"basis_error": 0.02}, "basis_error", 0.02, ["250 vectors"]),
         ({"nodes": 1}, "anchor_nodes", 1.0, ["pump on floor 3"]),
         (
             {"impact_force": 0.0, "dampings": 2},

@@ -33,12 +33,12 @@ ONE = [name for name in FORCES if name != "figure_30_shear_force_damping"]
 INPUTS = {
     "srss": (0.6, 0.8),
     "cqc": (0.61, 0.81),
-    "srss.rotations": (0.7, 0.9),
-    "srss.envelope": (0.9, 1.1),
-    "srss.envelope.broadened": (0.95, 1.2),
-    "srss.given": (math.nan, math.nan),
-    "srss.envelope-dampings": (1.1, 1.3),
-    "srss.supports-abs": (0.8, 0.9),
+    "srss, rotations": (0.7, 0.9),
+    "srss, envelope": (0.9, 1.1),
+    "srss, envelope, broadened": (0.95, 1.2),
+    "srss, given": (math.nan, math.nan),
+    "srss, envelope-dampings": (1.1, 1.3),
+    "srss, supports abs": (0.8, 0.9),
 }
 OWN = [name for name in FORCES if name != "figure_28_damping"]
 CASES = {
@@ -200,9 +200,9 @@ def test_forces_by_input_over_the_detailed_one(drawn):
     store = device_store(WantedDevice(choices=INPUTS))
     assert input_variants(store, "pump") == {
         "computed spectra": "srss",
-        "envelope with further points": "srss.envelope",
-        "envelope over all dampings": "srss.envelope-dampings",
-        "supports by absolute sum": "srss.supports-abs",
+        "envelope with further points": "srss, envelope",
+        "envelope over all dampings": "srss, envelope-dampings",
+        "supports by absolute sum": "srss, supports abs",
     }
     assert list(input_variants(device_store(WantedDevice()), "pump")) == ["computed spectra"]
     every = drawn["other inputs"].curves

@@ -26,7 +26,8 @@ from impactfem.stages.design.floors import (
     fewest,
     probe_points,
 )
-from impactfem.stages.device.analysis import Analyst, SpectrumChoice, headline_of
+from impactfem.stages.device.analysis import Analyst
+from impactfem.stages.device.choice import SpectrumChoice, headline_of
 from impactfem.stages.device.compute import Prepared as DevicePrepared
 from impactfem.stages.device.compute import analyst_of
 from impactfem.stages.results import value

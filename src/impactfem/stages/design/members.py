@@ -24,7 +24,8 @@ from impactfem.reduction.forces import checked_forces
 from impactfem.reduction.loads import Loads
 from impactfem.stages.design.carrier import EVERY, Arrays, Carrier, DesignInputs, carry
 from impactfem.stages.design.floors import WholeFloors
-from impactfem.stages.device.analysis import headline_of, supports_of
+from impactfem.stages.device.analysis import supports_of
+from impactfem.stages.device.choice import headline_of
 from impactfem.stages.ensemble.compute import member_key, members_of, worked_off
 from impactfem.stages.pounding.compute import pounded
 from impactfem.stages.stores import of_run

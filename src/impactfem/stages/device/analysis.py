@@ -1,17 +1,17 @@
-"""Devices under one load: the detailed analysis, and the response spectrum analyses beside it."""
+"""Devices under one load: the detailed analysis and the response spectrum analyses."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impactfem.case import Spectra
-from impactfem.case.devices import ModeRule, RigidMethod, SupportRule
+from impactfem.case.devices import ModeRule, SupportRule
 from impactfem.coupling.body import reduced_body
-from impactfem.device.combination import Combination, Rules
+from impactfem.device.combination import Rules
 from impactfem.device.device import Device
 from impactfem.device.from_case import first_method
 from impactfem.device.modes import DeviceModes, device_modes
@@ -22,9 +22,11 @@ from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced_building import CompleteModel
 from impactfem.spectra import response_spectra
+from impactfem.stages.device.choice import Source, SpectrumChoice
 from impactfem.sticks.element import COMPONENTS
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
+from impactfem.system.quantity import results, si
 
 WORDS = tuple(f"{word} {axis}" for word in ("force", "moment") for axis in "xyz")
 """Quantities of a response spectrum analysis, of the components x to rz."""
@@ -33,54 +35,13 @@ FREE = 1e-6
 the largest force of its parts."""
 STILL = 1e-9
 """A component of an anchor moves if its largest acceleration is above this part of the largest."""
-Source = Literal["computed", "envelope", "envelope-dampings", "given"]
-"""Spectra that are the input: of the anchor; their envelope with those of further points; the
-envelope of either over all damping cases; or spectra of a file."""
-
-PREFERRED: tuple[Combination, ...] = ("srss", "cqc")
-"""Combinations of modes that stand for the response spectrum analysis, the first that is there."""
 NO_RIGID_PART = (
     "the rigid part by '{}' is left out where a spectrum ends before it comes down to its "
     "zero-period acceleration, or has its corners the other way round"
 )
 
 
-@dataclass(frozen=True)
-class SpectrumChoice:
-    """One way of doing a response spectrum analysis."""
-
-    combination: Combination  #: of the modes
-    rotations: bool = False  #: whether the spectra of the anchor's rotations are inputs, too
-    broadened: bool = False  #: whether the peaks of the spectra are broadened
-    source: Source = "computed"  #: where the spectra come from
-    #: combination of several supports, where it is not the one requested first
-    supports: SupportRule | None = None
-    rigid: RigidMethod = "none"  #: Method of the rigid part of the modes
-
-    @property
-    def label(self) -> str:
-        """Its name in results."""
-        parts = [
-            self.combination,
-            self.rigid if self.rigid != "none" else "",
-            self.source if self.source != "computed" else "",
-            "rotations" * self.rotations,
-            "broadened" * self.broadened,
-            f"supports-{self.supports}" if self.supports else "",
-        ]
-        return ".".join(part for part in parts if part)
-
-
 Analyses = dict[SpectrumChoice, SpectrumResponse]
-
-
-def headline_of(rules: Iterable[ModeRule]) -> SpectrumChoice:
-    """The analysis that stands for all: translations, computed spectra, the first rigid method."""
-    known = list(rules)
-    combinations = [combination for combination, _ in known]
-    best = next((one for one in PREFERRED if one in combinations), combinations[0])
-    rigid = next(rigid for combination, rigid in known if combination == best)
-    return SpectrumChoice(best, rigid=rigid)
 
 
 @dataclass(frozen=True, eq=False)
@@ -224,21 +185,33 @@ def supports_of(plans: Sequence[SpectrumPlan]) -> tuple[Support, ...]:
     )
 
 
-@dataclass(frozen=True, eq=False)
+@results
 class DeviceResult:
-    """One device at one of its anchors under one load."""
+    """One device at one of its anchors under one load.
+
+    Motions of the anchor and its spectra are those without the device; histories that are read off
+    figures alone have single precision.
+    """
 
     support: Support
     detailed: MountedHistory  #: its response in the 3D model; forces and motions of this anchor
-    #: absolute acceleration of the anchor without the device, shape (6, n_t) [m/s2, rad/s2]
-    anchor: Array
     #: of the components of all anchors of the device that move, at the dampings of its modes: the
     #: spectra, or their envelope with those of further points
     covering: tuple[AnchorSpectrum, ...]
-    #: pseudo-acceleration of the floor at the first damping of the device along x, y, z, at the
-    #: frequencies of the case, shape (3, n_f) [m/s2]
-    shown: Array
     by_spectrum: Analyses  #: the response spectrum analyses of the device
+    force: NDArray[np.float32] = si("N, N m", "force on the floor", dims="component time")
+    imbalance: float = si("-", "imbalance of inertia and springs, over the largest force")
+    anchor_acceleration: NDArray[np.float32] = si(
+        "m/s2, rad/s2", "acceleration of the anchor", dims="component time"
+    )
+    pfa: Array = si("m/s2", "peak acceleration of the anchor", dims="axis")
+    psa: Array = si("m/s2", "spectrum, first damping of the device", dims="axis frequency")
+    psa_peak: Array = si("m/s2", "largest ordinate of psa", dims="axis")
+    psa_peak_frequency: Array = si("Hz", "frequency of the largest ordinate", dims="axis")
+
+    def peaks(self, choices: Sequence[SpectrumChoice]) -> Array:
+        """Return the largest forces in detail, then by analyses, shape (1 + n, 6) [N, N m]."""
+        return np.array([self.detailed.largest, *(self.values(choice) for choice in choices)])
 
     def values(self, choice: SpectrumChoice) -> list[float]:
         """Forces and moments at the anchor by a response spectrum analysis, x to rz [N, N m].
@@ -284,37 +257,13 @@ class Analyst:
             ImpactfemError: A spectrum does not reach a mode of a device.
             SolutionError: The result is not finite, or action and reaction differ.
         """
-        model = self.model
         supports = supports_of(self.plans)
         places = [
             [i for i, one in enumerate(supports) if one.device == k] for k in range(len(self.plans))
         ]
-        below = model.foundation
-        if below is None:
-            ports = {str(i): Φ for i, Φ in enumerate(model.anchors)}
-            building = reduced_body("building", model.eigenvalue, damping, ports)
-            forces = loads.amplitudes @ model.load(loads).T
-        else:
-            # Device, building, raft and soil as one system.
-            both = zip(model.anchors, model.anchors_carried, strict=True)
-            on_base = {str(i): one for i, one in enumerate(both)}
-            building = below.body(model.eigenvalue, model.ground, damping, on_base)
-            forces = below.loads(building, model.load(loads)[:, len(loads.directions) :], loads)
-        mounted = mounted_response(
-            [building],
-            [
-                MountedDevice(
-                    plan.device.name, plan.device, tuple(("building", str(i)) for i in rows)
-                )
-                for plan, rows in zip(self.plans, places, strict=True)
-            ],
-            forces,
-            loads.ground,
-            loads.time_step,
-            substeps=self.substeps,
-        )
-        alone = model.response(loads, damping)
-        anchors, further = model.shapes(), model.shapes(anchors=False)
+        histories = self._mounted(loads, damping, places)
+        alone = self.model.response(loads, damping)
+        anchors, further = self.model.shapes(), self.model.shapes(anchors=False)
 
         def shaken(shapes: Array) -> Array:
             """Absolute acceleration of a point, shape (6, n_t) [m/s2, rad/s2]."""
@@ -323,7 +272,7 @@ class Analyst:
             return motion
 
         found = []
-        for plan, history, rows in zip(self.plans, mounted.devices, places, strict=True):
+        for plan, history, rows in zip(self.plans, histories, places, strict=True):
             modes = device_modes(plan.device).below(plan.maximum_frequency)
             motions = [shaken(anchors[i]) for i in rows]
             moved = np.concatenate(anchors[rows]) @ alone.displacement
@@ -341,20 +290,57 @@ class Analyst:
             if points:
                 by_spectrum |= plan.analyses(covering, "envelope")
             by_spectrum |= plan.given_analyses()
-            first = device_modes(plan.device).damping[0]
+            frequency = np.asarray(self.spectra.frequency_values)
             for i, motion in zip(rows, motions, strict=True):
-                shown = response_spectra(
+                detailed = supports[i].of(history)
+                psa = response_spectra(
                     motion[:3],
                     loads.time_step,
-                    np.asarray(self.spectra.frequency_values),
-                    [float(first)],
+                    frequency,
+                    [float(device_modes(plan.device).damping[0])],
                     points_per_cycle=self.spectra.points_per_cycle,
                     method=self.spectra.method,
                     absolute=False,
                 ).psa[0]
-                one, detailed = supports[i], supports[i].of(history)
-                found.append(DeviceResult(one, detailed, motion, covering, shown, by_spectrum))
+                found.append(
+                    DeviceResult(
+                        supports[i],
+                        detailed,
+                        covering,
+                        by_spectrum,
+                        force=detailed.force.astype(np.float32),
+                        imbalance=detailed.imbalance,
+                        anchor_acceleration=motion.astype(np.float32),
+                        pfa=np.abs(motion[:3]).max(axis=1),
+                        psa=psa,
+                        psa_peak=psa.max(axis=1),
+                        psa_peak_frequency=frequency[psa.argmax(axis=1)],
+                    )
+                )
         return found
+
+    def _mounted(
+        self, loads: Loads, damping: DampingLaw, places: Sequence[Sequence[int]]
+    ) -> tuple[MountedHistory, ...]:
+        """The response of building and devices as one system; `places` are anchors by device."""
+        model, below = self.model, self.model.foundation
+        if below is None:
+            ports = {str(i): Φ for i, Φ in enumerate(model.anchors)}
+            building = reduced_body("building", model.eigenvalue, damping, ports)
+            forces = loads.amplitudes @ model.load(loads).T
+        else:
+            # Device, building, raft and soil as one system.
+            both = zip(model.anchors, model.anchors_carried, strict=True)
+            on_base = {str(i): one for i, one in enumerate(both)}
+            building = below.body(model.eigenvalue, model.ground, damping, on_base)
+            forces = below.loads(building, model.load(loads)[:, len(loads.directions) :], loads)
+        devices = [
+            MountedDevice(plan.device.name, plan.device, tuple(("building", str(i)) for i in rows))
+            for plan, rows in zip(self.plans, places, strict=True)
+        ]
+        return mounted_response(
+            [building], devices, forces, loads.ground, loads.time_step, substeps=self.substeps
+        ).devices
 
     def _spectra(
         self,

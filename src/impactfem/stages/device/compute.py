@@ -13,6 +13,7 @@ from impactfem.coupling.force_history import ForceHistory
 from impactfem.coupling.from_case import calibration_of
 from impactfem.device.from_case import checked_devices, rules_of
 from impactfem.device.spectrum import given_spectra
+from impactfem.device.spectrum_analysis import SpectrumResponse
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.pounding_3d import Models3D
@@ -25,12 +26,14 @@ from impactfem.stages.device.analysis import (
     Support,
     supports_of,
 )
+from impactfem.stages.device.choice import SpectrumChoice
 from impactfem.stages.pounding.compute import pounded
 from impactfem.stages.transient.prepared import Prepared as PreparedBuilding
 from impactfem.stages.transient.prepared import case_loads, transient_of
 from impactfem.sticks.calibration import Calibration
 from impactfem.system.log import LOGGER, Steps
 from impactfem.system.parallel import on_root
+from impactfem.system.quantity import results, si
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,32 +90,45 @@ def _analysis_of(case: Case) -> DeviceAnalysis:
     return case.device_analysis
 
 
-@dataclass(frozen=True, eq=False)
+@results
 class DampedStudy:
     """The devices with one damping of the buildings."""
 
     name: str  #: name of the damping case
     damping: DampingLaw
-    epsilon: float | None  #: restitution of the pounding; None where the laws kept theirs
-    calibrated: bool  #: whether it comes from the impact on the wall with this damping
-    loads: Loads  #: ground motion and impacts
+    epsilon: float | None = si("-", "restitution of the contact laws, nan if they keep theirs")
+    calibrated: bool = si(
+        "", "whether the impact on the wall gives the restitution", name="epsilon_calibrated"
+    )
+    impact_force: float = si("N", "largest impact force, at the time steps of the 3D model")
     #: the devices without the impacts, and with them
     results: tuple[list[DeviceResult], list[DeviceResult]]
 
 
-@dataclass(frozen=True, eq=False)
+@results
 class DeviceStudy:
-    """What the stage computed."""
+    """Results of the stage."""
 
     case: Case
-    prepared: Prepared  #: what it was given
-    model: CompleteModel
+    prepared: Prepared  #: its inputs
+    basis_vectors: int = si("", "number of basis vectors of the reduced model")
+    basis_error: float = si("-", "error estimate of the reduced model, transfer functions")
     cases: tuple[DampedStudy, ...]  #: the devices by damping; that of the building's own first
 
     @property
     def supports(self) -> tuple[Support, ...]:
         """The anchors of all devices, which results are reported for."""
         return supports_of(self.prepared.plans)
+
+    @property
+    def analyses(self) -> list[tuple[str, SpectrumChoice, SpectrumResponse]]:
+        """Anchor, choice and response of all response spectrum analyses, with impacts first."""
+        return [
+            (result.support.name, choice, response)
+            for one in self.cases
+            for result in (*one.results[1], *one.results[0])
+            for choice, response in result.by_spectrum.items()
+        ]
 
 
 def analyst_of(case: Case, prepared: Prepared, model: CompleteModel) -> Analyst:
@@ -168,7 +184,7 @@ def _study(case: Case, prepared: Prepared, model: CompleteModel, steps: Steps) -
             strict=True,
         )
         cases = [replace(one, results=results) for one, results in zip(cases, both, strict=True)]
-    return DeviceStudy(case, prepared, model, tuple(cases))
+    return DeviceStudy(case, prepared, len(model.eigenvalue), model.difference, tuple(cases))
 
 
 def _damping_case(
@@ -210,7 +226,8 @@ def _damped(
     calibrated: bool = False,
 ) -> DampedStudy:
     both = analyst.analyse(loads.without_impacts(), damping), analyst.analyse(loads, damping)
-    return DampedStudy(name, damping, epsilon, calibrated, loads, both)
+    largest = float(loads.impact_force.max(initial=0.0))
+    return DampedStudy(name, damping, epsilon, calibrated, largest, both)
 
 
 def damped_case(

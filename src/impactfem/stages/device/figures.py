@@ -27,6 +27,7 @@ from impactfem.stages.device.model_figures import (
 from impactfem.stages.device.pictures import draw_pictures, position_figure
 from impactfem.stages.device.selection import (
     BROADENED,
+    DETAILED,
     GUPTA,
     LINDLEY_YOW,
     LOADS,
@@ -40,6 +41,7 @@ from impactfem.stages.device.selection import (
     headline,
     input_variants,
     loaded,
+    loads_of,
     modes_of,
     rigid_variants,
     shown_modes,
@@ -258,18 +260,17 @@ def _damping_forces_figure(path: Path, store: xr.Dataset, device: str) -> None:
 
 def _demand_figure(path: Path, store: xr.Dataset, device: str) -> None:
     """Tables 7 and 9 as bars: forces and their differences by damping case."""
-    kinds: list[tuple[str, str | None, str]] = [
-        ("detailed", None, "black"),
+    every: list[tuple[str, str | None, str]] = [
+        ("detailed", DETAILED, "black"),
         ("RSA", headline(store), BLUE),
         ("RSA, rotations", variant(store, ROTATIONS), ORANGE),
         ("RSA, broadened", variant(store, BROADENED), GREEN),
         ("RSA, rotations, broadened", variant(store, ROTATIONS, BROADENED), RED),
     ]
-    kinds[2:] = [kind for kind in kinds[2:] if kind[1] is not None]
+    kinds = [(words, name, colour) for words, name, colour in every if name is not None]
     for method, name in rigid_variants(store).items():
         kinds.append((f"RSA, {RIGID_WORDS[method]}", name, RIGID_COLOURS[method]))
     axis, cases = direction(store), names_of(store, "case")
-    loads = {impact: [Load(store, device, impact, case) for case in cases] for impact in LOADS}
     caption = (
         f"Largest force of {device} on the floor along $e_{axis}$ by the damping of "
         "the buildings, in the 3D model in detail and by response spectrum analysis (RSA, "
@@ -277,18 +278,18 @@ def _demand_figure(path: Path, store: xr.Dataset, device: str) -> None:
         "detailed force, over it, without impact (c) and with impacts (d), positive where RSA is "
         "too low."
     )
-    every = [load for several in loads.values() for load in several]
-    if not all(load.was_done(choice) for _, choice, _ in kinds for load in every):
+    several = [load for load in loads_of(store) if load.device == device]
+    if not all(load.was_done(analysis) for _, analysis, _ in kinds for load in several):
         caption += NOT_DONE
     width = 0.8 / len(kinds)
-    most = max(every, key=lambda load: load.detailed)
+    most = max(several, key=lambda load: load.detailed)
     seen = (
         f"Bars for {len(cases)} dampings and {len(kinds)} analyses; the largest force in detail is "
         f"{1e-3 * most.detailed:.4g} kN ({most.case})."
     )
     with figure(path, (2, 2), (9.0, 5.8), caption, seen) as (drawn, axes):
         for forces, differences, impact in zip(axes[:2], axes[2:], LOADS, strict=True):
-            for k, (label, choice, colour) in enumerate(kinds):
+            for k, (label, analysis, colour) in enumerate(kinds):
                 at = np.arange(len(cases)) + (k - 0.5 * (len(kinds) - 1)) * width
                 # Orange and red, green and red are equally dark in print.
                 look: dict[str, Any] = {
@@ -298,11 +299,11 @@ def _demand_figure(path: Path, store: xr.Dataset, device: str) -> None:
                     "lw": 0.0,
                 }
                 # An analysis that was not done has no bar.
-                found = [load.components(choice).sel(component=axis) for load in loads[impact]]
-                forces.bar(at, 1e-3 * np.array(found), width, label=label, **look)
-                if choice is not None:
-                    off = [100.0 * (load.difference(choice) or 0.0) for load in loads[impact]]
-                    differences.bar(at, off, width, **look)
+                of = store.sel(device=device, impact=impact, analysis=analysis)
+                force, off = of["peak_force"].sel(component=axis), of["relative_difference"]
+                forces.bar(at, 1e-3 * force.values, width, label=label, **look)
+                if analysis != DETAILED:
+                    differences.bar(at, 100.0 * off.values, width, **look)
             forces.set_ylabel(f"force $F_{axis}$ [kN]")
             differences.set_ylabel("difference [%]")
             differences.axhline(0.0, color="black", lw=0.8)

@@ -18,25 +18,29 @@ WITHOUT, WITH = "without", "with"
 LOADS = {WITHOUT: "without impact", WITH: "with impacts"}
 IN_NAMES = {WITHOUT: "no_impact", WITH: "impact"}
 """The same in the names of scalars."""
-ROTATIONS, BROADENED = "rotations", "broadened"
-"""What the names of response spectrum analyses say behind the combination of the modes."""
+DETAILED = "detailed"
+"""Analysis of the equipment in the 3D model, over time; the others are by response spectra."""
+LABELS = ("combination", "rigid", "source", "supports")
+"""Labels of the analyses, in texts."""
+FLAGS = ROTATIONS, BROADENED = ("rotations", "broadened")
+"""Labels of the analyses that are true or false."""
 GUPTA, LINDLEY_YOW = "gupta", "lindley-yow"
 RIGID = {GUPTA: "Gupta", LINDLEY_YOW: "Lindley-Yow"}
-"""The same of the rigid part of the modes, and whose method it is."""
+"""Methods of the rigid part of the modes."""
 RIGID_WORDS = {"none": "no rigid part"} | {
     key: f"rigid part by {who}" for key, who in RIGID.items()
 }
 INPUTS = {
-    "": "computed spectra",
-    "envelope": "envelope with further points",
-    "envelope-dampings": "envelope over all dampings",
-    "given": "given spectra",
-    "supports-srss": "supports by root of squares",
-    "supports-abs": "supports by absolute sum",
-    "supports-algebraic": "supports in step",
-    "supports-envelope": "supports in step by their envelope",
+    ("source", "computed"): "computed spectra",
+    ("source", "envelope"): "envelope with further points",
+    ("source", "envelope-dampings"): "envelope over all dampings",
+    ("source", "given"): "given spectra",
+    ("supports", "srss"): "supports by root of squares",
+    ("supports", "abs"): "supports by absolute sum",
+    ("supports", "algebraic"): "supports in step",
+    ("supports", "envelope"): "supports in step by their envelope",
 }
-"""The same of the input of an analysis, in words."""
+"""Inputs of an analysis in words, by label and value."""
 MOVES = 1e-6
 """A mode moves along an axis that has more than this part of the mass of all modes along it."""
 
@@ -73,8 +77,7 @@ def file_stem(store: xr.Dataset, stem: str, device: str) -> str:
 class Load:
     """A device with one damping of the buildings, without or with impacts.
 
-    Forces are those on the floor along the direction that is shown, where nothing else is said; a
-    `choice` is the name of a response spectrum analysis.
+    Forces are those on the floor along the direction that is shown, where nothing else is said.
     """
 
     store: xr.Dataset
@@ -92,56 +95,48 @@ class Load:
         end = "" if self.case == OWN else f".{self.case}"
         return f"{scalar_start(self.store, self.device)}.{quantity}.{IN_NAMES[self.impact]}{end}"
 
-    def components(self, choice: str | None = None) -> xr.DataArray:
-        """Largest force or moment by component [N, N m]; of the detailed analysis when None."""
-        if choice is None:
-            return self.of("largest_force")
-        return self.of("spectrum_force", choice=choice)
+    def components(self, analysis: str = DETAILED) -> xr.DataArray:
+        """Largest force or moment by component [N, N m]; nan if not computed."""
+        return self.of("peak_force", analysis=analysis)
 
     @property
     def detailed(self) -> float:
         """Largest force of the detailed analysis [N]."""
-        return float(self.components().sel(component=direction(self.store)))
+        return self.by_spectrum(DETAILED)
 
-    def by_spectrum(self, choice: str | None = None) -> float:
-        """The same by response spectrum analysis, the headline when None [N]; nan: not done."""
-        found = self.components(choice or headline(self.store))
+    def by_spectrum(self, analysis: str = "") -> float:
+        """Largest force by an analysis, by default the headline [N]; nan if not computed."""
+        found = self.components(analysis or headline(self.store))
         return float(found.sel(component=direction(self.store)))
 
-    def was_done(self, choice: str | None) -> bool:
+    def was_done(self, analysis: str) -> bool:
         """Whether an analysis was done: not all devices have envelopes or given spectra."""
-        return math.isfinite(self.components(choice).sel(component=direction(self.store)))
+        return math.isfinite(self.by_spectrum(analysis))
 
-    def difference(self, choice: str | None = None) -> float | None:
-        """(detailed - by spectrum) / detailed, positive where the latter is too low [-].
+    def difference(self, analysis: str = "") -> float | None:
+        """(detailed - RSA) / detailed by an analysis, by default the headline [-].
 
-        None where nothing moves the device.
+        Positive if RSA is too low; None if nothing moves the device or it was not computed.
         """
-        whole = self.detailed
-        return 1.0 - self.by_spectrum(choice) / whole if whole > 0.0 else None
+        found = float(self.of("relative_difference", analysis=analysis or headline(self.store)))
+        return found if math.isfinite(found) else None
 
     @property
     def weight(self) -> float:
         """Its weight at this anchor [N]; nan where it is not known."""
-        known = math.isfinite(self.tension())
-        force = self.store["weight_force"].sel(device=self.device, component="z")
-        return -float(force) if known else math.nan
+        return float(self.store["weight"].sel(device=self.device))
 
-    def uplift(self, choice: str | None = None) -> float:
+    def uplift(self, analysis: str = DETAILED) -> float:
         """Largest force upward less the weight [N]; nan where that is not known."""
-        if choice is None:
-            return float(self.of("net_uplift"))
-        return float(self.components(choice).sel(component="z")) - self.weight
+        return float(self.of("net_uplift", analysis=analysis))
 
-    def tension(self, choice: str | None = None) -> float:
+    def tension(self, analysis: str = DETAILED) -> float:
         """Net tension: n times the pull of the most loaded of n anchors on a circle [N].
 
         Nan where the weight is not known. By response spectrum analysis with all largest values at
         one instant.
         """
-        if choice is None:
-            return float(self.of("net_tension"))
-        return float(self.of("spectrum_tension", choice=choice))
+        return float(self.of("net_tension", analysis=analysis))
 
     def pull(self) -> float:
         """The same as of a device without weight [N], known also where no weight is given."""
@@ -186,37 +181,42 @@ def loads_of(store: xr.Dataset) -> list[Load]:
     return [Load(store, device, impact, case) for device, case, impact in every]
 
 
-def variant(store: xr.Dataset, *words: str) -> str | None:
-    """Name of the headline analysis with rotations, broadened spectra or both; None if none."""
-    name = ".".join([headline(store), *words])
-    return name if name in names_of(store, "choice") else None
+def variant(store: xr.Dataset, *flags: str, **labels: str) -> str | None:
+    """Return the analysis that differs from the headline by these labels alone; None if none does.
+
+    Args:
+        store: The results.
+        flags: Labels that are true: `ROTATIONS`, `BROADENED`.
+        labels: Other labels with their values: `rigid="gupta"`.
+    """
+    wanted = dict.fromkeys(flags, True) | labels
+    same = np.ones(store.sizes["analysis"], dtype=bool)
+    for name in (*LABELS, *FLAGS):
+        own = store[name].sel(analysis=headline(store)).item()
+        same &= store[name].values == wanted.get(name, own)
+    names = store["analysis"].values[same]
+    return str(names[0]) if names.size else None
 
 
 def rigid_variants(store: xr.Dataset) -> dict[str, str]:
-    """Analyses that differ from the headline by the rigid part of the modes: method and name.
+    """Return the analyses that differ from the headline by the rigid part: method and name.
 
     Of these as well where the headline has one itself: "none" without any.
     """
-    combination = headline(store).partition(".")[0]
-    names = {"none": combination} | {method: f"{combination}.{method}" for method in RIGID}
-    known = set(names_of(store, "choice")) - {headline(store)}
-    return {method: name for method, name in names.items() if name in known}
+    found = {method: variant(store, rigid=method) for method in ("none", *RIGID)}
+    return {key: name for key, name in found.items() if name not in (None, headline(store))}
 
 
 def input_variants(store: xr.Dataset, device: str) -> dict[str, str]:
-    """Analyses of a device that differ from the headline by their input, and the headline first.
+    """Return the headline and the analyses of a device that differ from it by their input.
 
     Returns:
         By what they are in words: their names.
     """
-    found = {INPUTS[""]: headline(store)}
-    load, start = Load(store, device, WITH), f"{headline(store)}."
-    for choice in names_of(store, "choice"):
-        parts = choice.removeprefix(start).split(".")
-        # Not what differs by more: rotations, broadened peaks, rigid parts.
-        if choice.startswith(start) and INPUTS.keys() >= set(parts) and load.was_done(choice):
-            found[", ".join(INPUTS[part] for part in parts)] = choice
-    return found
+    words = {variant(store, **{label: value}): text for (label, value), text in INPUTS.items()}
+    load = Load(store, device, WITH)
+    names = [headline(store), *names_of(store, "analysis")]
+    return {words[name]: name for name in names if name in words and load.was_done(name)}
 
 
 def modes_of(store: xr.Dataset, device: str) -> xr.Dataset:

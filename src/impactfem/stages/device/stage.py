@@ -19,7 +19,15 @@ from impactfem.stages.calibrate.selection import (
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
 from impactfem.stages.device.figures import device_figures
-from impactfem.stages.device.selection import LOADS, Load, anchor_of, direction, loaded, restitution
+from impactfem.stages.device.selection import (
+    DETAILED,
+    LOADS,
+    Load,
+    anchor_of,
+    direction,
+    loaded,
+    restitution,
+)
 from impactfem.stages.device.tables import device_tables
 from impactfem.stages.device.verdict import causes
 from impactfem.stages.inputs import published_values
@@ -29,7 +37,6 @@ from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import names_of, of_run, open_store
 from impactfem.system.log import Steps
 from impactfem.system.parallel import on_root
-from impactfem.system.scalar import values_of
 
 IMBALANCE = 1e-8
 """Largest difference of action and reaction at an anchor, of the largest force."""
@@ -131,9 +138,8 @@ def device_checks(folder: Path) -> list[Check]:
     with open_store(folder / "device.nc") as opened:
         store = loaded(opened)
         checks = [check for name in names_of(store, "device") for check in _checks_of(store, name)]
-        values = values_of(store)
-        vectors = f"{values['device.basis_vectors']:.0f} vectors"
-        checks.append(BASIS_ERROR.check(values["device.basis_error"], vectors))
+        vectors = f"{int(store['basis_vectors'])} vectors"
+        checks.append(BASIS_ERROR.check(float(store["basis_error"]), vectors))
         for case in names_of(store, "case"):
             epsilon, source = restitution(store, case)
             which = "restitution of the contact laws"
@@ -169,7 +175,7 @@ def _checks_of(store: xr.Dataset, name: str) -> list[Check]:
         if math.isfinite(load.weight)
     ]
     if pulled:
-        tension = float(store["net_tension"].sel(device=name).max())
+        tension = float(store["net_tension"].sel(device=name, analysis=DETAILED).max())
         checks.append(NET_TENSION.check(1e-3 * tension, name, "; ".join(pulled)))
     else:
         checks.append(NET_TENSION.check(place=name, detail="the weight of the device is not known"))

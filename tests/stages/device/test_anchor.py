@@ -1,6 +1,7 @@
-"""What drawings of devices show, beside the matrices of the devices."""
+"""Anchors: the model of the device that figures show."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +10,10 @@ from impactfem.case import DeviceSetup
 from impactfem.case.device_tables import DeviceMode
 from impactfem.device.from_case import device_of
 from impactfem.device.modes import device_modes
-from impactfem.stages.device.store import drawing_values, mode_shapes
+from impactfem.stages.device.analysis import Support
+from impactfem.stages.device.anchor import Anchor, anchor_of_device, mode_shapes
+from impactfem.stages.device.store import filled
+from impactfem.stages.results import values
 
 SPRINGS = {"x": "1.4e8 N/m", "y": "1.2e8 N/m", "z": "rigid"}
 SPRINGS |= {"rx": "3e7 N m/rad", "ry": "2.5e7 N m/rad", "rz": "rigid"}
@@ -38,7 +42,14 @@ def of_modes():
 
 
 def variables(*setups):
-    return drawing_values(setups, [device_of(one) for one in setups])
+    """Variables of `device.nc` of anchors with these devices."""
+    plate = SimpleNamespace(point=(1.0, 2.0, 3.0), floor=1, followers=(1, 2))
+    anchors = [
+        anchor_of_device(Support(k, 1, one.name, several=False), one, device_of(one), plate)
+        for k, one in enumerate(setups)
+    ]
+    columns = filled(values(Anchor, anchors))
+    return {name: np.array(column, dtype=float) for name, column in columns.items()}
 
 
 @pytest.mark.parametrize("beam", [None, BEAM | {"mass": "0 kg"}])
@@ -93,7 +104,10 @@ def test_variables_of_several_devices():
         1.0,
     )
     # A device from modes has none of all this.
-    assert all(np.isnan(values[2]).all() for values in found.values())
+    shown = [name for name in found if name.partition("_")[0] in ("base", "body", "beam", "level")]
+    assert len(shown) == 10 and all(np.isnan(found[name][2]).all() for name in shown)
+    assert found["weight"][:2] == pytest.approx([1540.0 * 9.80665, 1500.0 * 9.80665])
+    assert np.isnan(found["weight"][2])
 
 
 def test_a_mass_centre_at_the_end_of_the_beam_is_one_level():
