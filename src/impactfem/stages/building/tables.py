@@ -10,7 +10,7 @@ import xarray as xr
 from impactfem.building.floor_properties import UNITS
 from impactfem.case.floors import Floor
 from impactfem.case.members import Bay
-from impactfem.plot.table import Table, columns_of, heads, write_tables
+from impactfem.plot.table import Table, columns_of, heads, variables, write_tables
 from impactfem.stages.stores import open_store
 
 BESIDE_FLOOR_TABLE = (
@@ -75,32 +75,24 @@ def _bending(store: xr.Dataset, published: Mapping[str, float]) -> Table:
     """Tables 2 and 3 of the paper, columns of the 3D mesh."""
     direction = str(store.attrs["bending_direction"])
     modes = store.sel(mode=store["bending_mode"], direction=direction)
-    numbers = range(1, modes.sizes["bending"] + 1)
+    numbers = list(range(1, modes.sizes["bending"] + 1))
     for name in ("frequency", "effective_mass"):
         reference = [published.get(f"building.{name}.{number}", np.nan) for number in numbers]
         modes[f"published_{name}"] = ("bending", reference)
         modes[f"{name}_difference"] = modes[name] / modes[f"published_{name}"] - 1.0
     return columns_of(
-        modes.assign(number=("bending", list(numbers))),
+        modes.assign(number=("bending", numbers)),
         "building_bending_modes",
         f"Bending modes of the 3D building {store.attrs['building']} that move along {direction}",
-        [
-            ("number", "bending mode", ""),
-            ("mode", "mode of all", ""),
-            ("frequency", "frequency", "Hz"),
-            ("published_frequency", "published frequency", "Hz"),
-            ("frequency_difference", "difference of frequency", "%"),
-            ("effective_mass", "effective mass", "t"),
-            ("published_effective_mass", "published effective mass", "t"),
-            ("effective_mass_difference", "difference of mass", "%"),
-        ],
+        variables(
+            "number as bending mode; mode as mode of all; frequency [Hz]; published_frequency as "
+            "published frequency [Hz]; frequency_difference as difference of frequency [%]; "
+            "effective_mass as effective mass [t]; published_effective_mass as published effective "
+            "mass [t]; effective_mass_difference as difference of mass [%]"
+        ),
     ).comparing(
-        {
-            "published frequency",
-            "difference of frequency",
-            "published effective mass",
-            "difference of mass",
-        }
+        {"published frequency", "difference of frequency", "published effective mass"}
+        | {"difference of mass"}
     )
 
 
@@ -108,16 +100,13 @@ def _modes(store: xr.Dataset) -> Table:
     directions = [str(name) for name in store["direction"].values]
     share = store["effective_mass"] / store["total_mass"]
     shares = {f"share_{d}": share.sel(direction=d, drop=True) for d in directions}
+    columns = "; ".join(f"share_{d} as effective mass {d} [%]" for d in directions)
     return columns_of(
         store.assign(shares),
         "building_modes",
         "Modes of the 3D building and their effective masses, as parts of the whole; rotations "
         "about the middle of the base",
-        [
-            ("mode", "mode", ""),
-            ("frequency", "frequency", "Hz"),
-            *((f"share_{d}", f"effective mass {d}", "%") for d in directions),
-        ],
+        variables(f"mode; frequency [Hz]; {columns}"),
     )
 
 
@@ -130,13 +119,8 @@ def _floors(store: xr.Dataset, published: Mapping[str, float]) -> Table:
         "building_floor_masses",
         "Masses of the floors of the 3D building: of its parts, added, and together; e from the "
         "node of the floor to its centre of mass",
-        [
-            ("floor", "floor", ""),
-            ("parts", "parts", "t"),
-            ("floor_added_mass", "added", "t"),
-            ("floor_mass", "mass", "t"),
-            ("floor_ex", "e_x", "m"),
-            ("floor_ey", "e_y", "m"),
-            ("published", "published mass", "t"),
-        ],
+        variables(
+            "floor; parts [t]; floor_added_mass as added [t]; floor_mass as mass [t]; floor_ex as "
+            "e_x [m]; floor_ey as e_y [m]; published as published mass [t]"
+        ),
     ).comparing({"published mass"})
