@@ -62,11 +62,10 @@ def impedances(lowest=0.5, highest=60.0, scale=1.0):
         ("400 m/s", "4 m/s", "soil.shear_velocity = '4 m/s'", "usual is 150 to 3000 m/s"),
         ("2000 kg", "20 kg", "soil.density = '20 kg/m3'", "usual is 1600 to 2700 kg/m3"),
         ('"1 m"', '"1 km"', "raft.thickness = '1 km'", "usual is 0.5 to 6 m"),
-        ("15.6 m", "20 m", "buildings[1].soil.raft", "2.19 m into the plan of B1"),
         ("15.6 m", "15.7 m", None, None),
     ],
 )
-def test_what_is_hardly_meant_of_a_soil(broken, old, new, key, words):
+def test_implausible_soil(broken, old, new, key, words):
     more = HALF_SPACE.replace(old, new)
     path = broken(
         (None, 'name = "B1"', 'name = "B1"\nlength = "46.2 m"\nwidth = "15.6 m"'), more=more
@@ -77,15 +76,15 @@ def test_what_is_hardly_meant_of_a_soil(broken, old, new, key, words):
 
 
 @pytest.mark.parametrize(
-    ("more", "factor", "key", "words"),
+    ("more", "factor", "keys"),
     [
-        (MATRICES, 1e-3, "soil.stiffness[0][0] = 10000000.0", "0.12 Hz of the rigid building"),
-        (TABLE, 1e-3, "soil.file = 'soil.csv'", "1e+07 N/m along x under 1.75e+04 t are 0.12 Hz"),
-        (MATRICES, 1.0, None, ""),
-        (TABLE, 1.0, None, ""),
+        (MATRICES, 1e-3, ["buildings[1]"]),
+        (TABLE, 1e-3, ["buildings[1]"]),
+        (MATRICES, 1.0, []),
+        (TABLE, 1.0, []),
     ],
 )
-def test_springs_that_do_not_go_with_the_mass(broken, more, factor, key, words):
+def test_springs_that_do_not_go_with_the_mass(broken, more, factor, keys):
     """As where they are in kN/m: their unit is in neither of the two."""
     rows = [[factor * value for value in row] for row in ROWS]
     text, table = (
@@ -93,9 +92,9 @@ def test_springs_that_do_not_go_with_the_mass(broken, more, factor, key, words):
         impedances(scale=factor),
     )
     path = broken(more=text, files={"soil.csv": table})
-    found = [str(fault) for fault in implausible(load_case(path), 10.0)]
-    assert len(found) == (key is not None)
-    assert all(key in line and words in line for line in found)
+    found = implausible(load_case(path), 10.0)
+    assert [fault.key for fault in found] == keys
+    assert all("0.12" in fault.expected for fault in found)
 
 
 def test_half_space(broken):

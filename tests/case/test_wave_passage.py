@@ -51,12 +51,10 @@ def test_refused(broken, edits, old, new, key, words):
     ("old", "new", "more", "key", "words"),
     [
         ('"500', '"50', "", "apparent_velocity = '50 m/s'", "usual is 500 to 5000 m/s"),
-        ('"500', '"300', HALF_SPACE, "apparent_velocity = '300 m/s'", "slower than those"),
-        ("[0, -2]", "[1, 0]", "", "direction = [1, 0]", "reach all buildings at the same time"),
         ('"500', '"360', HALF_SPACE, None, None),
     ],
 )
-def test_what_is_hardly_meant(broken, old, new, more, key, words):
+def test_implausible(broken, old, new, more, key, words):
     path = broken(more=more + WAVES.replace(old, new))
     found = [str(one) for one in implausible(load_case(path), 10.0) if "wave_passage" in str(one)]
     assert len(found) == (key is not None)

@@ -71,7 +71,7 @@ SIZES = [
 ]
 TYPES = [
     *values("buildings.B1.structure", "building", ('"B1"', "no key building")),
-    *values("structure", "building", ('"B1"', "moved; expected [buildings.structure]")),
+    *values("structure", "building", ('"B1"', "unknown key")),
     *values("buildings.B1.structure", "modes", ("true", "a whole number"), ("9" * 5000, "TOML")),
     *values("report", "reference", ('"none.toml"', "no such file"), ("1", "file name")),
     Attack("a section as a value", PAPER, "pounding = 3\n", "expected a table"),

@@ -53,7 +53,7 @@ from impactfem.case.quantity import (
     Si,
 )
 from impactfem.case.reading import TableFile
-from impactfem.case.soil import SoilEntry
+from impactfem.case.soil import MatrixSoil, SoilEntry, TableSoil
 from impactfem.system.files import LARGEST_MESH
 
 Part = Annotated[float, Si("-", ge=0, le=1)]
@@ -448,6 +448,14 @@ class Building(Section):
         """Elevation of the mass centre of each floor [m], bottom to top."""
         heights = itertools.accumulate((f.storey_height for f in self.floors), initial=self.base)
         return tuple(heights)[1:]
+
+    @property
+    def frequency_on_soil(self) -> float | None:
+        """Lowest frequency of the rigid building on the given springs of its soil [Hz], or None."""
+        if not isinstance(self.soil, MatrixSoil | TableSoil):
+            return None
+        mass = float(self.soil.raft.inertia[0, 0]) + sum(floor.mass for floor in self.floors)
+        return math.sqrt(min(self.soil.springs) / mass) / (2.0 * math.pi)
 
     @property
     def levels(self) -> dict[int, float]:

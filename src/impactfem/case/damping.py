@@ -5,6 +5,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Discriminator, Field, Tag, ValidationInfo
 
 from impactfem.case.base import Section, ascending, rule, together
@@ -16,6 +17,8 @@ from impactfem.system.errors import ImpactfemError
 Ratio = Annotated[float, Si("-", gt=0, lt=1)]
 ModalRatio = Annotated[float, Si("-", ge=0, lt=1)]
 CurveRatio = Annotated[float, Si("-", ge=0)]
+BAND = np.geomspace(1.0, 20.0, 14)
+"""Frequencies at which buildings answer to earthquakes [Hz]."""
 
 
 class _Damping(Section, ABC):
@@ -28,6 +31,11 @@ class _Damping(Section, ABC):
     def rayleigh(self) -> Rayleigh:
         """The coefficients α_R and β_R; ValueError where the law has none."""
         return self.law.rayleigh
+
+    @property
+    def largest_ratio(self) -> float:
+        """Largest damping ratio in `BAND`."""
+        return float(self.law.ratio(BAND).max())
 
 
 class _TwoCoefficients(_Damping):

@@ -261,6 +261,20 @@ class DeviceSetup(Section):
             return self.supports
         return (DeviceSupport(point=self.point, radius=self.radius, envelope=self.envelope),)
 
+    @property
+    def lowest_frequency(self) -> float | None:
+        """Lowest frequency of the body on one of its springs, or on its beam, alone [Hz]."""
+        if self.mass is None or self.mass_height is None or self.stiffness is None:
+            return None
+        m, (x, y, z) = self.mass, self.inertia or (0.0, 0.0, 0.0)
+        arm = m * self.mass_height**2
+        moved = (m, m, m, x + arm, y + arm, z)
+        on_springs = zip((stiff for _, stiff in self.stiffness), moved, strict=True)
+        squares = [k / of for k, of in on_springs if isinstance(k, float) and of > 0.0]
+        if self.beam is not None:
+            squares.append(3.0 * min(self.beam.bending) / self.beam.length**3 / m)
+        return math.sqrt(min(squares)) / (2.0 * math.pi) if squares else None
+
     @rule("supports")
     @staticmethod
     def _apart(supports: tuple[DeviceSupport, ...]) -> Iterator[str]:

@@ -115,6 +115,23 @@ class Floor(Section):
     width: Annotated[float | None, Si("m", gt=0)] = None
     """Width of this floor along y; default that of the building."""
 
+    @property
+    def gyration(self) -> tuple[float, float, float]:
+        """Radii of gyration about x, y and z, √(J/mass) [m]."""
+        x, y, z = (math.sqrt(J / self.mass) for J in (self.Jx, self.Jy, self.Jz))
+        return x, y, z
+
+    @property
+    def inertia_share(self) -> float:
+        """Largest moment of inertia over the sum of the other two."""
+        J = (self.Jx, self.Jy, self.Jz)
+        return max(J) / (sum(J) - max(J))
+
+    @property
+    def shear_share(self) -> float:
+        """Largest shear area over the area."""
+        return max(self.Avy, self.Avz) / self.A
+
     @model_validator(mode="before")
     @classmethod
     def _fixed_height(cls, data: Any) -> Any:

@@ -1,78 +1,254 @@
-"""What is valid and hardly meant: unusual values, and values that do not go together.
+"""Plausibility warnings: valid values outside of their usual range, and a few that contradict.
 
-Each is a warning with the file, the key, the value and what is usual; nothing is refused.
+`USUAL` is the table of ranges. Most reach about twice as far as what is usual, so that a warning is
+worth reading: they hold buildings from sheds to reactors.
 """
 
+import itertools
 import math
-from collections.abc import Iterator
-
-import numpy as np
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
 
 from impactfem.case.alignment import misalignments
+from impactfem.case.base import Section
 from impactfem.case.contacts import KelvinVoigtLaw, UnilateralLaw
 from impactfem.case.design_spectrum import DecreeSpectrum, EurocodeSpectrum
-from impactfem.case.device_tables import DeviceMatrices
-from impactfem.case.devices import SAME_MASS
+from impactfem.case.facing import facing_floors
+from impactfem.case.floors import Floor
 from impactfem.case.model import Case, CaseFile
-from impactfem.case.motions import SyntheticMotion, read_force_table
-from impactfem.case.place import Place, value_at
-from impactfem.case.plausible_buildings import BESIDE, NO_BODY, SAME, of_buildings
+from impactfem.case.motions import SyntheticMotion
+from impactfem.case.place import Place, step, value_at
 from impactfem.case.report import STAGE_OF
-from impactfem.case.soil import HalfSpaceSoil
 from impactfem.case.source import Source, read_source
 from impactfem.case.unused import unused
-from impactfem.case.usual import unusual
-from impactfem.records.accelerogram import STANDARD_GRAVITY
 from impactfem.system.errors import Fault
 
-DURATION = 5.0
-"""Usual time of the sticks over the longest motion: above, there is little left to see."""
+
+@dataclass(frozen=True)
+class Usual:
+    """The usual range of some values."""
+
+    #: Places in the case file, apart by blanks; ``*`` is any name or index, ``row`` any row of a
+    #: table (CSV) that a key names. A last name may be a property, which no file states.
+    keys: str
+    low: float  #: least usual value in SI
+    high: float  #: largest usual value in SI
+    words: str  #: what is usual
+
+
+MODULUS = Usual(
+    "materials.*.young_modulus", 3e8, 2.5e11, "concrete 20 to 45 GPa, masonry 1 to 15 GPa"
+)
+PGA = Usual("motions.*.pga", 0.2, 15.0, "0.5 to 10 m/s2")
+STEP = Usual("motions.*.time_step motions.*.resample", 1e-4, 0.04, "1 to 20 ms")
+LASTING = Usual("motions.*.duration pounding.duration", 2.0, 300.0, "5 to 60 s")
+PERIOD_PER_STOREY = (0.02, 0.5)
+"""Usual first period of a building on a clamped base over its number of storeys [s]; that of frames
+is about 0.1 s, of buildings of walls 0.05 s."""
+_DAMPINGS = ("damping", "damping_cases.*", "buildings.*.damping", "devices.*.damping")
+_MODEL = "buildings.*.structure"
+_RATIOS = " ".join(f"{place}.ratio {place}.ratios.*" for place in _DAMPINGS)
+_ROW = "buildings.*.floors.row"
+USUAL = (
+    MODULUS,
+    Usual("materials.*.density", 300.0, 1e4, "concrete 2200 to 2600 kg/m3, steel 7850 kg/m3"),
+    Usual("materials.*.compressive_strength", 1e6, 2e8, "concrete 12 to 100 MPa"),
+    Usual(f"{_RATIOS} motions.*.damping", 2e-3, 0.2, "1 % to 10 %"),
+    Usual("spectra.damping.* devices.*.modes.row.damping", 2e-3, 0.2, "0.5 % to 10 %"),
+    Usual(" ".join(f"{d}.frequencies.*" for d in _DAMPINGS), 0.05, 200.0, "0.5 to 50 Hz"),
+    Usual(
+        " ".join(f"{place}.largest_ratio" for place in _DAMPINGS[:3]),
+        1e-6,
+        0.25,
+        "1 % to 10 % of critical from 1 to 20 Hz",
+    ),
+    Usual("contact_laws.*.restitution damping_cases.*.restitution", 0.1, 1.0, "0.4 to 0.9"),
+    Usual("contact_laws.*.stiffness", 1e7, 1e13, "1e8 to 1e11 N/m, 1e9 to 1e12 N/m^1.5"),
+    Usual("contacts.*.gap wall_impact.gap", 0.0, 0.6, "0 to 30 cm"),
+    Usual(
+        "buildings.*.stiffness_factor buildings.*.second_moment_factor "
+        f"{_MODEL}.storey_stiffness_factor",
+        0.02,
+        5.0,
+        "0.1 to 1: cracked or fitted storeys",
+    ),
+    Usual(
+        f"buildings.*.length buildings.*.width {_MODEL}.mesh.length {_MODEL}.mesh.width "
+        "buildings.*.soil.raft.length buildings.*.soil.raft.width",
+        2.0,
+        500.0,
+        "5 to 200 m",
+    ),
+    Usual("buildings.*.rigid_below buildings.*.rigid_above", 0.0, 3.0, "0.1 to 1 m"),
+    Usual("buildings.*.soil.shear_velocity", 50.0, 5e3, "150 to 3000 m/s"),
+    Usual("buildings.*.soil.density", 1e3, 3500.0, "1600 to 2700 kg/m3"),
+    Usual("buildings.*.soil.raft.thickness", 0.1, 20.0, "0.5 to 6 m"),
+    Usual("buildings.*.frequency_on_soil", 0.2, math.inf, "1 to 30 Hz of the rigid building"),
+    Usual(f"{_ROW}.mass", 1e3, 3e7, "20 to 5000 t"),
+    Usual(f"{_ROW}.storey_height", 1.5, 20.0, "2.5 to 8 m"),
+    Usual(f"{_ROW}.A {_ROW}.Avy {_ROW}.Avz", 1e-5, 1e4, "0.01 to 300 m2"),
+    Usual(f"{_ROW}.Ix {_ROW}.Iy {_ROW}.Iz", 1e-6, 1e7, "0.1 to 1e5 m4"),
+    Usual(f"{_ROW}.gyration.*", 0.5, 80.0, "2 to 30 m: √(J/mass)"),
+    Usual(f"{_ROW}.shear_share", 0.0, 1.05, "at most 1: a shear area is a part of A"),
+    Usual(f"{_ROW}.inertia_share", 0.0, 1.05, "at most 1: no J exceeds the sum of the other two"),
+    Usual(
+        f"{_MODEL}.mesh.slab_thickness {_MODEL}.mesh.slabs.*.thickness "
+        f"{_MODEL}.mesh.shells.*.thickness {_MODEL}.mesh.walls.row.thickness",
+        0.003,
+        4.0,
+        "0.1 to 1 m",
+    ),
+    Usual(
+        " ".join(
+            f"{_MODEL}.mesh.{key}"
+            for key in ("beams.row.width", "beams.row.depth", "beams.*.width", "beams.*.depth")
+        )
+        + f" {_MODEL}.mesh.columns.row.width_x {_MODEL}.mesh.columns.row.width_y",
+        0.02,
+        5.0,
+        "0.2 to 2 m",
+    ),
+    Usual(f"{_MODEL}.mesh.beams.row.offset {_MODEL}.mesh.beams.*.offset", -2.0, 2.0, "0 to -1 m"),
+    Usual(
+        " ".join(
+            f"{_MODEL}.mesh.{key}"
+            for key in ("size", "floor_size", "storey_size", "beam_size", "column_size")
+        ),
+        0.05,
+        4.0,
+        "0.3 to 1.5 m",
+    ),
+    Usual(
+        "pounding.time_step transient.time_step wall_impact.time_step device_analysis.time_step",
+        1e-6,
+        0.01,
+        "0.1 to 2 ms",
+    ),
+    Usual("transient.maximum_frequency", 5.0, 1e3, "30 to 200 Hz"),
+    Usual("transient.tolerance", 1e-6, 0.2, "0.1 % to 5 %"),
+    PGA,
+    STEP,
+    LASTING,
+    Usual("motions.*.spectrum.corner_periods.*", 0.01, 20.0, "0.05 to 10 s"),
+    Usual("wave_passage.apparent_velocity", 200.0, 2e4, "500 to 5000 m/s"),
+    Usual("spectra.frequencies.minimum spectra.frequencies.maximum", 0.02, 1e3, "0.1 to 500 Hz"),
+    Usual("spectra.broadening device_analysis.broadening", 0.0, 0.3, "10 % to 15 %"),
+    Usual("ensemble.motions", 10.0, math.inf, "10 or more: of fewer, 5 % and 95 % are the range"),
+    Usual("devices.*.mass devices.*.matrices.total_masses.*", 1.0, 1e5, "10 kg to 50 t"),
+    Usual("devices.*.radius devices.*.supports.*.radius", 0.02, 5.0, "0.1 to 2 m"),
+    Usual(
+        "devices.*.lowest_frequency devices.*.matrices.first_frequency "
+        "devices.*.modes.row.frequency",
+        0.3,
+        1e3,
+        "1 to 100 Hz",
+    ),
+    Usual("wall_impact.displacement", -0.6, 0.6, "-10 to -1 cm"),
+)
+"""Keys of the case file, columns of its tables, and properties of both."""
+FIT = (
+    Usual("targets.*.modes.row.frequency", 0.05, 200.0, "0.3 to 50 Hz"),
+    Usual("targets.*.modes.row.damping", 2e-3, 0.2, "0.5 % to 10 %"),
+    Usual("targets.*.shape_deviation", 1e-3, 1.0, "0.02 to 0.1 of the largest amplitude"),
+    Usual("targets.*.deviation", 1e-3, 1.0, "0.05 to 0.3 of each ordinate"),
+)
+"""The same of the file of a fit; deviations there that are quantities have units of their own."""
 HEAVY = 0.1
 """Mass of a device over that of its floor from which on it belongs into the model of the building:
 US NRC SRP 3.7.2 (II.3.B); below 0.01 it may be left out."""
-WIDE = 3.0
-"""Largest usual radius of gyration of a device over its size: the radius of its anchor or the
-height of its mass centre."""
-SLOW = 0.5
-"""Least usual frequency of a device on one of its springs, or by its matrices [Hz]."""
-MASSES = (5.0, 1e5)
-"""Least and largest usual mass of a device by its matrices [kg]."""
-FAST = 500.0
-"""Largest usual first frequency of a device by its matrices [Hz]."""
 SPEED = 0.5
-"""Speed of approach that tells how long an impact of a law after Hertz lasts [m/s]."""
-RAYLEIGH = 0.87
-"""Least speed of Rayleigh waves over that of shear waves, at a Poisson's ratio of 0."""
-FRACTILES = {
-    "motions": (10, "the fractiles of 5 % and 95 %"),
-    "structure_motions": (4, "fractiles of 84 %"),
-}
-"""Least number n of motions by the key of [ensemble], with 1 - 1/(2n) at least the probability p,
-and the fractiles that need them."""
-WEIGHTS = 50.0
-"""Largest usual force on a floor over its weight: that of an aircraft is some tens."""
+"""Approach velocity at which the duration of an impact of a law after Hertz is estimated [m/s]."""
+SAME = 1e-9  # relative difference of numbers that are the same
+
+
+def unusual(values: Case | Section, source: Source, table: Iterable[Usual] = USUAL) -> list[Fault]:
+    """Find values outside of their usual range: one warning a value or a column of a table.
+
+    Args:
+        values: A case, or the content of another file.
+        source: What the file states.
+        table: The ranges.
+    """
+    found: dict[tuple[str, str], Fault] = {}
+    for usual in table:
+        for keys in usual.keys.split():
+            for fault in _outside(usual, keys.split("."), (), (source.raw, values), source):
+                # A table that several buildings name has one warning for each of its columns, and
+                # a property none if what it follows from has one.
+                file = str(fault.file)
+                beside = [at for other, at in found if other == file]
+                known = [at for at in beside if ", " in at or at.startswith(f"{fault.key}.")]
+                if not (fault.kind == "derived" and known):
+                    found.setdefault((file, fault.key), fault)
+    return list(found.values())
+
+
+def _outside(
+    usual: Usual, keys: list[str], place: Place, at: tuple[Any, Any], source: Source
+) -> Iterator[Fault]:
+    """Values outside of a range at the keys that are left: as written, and in SI."""
+    raw, value = at
+    if value is None:
+        return
+    if not keys:
+        if isinstance(value, float | int) and not usual.low <= value <= usual.high:
+            of = place
+            while value_at(of, source.raw) is None:  # of a property, what it belongs to
+                of = of[:-1]
+            name = " ".join(map(str, place[len(of) :])).replace("_", " ")
+            lead = f"{name} {value:.3g}; " if name else ""
+            text = f"{lead}usual is {usual.words}"
+            yield source.fault(of, raw, text, "derived" if name else "unusual")
+    elif keys[0] == "row":
+        if isinstance(raw, str):
+            yield from _off_column(usual, keys[1:], value, source.path.parent / raw)
+    elif keys[0] == "*" and isinstance(raw, Mapping | list):
+        for part in raw if isinstance(raw, Mapping) else range(len(raw)):
+            if place == ("contacts",):
+                below = next(contact for contact in value if contact.table == part)
+            else:
+                below = value[part]
+            yield from _outside(usual, keys[1:], (*place, part), (step(raw, part), below), source)
+    elif keys[0] == "*" and isinstance(value, Mapping):
+        for part, below in value.items():
+            yield from _outside(usual, keys[1:], (*place, part), (None, below), source)
+    elif keys[0] != "*":
+        key = keys[0]
+        below = value.get(key) if isinstance(value, Mapping) else getattr(value, key, None)
+        stated = step(raw, key)
+        derived = isinstance(getattr(type(value), key, None), property)
+        if stated is not None or derived:
+            yield from _outside(usual, keys[1:], (*place, key), (stated, below), source)
+
+
+def _off_column(usual: Usual, column: list[str], rows: Any, file: Any) -> Iterator[Fault]:
+    """A column of a table with values outside of a range: a wrong unit is that of all rows."""
+    off = []
+    for number, row in enumerate(rows, start=1):
+        value = getattr(row, column[0])
+        every = value if isinstance(value, tuple) else (value,)
+        off += [(number, one) for one in every if one and not usual.low <= one <= usual.high]
+    if off:
+        (number, value), others = off[0], len({k for k, _ in off}) - 1
+        row = rows[number - 1]
+        where = f"floor {row.floor}" if isinstance(row, Floor) else f"row {number}"
+        more = f"; the same applies to {others} more rows" if others else ""
+        text = f"in SI; usual is {usual.words}{more}"
+        derived = isinstance(getattr(type(row), column[0], None), property)
+        kind = "derived" if derived else "unusual"
+        yield Fault(file, f"{where}, {column[0]}", float(f"{value:.6g}"), text, kind)
 
 
 def implausible(case: Case, longest: float) -> list[Fault]:
-    """What is hardly meant in a case, one a value or a column of a table, with what is usual.
+    """Find implausible values of a case, one warning a value, with what is usual.
 
     The longest motion has this duration [s], 0 without one.
     """
     source = read_source(case.path, CaseFile)
-    values = unusual(case, source)
-    found = [
-        *values,
-        *unused(source, case),
-        *of_buildings(source, case, {fault.key for fault in values}),
-        *_motions(source, case, longest),
-        *_pairs(source, case),
-        *_devices(source, case),
-        *_analysis(source, case, longest),
-        *_ensemble(source, case),
-        *_passage(source, case),
-        *_pounding(source, case, longest),
-        *_wall(source, case),
-    ]
+    found = [*unusual(case, source), *unused(source, case)]
+    for check in (_plans, _directions, _points, _heavy_devices, _given_spectra, _steps, _wall):
+        found += check(source, case)
     # Names that no result can have, by their first word; a run knows the others.
     file = source.path.parent / str(value_at(("published",), source.raw))
     text = f"no result; their names begin with {', '.join(STAGE_OF)} (docs/run-folder.md)"
@@ -80,8 +256,23 @@ def implausible(case: Case, longest: float) -> list[Fault]:
     return found + [Fault(file, "name", name, text) for name in strange]
 
 
-def _motions(source: Source, case: Case, longest: float) -> Iterator[Fault]:
-    """Spectra of motions in another direction; forces of many weights, or that do not act."""
+def _plans(source: Source, case: Case) -> Iterator[Fault]:
+    """Buildings that overlap in plan."""
+    names = [building.name for building in case.buildings]
+    for (i, a), (j, b) in itertools.combinations(enumerate(case.buildings), 2):
+        if a.axis == b.axis:
+            text = f"the axis of buildings[{i}], {a.name}: the buildings overlap in plan"
+            yield source.remark(("buildings", j, "axis"), text)
+    for one in facing_floors(case).overlapping:
+        i, j = sorted((names.index(one.a.building), names.index(one.b.building)))
+        if case.buildings[i].axis != case.buildings[j].axis:
+            text = f"overlaps the plan of {names[i]} by {-one.gap:.3g} m ({one.a.label})"
+            yield source.remark(("buildings", j, "axis"), text)
+            return
+
+
+def _directions(source: Source, case: Case) -> Iterator[Fault]:
+    """Spectra of motions in another direction, and motions along no normal of the contacts."""
     for k, motion in enumerate(case.motions):
         spectrum = motion.spectrum if isinstance(motion, SyntheticMotion) else None
         if not isinstance(spectrum, EurocodeSpectrum | DecreeSpectrum):
@@ -89,54 +280,21 @@ def _motions(source: Source, case: Case, longest: float) -> Iterator[Fault]:
         if spectrum.vertical != (motion.direction == "z"):
             kind = "vertical" if spectrum.vertical else "horizontal"
             text = f"its spectrum is the {kind} one (vertical of [motions.spectrum])"
-            yield source.fault(("motions", k, "direction"), motion.direction, text)
-    for k, loads in enumerate(case.loads):
-        table = read_force_table(loads.file, [])
-        if table is None:
-            continue
-        acting = np.abs(table.force[table.time <= case.computed_time(longest)])
-        if not acting.any():
-            text = f"no force within the {case.computed_time(longest):g} s that are computed"
-            yield source.remark(("loads", k, "file"), text)
-            continue
-        for (name, number), force in zip(table.floors, acting.max(axis=0), strict=True):
-            floor = next(one for one in case.building(name).floors if one.floor == number)
-            times = float(force) / (STANDARD_GRAVITY * floor.mass)
-            if times > WEIGHTS:
-                text = f"{times:.3g} times its weight; usual is below ten"
-                yield Fault(loads.file, f"{name}.floor_{number}", f"{force:.4g} N", text)
-
-
-def _pairs(source: Source, case: Case) -> Iterator[Fault]:
-    """Vertical normals, points that are not aligned, once for each table; ground at rest."""
-    vertical, beside = set[int](), set[Place]()
-    misaligned: dict[Place, list[str]] = {}
+            yield source.remark(("motions", k, "direction"), text)
     level = [contact.normal for contact in case.contacts if abs(contact.normal[2]) <= SAME]
     # Forces on floors may drive them as well.
-    moving = [motion.direction for motion in case.motions] if not case.loads else []
-    if level and moving and not any(abs(n["xyz".index(d)]) > SAME for n in level for d in moving):
-        text = "no contact has a normal along it: the buildings are not driven against each other"
-        yield source.fault(("motions", 0, "direction"), moving[0], text)
+    along = [] if case.loads else ["xyz".index(motion.direction) for motion in case.motions]
+    if level and along and not any(abs(normal[c]) > SAME for normal in level for c in along):
+        text = "no ground motion acts along a contact normal: the buildings will not pound"
+        yield source.remark(("motions", 0, "direction"), text)
+
+
+def _points(source: Source, case: Case) -> Iterator[Fault]:
+    """Contact points that are not aligned: one warning for each table of contacts."""
+    misaligned: dict[Place, list[str]] = {}
     for contact in case.contacts:
-        index = contact.table
-        for side, (end, _) in zip("ab", contact.ends, strict=False):
-            building = case.building(end.building)
-            for c, size in enumerate((building.length, building.width)):
-                if size is not None and abs(end.offset[c]) > 0.5 * size + BESIDE:
-                    place = ("contacts", index, side, "offset")
-                    if place not in beside:
-                        beside.add(place)
-                        text = (
-                            f"{abs(end.offset[c]):.4g} m from the axis along {'xy'[c]}, and the "
-                            f"plan of {building.name} reaches {0.5 * size:.4g} m"
-                        )
-                        yield source.remark(place, text)
-        if abs(contact.normal[2]) > SAME and index not in vertical:
-            vertical.add(index)
-            text = "not horizontal; buildings side by side push each other along x or y"
-            yield source.remark(("contacts", index, "normal"), text)
         for one in misalignments(contact, case):
-            place = ("contacts", index, *((one.side, "offset") if one.side else ()))
+            place = ("contacts", contact.table, *((one.side, "offset") if one.side else ()))
             if not one.wrong:
                 misaligned.setdefault(place, []).append(one.text)
     for at, (text, *others) in misaligned.items():
@@ -145,190 +303,68 @@ def _pairs(source: Source, case: Case) -> Iterator[Fault]:
         yield source.fault(at, value, text + more)
 
 
-def _devices(source: Source, case: Case) -> Iterator[Fault]:
-    """Devices that are heavy for their floor, do not go with their moments of inertia, or sway."""
+def _heavy_devices(source: Source, case: Case) -> Iterator[Fault]:
+    """Devices with a tenth of the mass of their floor or more."""
     for k, device in enumerate(case.devices):
-        place: Place = ("devices", k)
-        anchors, rows = device.anchors, device.modes or ()
+        rows = device.modes or ()
         along = [sum(one.effective_mass for one in rows if one.direction == c) for c in "xyz"]
         totals = {} if device.matrices is None else device.matrices.total_masses
-        m = device.mass or max(*along, *totals.values())
-        if device.matrices is not None:
-            yield from _matrices(source, (*place, "matrices"), device.matrices)
-        if not m or not anchors:
-            continue
+        mass = device.mass or max(*along, *totals.values())
         building = case.building(device.building)
-        z = anchors[0].point[2]
         levels = zip(building.floors, building.elevations, strict=True)
+        z = device.anchors[0].point[2]
         floor = min(levels, key=lambda one: abs(one[1] - z))[0]
-        if m > HEAVY * floor.mass:
+        if mass > HEAVY * floor.mass:
             text = (
-                f"{m / floor.mass:.3g} times the mass of floor {floor.floor} of {building.name}, "
-                f"{1e-3 * floor.mass:.4g} t; usual is below a hundredth. From a tenth on a device "
-                "is part of the building (SRP 3.7.2), and the sticks have the masses of the floor "
-                "table alone"
+                f"{mass / floor.mass:.3g} times the mass of floor {floor.floor} of "
+                f"{building.name}, {1e-3 * floor.mass:.4g} t. Above {HEAVY:.0%} of the floor mass, "
+                "equipment must be modelled with the building (SRP 3.7.2)"
             )
             model = "modes" if device.matrices is None else "matrices"
-            yield source.remark((*place, "mass" if device.mass else model), text)
-        if device.mass is None or device.mass_height is None:
-            continue
-        if device.mass_height < 0.0:
-            text = (
-                "the mass centre is below the anchor; net tension is that of a device that stands "
-                "on the floor, whose weight holds it down: one that hangs pulls with its weight"
-            )
-            yield source.remark((*place, "mass_height"), text)
-        h, J = abs(device.mass_height), device.inertia or (0.0, 0.0, 0.0)
-        size = max(h, anchors[0].radius)
-        for c, own in enumerate(J):
-            if math.sqrt(own / m) > WIDE * size:
-                text = (
-                    f"√(J/mass) is {math.sqrt(own / m):.3g} m; usual is at most the size of the "
-                    f"device, and its anchor and mass_height are within {size:.3g} m"
-                )
-                yield source.remark((*place, "inertia", c), text)
-            elif own > (sum(J) - own) * (1.0 + SAME):
-                yield source.remark((*place, "inertia", c), NO_BODY)
-        springs, beam = device.stiffness, device.beam
-        moved = (m, m, m, J[0] + m * h**2, J[1] + m * h**2, J[2])
-        swaying: list[tuple[Place, float | str, float]] = []
-        if springs is not None:
-            pairs = zip(springs, moved, strict=True)
-            swaying += [(("stiffness", name), stiff, of) for (name, stiff), of in pairs]
-        if beam is not None:
-            swaying.append((("beam", "bending"), 3.0 * min(beam.bending) / beam.length**3, m))
-        for key, stiff, of in swaying:
-            if isinstance(stiff, float) and stiff < of * (2.0 * math.pi * SLOW) ** 2:
-                frequency = math.sqrt(stiff / of) / (2.0 * math.pi)
-                text = f"{frequency:.2g} Hz of the body on it alone; usual is 1 to 50 Hz"
-                yield source.remark((*place, *key), text)
+            yield source.remark(("devices", k, "mass" if device.mass else model), text)
 
 
-def _matrices(source: Source, place: Place, matrices: DeviceMatrices) -> Iterator[Fault]:
-    """Matrices of a device in units that are not those of their headers."""
-    masses, frequency = matrices.total_masses, matrices.first_frequency
-    texts = []
-    for axis, mass in masses.items():
-        if not MASSES[0] <= mass <= MASSES[1]:
-            texts.append(f"the device has {mass:.3g} kg along {axis}; usual is 10 kg to 50 t")
-    if masses and max(masses.values()) > (1.0 + SAME_MASS) * min(masses.values()):
-        found = ", ".join(f"{mass:.4g} kg along {axis}" for axis, mass in masses.items())
-        texts.append(f"the device has {found}; a device has one mass along all axes")
-    if frequency is not None and not SLOW <= frequency <= FAST:
-        text = "its first frequency on supports at rest is {:.3g} Hz; usual is 1 to 100 Hz"
-        texts.append(text.format(frequency))
-    for text in texts:
-        also = "Its anchor forces are proportional to its mass. Check the units in the headers"
-        yield source.fault(place, None, f"{text}. {also}; with mass the total is compared")
-
-
-def _analysis(source: Source, case: Case, longest: float) -> Iterator[Fault]:
-    """Given spectra without a direction of the ground; a strong motion too long, or not used."""
+def _given_spectra(source: Source, case: Case) -> Iterator[Fault]:
+    """Given spectra and modes of devices without a direction of the ground."""
     for k, device in enumerate(case.devices):
-        for key, rows, what, then in (
-            (
-                "spectra",
-                device.spectra,
-                "spectrum",
-                ": the analysis with these spectra leaves it out",
-            ),
-            ("modes", device.modes, "mode", ""),
-        ):
+        for key, rows in (("spectra", device.spectra), ("modes", device.modes)):
             known = {row.direction for row in rows or ()}
             lacking = [one.direction for one in case.motions if one.direction not in known]
             if known and lacking:
-                along = " and ".join(lacking)
-                text = f"no {what} along {along}, along which the ground moves{then}"
+                text = f"no row along {' and '.join(lacking)}, along which the ground moves"
                 yield source.remark(("devices", k, key), text)
-    analysis = case.device_analysis
-    if analysis is None or analysis.duration is None:
-        return
-    text = ""
-    if not {"dsc", "dsc-abs"} & set(analysis.combination):
-        text = "not used: only the combinations 'dsc' and 'dsc-abs' have a duration"
-    elif analysis.duration > longest > 0.0:
-        text = f"the strong motion is a part of the motion, which lasts {longest:g} s"
-    if text:
-        yield source.remark(("device_analysis", "duration"), text)
 
 
-def _ensemble(source: Source, case: Case) -> Iterator[Fault]:
-    """Fewer motions than the fractiles of the results need."""
-    ensemble = case.ensemble
-    if ensemble is None:
-        return
-    folder = ensemble.records is not None
-    counts = {
-        "motions": len(ensemble.files()) if folder else ensemble.motions,
-        "structure_motions": ensemble.structure_motions,
-    }
-    for key, (least, fractiles) in FRACTILES.items():
-        count = counts[key]
-        if count and count < least:
-            text = f"{fractiles} of fewer than {least} motions say no more than their range does"
-            place = ("ensemble", "records" if folder and key == "motions" else key)
-            yield source.remark(place, text)
-
-
-def _passage(source: Source, case: Case) -> Iterator[Fault]:
-    """Waves that pass slower than shear waves, or reach all buildings at the same time."""
-    if case.wave_passage is None:
-        return
-    speed = case.wave_passage.apparent_velocity
-    soils = [one.soil for one in case.buildings if isinstance(one.soil, HalfSpaceSoil)]
-    fastest = max((soil.shear_velocity for soil in soils), default=0.0)
-    if speed < RAYLEIGH * fastest:
-        text = (
-            f"waves do not pass slower than those of [buildings.soil], {fastest:g} m/s: of waves "
-            "from below the apparent velocity is that over the sine of their angle to the vertical"
-        )
-        yield source.remark(("wave_passage", "apparent_velocity"), text)
-    if not max(case.delays.values()) > SAME:
-        text = "the waves reach all buildings at the same time: the axes are at right angles to it"
-        yield source.remark(("wave_passage", "direction"), text)
-
-
-def _pounding(source: Source, case: Case, longest: float) -> Iterator[Fault]:
-    """Times that are long for motions or the shortest impact, of two free floors."""
-    computed = case.pounding.duration
-    if computed is not None and longest > 0.0 and computed > DURATION * longest:
-        text = (
-            f"{computed / longest:.3g} times the longest motion, {longest:g} s; usual are the "
-            "motion and some seconds"
-        )
-        yield source.remark(("pounding", "duration"), text)
+def _steps(source: Source, case: Case) -> Iterator[Fault]:
+    """A time step that is long for the shortest impact of two free floors."""
     durations = []
     for contact in case.contacts:
         law = case.contact_laws[contact.law]
-        if isinstance(law, UnilateralLaw):
+        K = None if isinstance(law, UnilateralLaw) else law.stiffness
+        if not isinstance(K, float):
             continue
         hit = {(end.building, end.floor or end.storey) for end, _ in contact.ends}
         floors = ((one.name, floor) for one in case.buildings for floor in one.floors)
         M = 1.0 / sum(1.0 / floor.mass for name, floor in floors if (name, floor.floor) in hit)
-        K = law.stiffness
-        if not isinstance(K, float):
-            continue
         if isinstance(law, KelvinVoigtLaw):
             durations.append((math.pi * math.sqrt(M / K), contact.name))
         else:
             # Hertz: 2.943 p / v with the largest penetration p = (5 M v² / (4 K))^(2/5).
             depth = (1.25 * M * SPEED**2 / K) ** 0.4
             durations.append((2.943 * depth / SPEED, contact.name))
-    if not durations:
-        return
-    shortest, name = min(durations)
-    asked, dt = case.pounding.points_per_impact, case.pounding.time_step
-    if asked * dt > shortest * (1.0 + SAME):
+    shortest, name = min(durations, default=(math.inf, ""))
+    points, dt = case.pounding.points_per_impact, case.pounding.time_step
+    if points * dt > shortest * (1.0 + SAME):
         text = (
             f"{shortest / dt:.3g} steps in an impact of {name}, which lasts {1e3 * shortest:.3g} "
-            f"ms; {asked} are requested ([pounding] points_per_impact), "
-            f"{1e3 * shortest / asked:.3g} ms"
+            f"ms; at least {points} are required (points_per_impact): use time_step <= "
+            f"{1e3 * shortest / points:.3g} ms"
         )
         yield source.remark(("pounding", "time_step"), text)
 
 
 def _wall(source: Source, case: Case) -> Iterator[Fault]:
-    """A wall that a building let go cannot reach: it swings back about as far as it was drawn."""
+    """A wall that the released building cannot reach: it swings back about as far."""
     wall = case.wall_impact
     if wall is None or case.structure is None:
         return
@@ -337,8 +373,5 @@ def _wall(source: Source, case: Case) -> Iterator[Fault]:
     higher = max(heights[k] for k in wall.floors) / heights[wall.displaced_floor]
     reach = abs(wall.displacement) * max(1.0, higher)
     if wall.gap > reach:
-        text = (
-            f"the wall is out of reach: let go at {wall.displacement:g} m, floors swing back "
-            f"{reach:.3g} m at most; usual is a gap of half of that"
-        )
+        text = f"the building swings back {reach:.3g} m at most; usual is a gap of half of that"
         yield source.remark(("wall_impact", "gap"), text)

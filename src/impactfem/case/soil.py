@@ -175,6 +175,11 @@ class MatrixSoil(_OnRaft):
     _takes = rule("damping", kind="definite")(partial(_wrong, above=False))
 
     @property
+    def springs(self) -> tuple[float, float, float]:
+        """Stiffness along x, y and z [N/m]."""
+        return self.stiffness[0][0], self.stiffness[1][1], self.stiffness[2][2]
+
+    @property
     def law(self) -> Soil:
         """The soil about the base of the building."""
         C, none = np.array(self.damping), np.zeros((6, 6))
@@ -250,6 +255,12 @@ class TableSoil(_OnRaft):
         """Frequency, real and imaginary part of each component, ascending, shape (3, n) each."""
         rows = sorted((row.frequency, row.real, row.imaginary, row.component) for row in self.file)
         return [np.array([row[:3] for row in rows if row[3] == name]).T for name in COMPONENTS]
+
+    @property
+    def springs(self) -> tuple[float, float, float]:
+        """Stiffness along x, y and z at the lowest frequency [N/m]."""
+        x, y, z = (float(curve[1, 0]) for curve in self.curves[:3])
+        return x, y, z
 
     @property
     def law(self) -> Soil:

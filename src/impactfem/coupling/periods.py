@@ -11,8 +11,8 @@ import scipy.linalg
 
 from impactfem.case.buildings import Building, GeneratedMesh
 from impactfem.case.model import Case, CaseFile
+from impactfem.case.plausibility import MODULUS, PERIOD_PER_STOREY
 from impactfem.case.source import read_source
-from impactfem.case.usual import MODULUS, PERIOD_PER_STOREY
 from impactfem.coupling.from_case import stick_of
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault

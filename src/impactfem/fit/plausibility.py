@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from impactfem.case.place import read_key, value_at
-from impactfem.case.usual import FIT, unusual
+from impactfem.case.plausibility import FIT, unusual
 from impactfem.fit.fit_file import (
     FloorTarget,
     Given,
@@ -33,7 +33,7 @@ NOTHING = "more than 100 % of the value: the target has no effect on the fit"
 FACTOR = 10.0
 """Ratio of a datum and the model's value at the start from which on a wrong unit is likely."""
 USUAL_HZ = (0.05, 200.0)
-"""Usual frequencies of buildings and of their parts [Hz], as in `impactfem.case.usual.FIT`."""
+"""Usual frequencies of buildings and of their parts [Hz], as in `FIT`."""
 
 
 def warn_of_implausible(problem: Problem) -> None:

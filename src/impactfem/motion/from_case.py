@@ -12,8 +12,8 @@ import numpy as np
 from impactfem.case import Case, Motion, RecordMotion, SyntheticMotion
 from impactfem.case.design_spectrum import TableSpectrum as SpectrumTable
 from impactfem.case.model import CaseFile
+from impactfem.case.plausibility import LASTING, PGA, STEP
 from impactfem.case.source import read_source
-from impactfem.case.usual import LASTING, PGA, STEP
 from impactfem.motion.acceptance import Acceptance, Misfit, acceptance
 from impactfem.motion.components import aligned, conflicts, same_directions
 from impactfem.motion.design_spectrum import DesignSpectrum, TableSpectrum, design_spectrum

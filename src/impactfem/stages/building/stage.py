@@ -9,7 +9,7 @@ from impactfem.case import Case
 from impactfem.case.buildings import GeneratedMesh, structure_files
 from impactfem.case.floors import Floor
 from impactfem.case.members import Bay
-from impactfem.case.usual import PERIOD_PER_STOREY
+from impactfem.case.plausibility import PERIOD_PER_STOREY
 from impactfem.stages.building.pictures import draw_pictures
 from impactfem.stages.building.tables import building_tables
 from impactfem.stages.building.targets import from_structure
