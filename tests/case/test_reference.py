@@ -206,7 +206,7 @@ def test_without_a_word_all_are_results(with_reference):
         (REFERENCE.replace('reason = "Nothing is said."', ""), "reason", "missing"),
         (GIVEN.replace('"scaled"', '"guessed"'), "given[0].kind", "'fitted'"),
         (GIVEN.replace("motion.p*", "motions.p*"), "given[0].names[0]", "no published value"),
-        (GIVEN.replace('["motion.p*"]', "[]"), "given[0].names", "a list that is not empty"),
+        (GIVEN.replace('["motion.p*"]', "[]"), "given[0].names", "at least 1 value"),
         (GIVEN.replace('reason = "The', 'cause = "The'), "given[0]", "missing"),
         (GIVEN.replace("motion.pga", "motion.pgaa"), "values[0].name", "did you mean 'motion.p"),
     ],

@@ -12,7 +12,6 @@ from pydantic import (
     Field,
     StrictBool,
     ValidationInfo,
-    ValidatorFunctionWrapHandler,
     field_validator,
 )
 from pydantic.json_schema import SkipJsonSchema
@@ -321,7 +320,7 @@ class Structure(Section):
     material and another damping.
     """
 
-    building: SkipJsonSchema[str] = ""
+    building: SkipJsonSchema[str] = Field(default="", validate_default=True)
     """Name of the building, which is not written here."""
     material: Annotated[Material, MaterialOf(dense=True)] = Field(
         default=None, validate_default=True
@@ -351,6 +350,14 @@ class Structure(Section):
     solver 'full'."""
     mesh: Annotated[Mesh, Field(discriminator="type")]
     """The mesh: generated from tables, or from a file."""
+
+    @field_validator("building", mode="before")
+    @classmethod
+    def _named(cls, value: Any, info: ValidationInfo) -> Any:
+        if value and info.context is not None:
+            expected = "expected no key building: the 3D model is that of its [[buildings]]"
+            raise refuse(expected, kind="extra_forbidden")
+        return value if info.context is None else info.context.building
 
     @field_validator("material", mode="before")
     @classmethod
@@ -425,23 +432,8 @@ class Building(Section):
     @classmethod
     def _own_or_that_of_all(cls, value: Any, info: ValidationInfo) -> Any:
         if value is None and info.context is not None:
-            of_all = info.context.value("damping")
-            return info.context.valid(DampingEntry, of_all) or UNKNOWN_DAMPING
+            return info.context.values.get("damping") or UNKNOWN_DAMPING
         return value
-
-    @field_validator("structure", mode="wrap")
-    @classmethod
-    def _named(
-        cls, value: Any, handler: ValidatorFunctionWrapHandler, info: ValidationInfo
-    ) -> Structure | None:
-        if not isinstance(value, dict) or info.context is None:
-            return handler(value)  # type: ignore[no-any-return]
-        if "building" in value:
-            expected = "expected no key building: the 3D model is that of its [[buildings]]"
-            raise refuse(expected, kind="extra_forbidden")
-        name = info.data.get("name", "")
-        with info.context.model_of(name):
-            return handler(value | {"building": name})  # type: ignore[no-any-return]
 
     @property
     def elevations(self) -> tuple[float, ...]:

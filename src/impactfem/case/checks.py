@@ -18,7 +18,7 @@ from impactfem.case.members import TOUCH
 from impactfem.case.model import Case
 from impactfem.case.motions import RecordMotion, RestMotion, SyntheticMotion, read_force_table
 from impactfem.case.place import Place
-from impactfem.case.quantity import CALIBRATED, Duration
+from impactfem.case.quantity import CALIBRATED
 from impactfem.case.reading import Reading
 from impactfem.case.soil import TableSoil
 from impactfem.case.transient import OUTSIDE, Transient
@@ -126,13 +126,13 @@ def _of_damping(case: Case, reading: Reading) -> Iterator[Finding]:
 
 def _of_models(case: Case, reading: Reading) -> Iterator[Finding]:
     """What of [pounding] models is not there, and what edges that touch in 3D cannot do."""
-    known = [one.name for one in case.buildings]
+    known = reading.names("buildings")
     wrong = "pounding" in reading.left_out  # what pounds in 3D is not known then
     for name, model in case.pounding.models.items():
         place: Place = ("pounding", "models", name)
         expected = ""
-        if name not in known:
-            expected = f"expected names of buildings, {nearest(name, known)}"
+        if known is not None and name not in known:
+            expected = f"expected names of buildings, {nearest(name, list(known))}"
         elif model == "structure" and name not in reading.three_d:
             expected = f"expected 'stick', or a [buildings.structure] of {name}: it has none"
         if expected:
@@ -451,10 +451,11 @@ def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
     if transient.forces is None:
         # What else [pounding] has wrong hides nothing.
         given = reading.value("pounding", "duration")
-        computed = reading.valid(Duration, given)
+        computed = None if "pounding" in reading.left_out else case.pounding.duration
         known = [m.duration for m in case.motions if not isinstance(m, RecordMotion)]
         # The duration of a record is not known before it is read.
-        if given is None and "motions" not in reading.left_out and len(known) == len(case.motions):
+        whole = case.motions and not reading.left_out & {"motions", "loads"}
+        if given is None and whole and len(known) == len(case.motions):
             computed = case.computed_time(max(known, default=0.0))
     if computed is not None:
         if transient.time_step > computed / 2.0:

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from impactfem.case.buildings import GeneratedMesh
-from impactfem.case.contacts import Contact, ContactEntry, ContactPoint, KelvinVoigtLaw, Vector
+from impactfem.case.contacts import Contact, ContactPoint, KelvinVoigtLaw, Vector
 from impactfem.case.facade import (
     ALIGNED,
     ROUNDING,
@@ -139,25 +139,23 @@ def strike_fault(
 def of_struck_sides(case: Case, reading: Reading) -> Iterator[Finding]:
     """Contacts of a case whose forces its 3D buildings cannot take in [transient].
 
-    From the file as it stands: another table with a fault of its own hides none of these. Of a mesh
-    from a file what holds for every mesh; `check` reads the mesh later.
+    Of a mesh from a file what holds for every mesh; `check` reads the mesh later.
     """
     if "transient" not in reading.source.raw:
         return
     transient = case.transient
     eccentricity = 0.0 if transient is None else transient.eccentricity
     calibrated = transient is not None and transient.spread == "calibrated"
-    for building, model in reading.three_d.items():
+    for building in reading.three_d:
         wall = case.wall_impact
         floors = () if wall is None or wall.building != building else wall.floors
-        with reading.model_of(building):
-            mesh = reading.valid(GeneratedMesh, reading.value(*model, "mesh"))
+        meshes = [one.mesh for one in case.structures if one.building == building]
+        mesh = meshes[0] if meshes and isinstance(meshes[0], GeneratedMesh) else None
         unknown: list[str] = []  # to spread `calibrated`
         places: list[tuple[Facade, float]] = []
         ends = [
             (("contacts", index), side, end, tuple(sign * x for x in contact.normal))
-            for index, one in reading.tables("contacts")
-            if (contact := reading.valid(ContactEntry, one)) is not None
+            for index, contact in reading.entries.get("contacts", {}).items()
             for side, sign in (("a", 1.0), ("b", -1.0))
             if (end := getattr(contact, side)) is not None and end.building == building
         ]

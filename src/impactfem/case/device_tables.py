@@ -168,8 +168,8 @@ def read_stiffness_matrix(path: Path, faults: list[Fault]) -> NamedMatrix | None
     return _read_matrix(path, faults, "N/m", "N m/rad", "J")
 
 
-_MASS_FILE = TableFile("a mass matrix (CSV)", read_mass_matrix, NamedMatrix((), ()))
-_STIFFNESS_FILE = TableFile("a stiffness matrix (CSV)", read_stiffness_matrix, NamedMatrix((), ()))
+_MASS_FILE = TableFile("a mass matrix (CSV)", read_mass_matrix)
+_STIFFNESS_FILE = TableFile("a stiffness matrix (CSV)", read_stiffness_matrix)
 
 
 class DeviceMatrices(Section):
@@ -387,4 +387,4 @@ def read_given_spectra(path: Path, faults: list[Fault]) -> GivenSpectra | None:
     return GivenSpectra(tuple(curves), tuple(places))
 
 
-SPECTRA_FILE = TableFile("a table of floor spectra (CSV)", read_given_spectra, None)
+SPECTRA_FILE = TableFile("a table of floor spectra (CSV)", read_given_spectra)

@@ -19,7 +19,6 @@ from impactfem.case.device_tables import (
     GivenSpectra,
     GivenSpectrum,
 )
-from impactfem.case.floors import entry_of, floors_of
 from impactfem.case.leaf import ModelledBuilding, Name, OneOrMore, Whole, Words
 from impactfem.case.members import TOUCH
 from impactfem.case.quantity import (
@@ -300,10 +299,8 @@ class DeviceSetup(Section):
         if not isinstance(value, GivenSpectra):
             return value
         building = info.data.get("building", "")
-        base = reading_of(info).valid(Length, entry_of(building, info).get("base", "0 m"))
-        stories = () if base is None else floors_of(building, info)
-        heights = itertools.accumulate(one.storey_height for one in stories)
-        levels = {one.floor: base + height for one, height in zip(stories, heights, strict=True)}
+        valid = reading_of(info).values["buildings"]
+        levels = next((one.levels for one in valid if one.name == building), dict[int, float]())
         anchors = [info.data["point"]] if info.data.get("point") else []
         anchors += [one.point for one in info.data.get("supports", ())]
         floors = [min(levels, key=lambda k: abs(levels[k] - z)) for *_, z in anchors if levels]

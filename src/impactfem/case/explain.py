@@ -2,11 +2,11 @@
 
 import itertools
 import types
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
@@ -23,32 +23,25 @@ from impactfem.case.place import (
     step,
     value_at,
 )
+from impactfem.case.quantity import BEYOND
 from impactfem.case.source import Source
 from impactfem.system.errors import MOST_FAULTS, Fault
 
 TABLES = "one or more tables"
 """What is said of an array of tables."""
-LIST, NOT_EMPTY = "a list, ", "a list that is not empty"
-"""And of a list of any length."""
 
 # Names of the alternatives of a union, which pydantic puts into the place of an error. Besides
 # these, the type that a table has.
 _FORMS = {"grid", "list", "table", "corner-periods", "rayleigh"}
 
 
-def places(error: ValidationError, raw: Any) -> list[tuple[Place, str]]:
-    """The place of each error in a content that was validated, and its kind."""
-    return [(_without_tags(item["loc"], raw), item["type"]) for item in error.errors()]
-
-
-def explain(error: ValidationError, source: Source, model: type[BaseModel]) -> list[Fault]:
+def explain(errors: Sequence[ErrorDetails], source: Source, model: type[BaseModel]) -> list[Fault]:
     """Turn the errors of a validation against a model into faults, each once."""
     faults: dict[tuple[str, str], Fault] = {}
-    errors = error.errors(include_url=False)
     inside = {item["loc"][:end] for item in errors for end in range(len(item["loc"]))}
     for number, item in enumerate(errors):
         if number >= MOST_FAULTS:  # nobody reads so many, and words for each take their time
-            rest = f"{error.error_count() - number} further faults"
+            rest = f"{len(errors) - number} further faults"
             return [*faults.values(), Fault(source.path, "", None, rest)]
         if item["type"] == "too_short" and item["loc"] in inside:
             continue  # pydantic counts the valid items only; what is wrong with the others is told
@@ -82,70 +75,66 @@ def expectation(annotation: Any, metadata: list[Any] | tuple[Any, ...] = ()) -> 
         return f"a list of {len(args)} values{each}{', and '.join(items)}"
     if origin is tuple:
         item = expectation(args[0])
-        return TABLES if item == "a table" else f"{LIST}each value {item}"
+        return TABLES if item == "a table" else f"a list, each value {item}"
     if annotation is bool:
         return "true or false"
     return "a table"
 
 
-def expected_of(item: ErrorDetails, info: FieldInfo | None) -> str:
-    """What was expected of a single value that a field does not accept."""
-    return item["msg"] if "inside" in item.get("ctx", {}) else f"expected {_words(info)}"
+def expected_of(item: ErrorDetails, info: FieldInfo | None, within: Place = ()) -> str:
+    """What was expected of a value that a field, or a list in it, does not accept."""
+    context = item.get("ctx", {})
+    if "inside" in context:
+        return item["msg"]
+    lead = "a finite value: " if item["type"] == "finite_number" else ""
+    if BEYOND in (context.get("le"), -context.get("ge", 0.0)):
+        lead = f"a value below {BEYOND:g} in SI units: "
+    words = context.get("expected", "a table") if info is None else _words(info, within)
+    return f"expected {lead}{words}"
 
 
 def _fault(
     item: ErrorDetails, raw: Mapping[str, Any], model: type[BaseModel]
 ) -> tuple[Place, Any, str]:
     """The place of an error, the value there, and what was expected of it."""
+    kind, context = item["type"], item.get("ctx", {})
     place = _without_tags(item["loc"], raw)
-    kind, value = item["type"], value_at(place, raw)
     parent, info = field_at(model, place, raw)
-    if "inside" in item.get("ctx", {}) or kind == UNREADABLE:
+    # A table with a name of the user's choice has no field of its own, but that of all of them.
+    holder = field_at(model, place[:-1], raw)[1]
+    if "inside" in context or kind == UNREADABLE:
         if info is None and parent is not None and place[-1] in parent.model_fields:
             # A key that is left out goes by the name of its field, which is not always the key.
             place = (*place[:-1], parent.model_fields[str(place[-1])].alias or place[-1])
-        inside = item.get("ctx", {}).get("inside", ())
-        place = (*place, *inside)
+        place = (*place, *context.get("inside", ()))
         return place, value_at(place, raw), item["msg"]
     if kind == "extra_forbidden":
         known = list(fields_by_key(parent)) if parent is not None else []
-        holder = field_at(model, place[:-1], raw)[1]
         types = " or ".join(_tags(form_of(holder) if holder else None, str(place[-1])))
         hint = f"a key of type {types}" if types else nearest(str(place[-1]), known)
         return place, None, f"unknown key; {hint}"
     if kind in {"union_tag_not_found", "union_tag_invalid"}:
-        # A table with a name of the user's choice has no field of its own, but that of all of them.
-        holder = info or field_at(model, place[:-1], raw)[1]
-        words = " or ".join(_tags(form_of(holder) if holder else None))
-        place = (*place, "type")
-        given = value.get("type") if isinstance(value, Mapping) else None
-        lead = "missing; expected" if given is None else "expected"
-        return place, given, f"{lead} {words}"
-    if kind in {"missing", "too_long"} and (kind == "too_long" or isinstance(place[-1], int)):
-        # A list of a fixed length with too few or too many values: the fault is the list's.
-        if kind == "missing":
-            place = place[:-1]
-            _, info = field_at(model, place, raw)
-        words, given = _words(info, within=place), value_at(place, raw)
-        if words.startswith(LIST) and given:
-            words = f"at most {item['ctx']['max_length']} values, found {len(given)}"
-        return place, given, f"expected {words}"
-    if kind == "missing":
+        of_all = info or holder
+        words = " or ".join(_tags(form_of(of_all) if of_all else None))
+        given = value_at((*place, "type"), raw)
+        return (*place, "type"), given, f"{'missing; ' if given is None else ''}expected {words}"
+    if kind == "missing" and not isinstance(place[-1], int):
         about = f": {one_line(info)}" if info is not None and info.description else ""
         return place, None, f"missing; expected {_words(info)}{about}"
-    if kind == "too_short":
-        least = item["ctx"]["min_length"]
-        many = f"at least {least} values, found {len(value)}" if least > 1 else NOT_EMPTY
-        return place, value, f"expected {many}"
-    of_table = kind in {"model_type", "model_attributes_type", "dict_type"}
-    if of_table and (info is None or isinstance(place[-1], int)):
-        return place, value, "expected a table"
+    if kind in {"missing", "too_short", "too_long"}:
+        # The list is at fault, which lacks an item, or has one too many.
+        place = place[:-1] if kind == "missing" else place
+        given = value_at(place, raw)
+        words = _words(field_at(model, place, raw)[1], within=place)
+        if kind != "missing":
+            bound = context["min_length" if kind == "too_short" else "max_length"]
+            lead = "at least" if kind == "too_short" else "at most"
+            words = f"{lead} {bound} value{'s' if bound != 1 else ''}"
+        return place, given, f"expected {words}, found {len(given)}"
+    value = value_at(place, raw)
     if kind == "tuple_type" and isinstance(value, Mapping) and _words(info) == TABLES:
         return place, None, f"expected {TABLES}, [[{dotted(place)}]], not [{dotted(place)}]"
-    if kind == "literal_error" and info is None:
-        # A value of a table with names of the user's choice, which has no field of its own.
-        return place, value, f"expected {item['ctx']['expected']}"
-    return place, value, f"expected {_words(info, within=place)}"
+    return place, value, expected_of(item, info, place)
 
 
 def _words(info: FieldInfo | None, within: Place = ()) -> str:

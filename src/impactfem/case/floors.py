@@ -66,7 +66,7 @@ class MaterialOf(NameOf):
                 f"expected a material with a density, which is missing in [materials.{name}]",
                 kind="no_density",
             )
-        return info.context.valid(Material, raw) or UNKNOWN_MATERIAL
+        return info.context.values.get("materials", {}).get(name, UNKNOWN_MATERIAL)
 
 
 FLOORS = "a floor table (CSV)"
@@ -176,5 +176,4 @@ def floors_of(building: Any, info: ValidationInfo) -> tuple[Floor, ...]:
     entry = entry_of(building, info)
     if not entry:
         return ()
-    with reading_of(info).leniently():
-        return reading_of(info).table(entry.get("floors"), FLOORS, read_floors) or ()
+    return reading_of(info).table(entry.get("floors"), FLOORS, read_floors) or ()

@@ -1,19 +1,28 @@
-"""Reading a case file with all files it names; every fault of all of them is reported at once."""
+"""Reading a case file with all files it names; every fault of all of them is reported at once.
+
+Each section, and each table of an array or by name, is validated once, by itself. Rules between
+sections are applied to those that are valid.
+"""
 
 import hashlib
-from copy import deepcopy
+from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, get_args, get_origin
 
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
+from pydantic_core import ErrorDetails
 
-from impactfem.case.base import REPORTED, UNREADABLE
+from impactfem.case.analysis import Pounding, Spectra
+from impactfem.case.base import Written
+from impactfem.case.buildings import Structure
 from impactfem.case.checks import CHECKS, FILE_CHECKS
 from impactfem.case.devices import STEPS, DeviceAnalysis
-from impactfem.case.explain import explain, places
+from impactfem.case.explain import explain
+from impactfem.case.floors import UNKNOWN_DAMPING
 from impactfem.case.model import Case, CaseFile
 from impactfem.case.motions import DIRECTIONS, RestMotion, read_force_table
-from impactfem.case.place import Place
+from impactfem.case.place import Place, form_of
 from impactfem.case.reading import Reading
 from impactfem.case.source import Source, read_source
 from impactfem.system.errors import Fault, InputError
@@ -21,11 +30,11 @@ from impactfem.system.errors import Fault, InputError
 _PLACEHOLDERS: dict[str, Any] = {
     "title": "case",
     "materials": {},
-    "damping": {"ratio": "5 %", "frequencies": ["1 Hz", "20 Hz"]},
-    "pounding": {"time_step": "1 us"},
-    "spectra": {"damping": ["5 %"], "frequencies": ["1 Hz"]},
+    "damping": UNKNOWN_DAMPING,
+    "pounding": Pounding(time_step=1e-6),
+    "spectra": Spectra(damping=(0.05,), frequencies=(1.0,)),
 }
-"""What takes the place of a section that is at fault and that every case has."""
+"""Values of sections that every case has, where they have faults."""
 _NEED_OTHERS = {
     "structure": ("wall_impact", "transient", "devices", "device_analysis", "calibration"),
     "transient": ("devices", "device_analysis"),
@@ -70,19 +79,15 @@ def read_case(path: str | Path | Source) -> tuple[Case | None, list[Fault], set[
     """
     source = path if isinstance(path, Source) else read_source(Path(path), CaseFile)
     reading = Reading(source)
-    faults: list[Fault] = []
-    try:
-        sections: CaseFile | None = CaseFile.model_validate(source.raw, context=reading)
-    except ValidationError as error:
-        faults = explain(error, source, CaseFile)
-        sections = _rest(error, reading)
-    for as_it_stands in FILE_CHECKS:
-        kind = as_it_stands.__name__.strip("_")
-        faults += [reading.fault(*finding, kind) for finding in as_it_stands(reading)]
-    if sections is None:
-        return None, [*faults, *reading.faults], reading.left_out
-    case, left_out = _completed(sections, reading), reading.left_out
-    reading.lenient = True
+    errors = list(_validate(reading))
+    faults = explain(errors, source, CaseFile)
+    for item in errors:
+        name = "structure" if item["loc"][2:3] == ("structure",) else str(item["loc"][0])
+        reading.left_out |= {name, *_NEED_OTHERS.get(name, ())}
+    for of_file in FILE_CHECKS:
+        kind = of_file.__name__.strip("_")
+        faults += [reading.fault(*finding, kind) for finding in of_file(reading)]
+    case, left_out = _completed(reading), reading.left_out
     for check in CHECKS:
         kind = check.__name__.strip("_")
         faults += [reading.fault(*finding, kind) for finding in check(case, reading)]
@@ -90,90 +95,93 @@ def read_case(path: str | Path | Source) -> tuple[Case | None, list[Fault], set[
     if not left_out:
         return case, faults, left_out
     # The case without what cannot be used; none where no building can be.
-    buildings = tuple(building for building in case.buildings if building.floors)
-    names = {building.name for building in buildings}
-    structures = [one for one in case.structures if one.building in names]
-    if case.structure is not None and not structures:
-        left_out |= {"structure", *_NEED_OTHERS["structure"]}
-    if "structure" in left_out:
-        structures = []
+    structures = () if "structure" in left_out else case.structures
     update = {
-        "buildings": buildings,
-        "contacts": tuple(c for c in case.contacts if names.issuperset(c.buildings)),
         "structure": next(iter(structures), None),
-        "further_structures": tuple(structures[1:]),
+        "further_structures": structures[1:],
         **{name: CaseFile.model_fields[name].default for name in left_out & _OPTIONAL},
     }
     if case.ensemble is not None and left_out & {"transient"} and not left_out & {"ensemble"}:
         update["ensemble"] = case.ensemble.model_copy(update={"structure_motions": 0})
-    return case.model_copy(update=update) if buildings else None, faults, left_out
+    return case.model_copy(update=update) if case.buildings else None, faults, left_out
 
 
-def _rest(error: ValidationError, reading: Reading) -> CaseFile | None:
-    """What is left of a case file without what is at fault; None where nothing can be checked."""
-    # Of an array of tables, or of tables by name, those without faults are left. A file that cannot
-    # be read counts as empty.
-    raw: dict[str, Any] = deepcopy(reading.source.raw)
-    reading.lenient = True
-    strict = error
-    while True:
-        before = deepcopy(raw)
-        found = places(error, raw)
-        # A 3D model at fault hides nothing of another one that is free of faults.
-        entries = raw["buildings"] if isinstance(raw.get("buildings"), list) else []
-        modelled = (isinstance(one, dict) and "structure" in one for one in entries)
-        models = {k for k, has_one in enumerate(modelled) if has_one}
-        at_fault = {place[1] for place, _ in found if _of_structure(place)}
-        if models - at_fault:
-            for k in at_fault:
-                raw["buildings"][k].pop("structure")
-            found = [one for one in found if not _of_structure(one[0])]
-        own: dict[str, list[Place]] = {}
-        for place, kind in found:
-            name = "structure" if _of_structure(place) else str(place[0])
-            reading.left_out |= {name, *_NEED_OTHERS.get(name, ())}
-            if kind in (REPORTED, UNREADABLE):
-                continue
-            if _of_structure(place):
-                raw["buildings"][place[1]].pop("structure", None)
-            else:
-                own.setdefault(name, []).append(place)
-        for name, at in own.items():
-            section, inside = raw.get(name), {place[1] for place in at if len(place) > 1}
-            # Single tables are taken out where each fault is in one of them, else all of it.
-            single = all(len(place) > 1 for place in at)
-            if isinstance(section, list) and single:
-                kept = [k for k in range(len(section)) if k not in inside]
-                raw[name] = [section[k] for k in kept]
-                earlier = reading.kept.get(name, range(len(section)))
-                reading.kept[name] = [earlier[k] for k in kept]
-            elif name in ("materials", "contact_laws") and isinstance(section, dict) and single:
-                raw[name] = {key: table for key, table in section.items() if key not in inside}
-            else:
-                raw.pop(name, None)
-        for name, placeholder in _PLACEHOLDERS.items():
-            raw.setdefault(name, placeholder)
-        if not raw.get("buildings"):
-            return None
-        try:
-            return CaseFile.model_validate(raw, context=reading)
-        except ValidationError as further:
-            if raw == before and error is not strict:
-                return None  # what is at fault cannot be taken out
-            error = further
+@cache
+def _adapter(name: str, *, item: bool = False) -> TypeAdapter[Any]:
+    """The validator of a section, or of an item of an array of tables."""
+    info = CaseFile.model_fields[name]
+    kind: Any = Annotated[info.annotation, info]
+    return TypeAdapter(get_args(form_of(info))[0] if item else kind)
 
 
-def _of_structure(place: Place) -> bool:
-    """Whether a place is in the 3D model of a building."""
-    return place[0] == "buildings" and place[2:3] == ("structure",)
+def _attempt(
+    adapter: TypeAdapter[Any], value: Any, place: Place, reading: Reading
+) -> tuple[Any, list[ErrorDetails]]:
+    """Validate what stands at a place: the value, None where it is not valid, and the errors."""
+    try:
+        return adapter.validate_python(value, context=reading), []
+    except ValidationError as error:
+        errors = error.errors(include_url=False)
+        for item in errors:
+            item["loc"] = (*place, *item["loc"])
+        return None, errors
 
 
-def _completed(sections: CaseFile, reading: Reading) -> Case:
-    """The case of the sections of its file, with what follows from other sections."""
-    values = {name: getattr(sections, name) for name in CaseFile.model_fields}
-    structures = [one.structure for one in sections.buildings if one.structure]
+def _validate(reading: Reading) -> Iterator[ErrorDetails]:
+    """Validate each section, and keep in the reading what is valid; yield the errors."""
+    raw, values = reading.source.raw, reading.values
+    for name, info in CaseFile.model_fields.items():
+        given, form = raw.get(name), get_origin(form_of(info))
+        if info.is_required():
+            values[name] = _PLACEHOLDERS.get(name, ())
+        else:
+            values[name] = info.get_default(call_default_factory=True)
+        if name not in raw:
+            if info.is_required():
+                yield ErrorDetails(type="missing", loc=(name,), msg="", input=raw)
+        elif isinstance(given, list) and given and form is tuple:
+            reading.entries[name] = entries = {}
+            for k, entry in enumerate(given):
+                value, errors = _entry(name, k, entry, reading)
+                yield from errors
+                if value is not None:
+                    entries[k] = value
+            finish = [one.finish for one in info.metadata if isinstance(one, Written)] or [tuple]
+            values[name] = finish[0](tuple(entries.values()))
+        elif isinstance(given, dict) and form is dict:
+            values[name] = {}
+            for key, entry in given.items():
+                value, errors = _attempt(_adapter(name), {key: entry}, (name,), reading)
+                yield from errors
+                values[name] |= value or {}
+        else:
+            value, errors = _attempt(_adapter(name), given, (name,), reading)
+            yield from errors
+            values[name] = values[name] if errors else value
+    for key in raw.keys() - CaseFile.model_fields.keys():
+        yield ErrorDetails(type="extra_forbidden", loc=(key,), msg="", input=raw[key])
+
+
+def _entry(name: str, k: int, raw: Any, reading: Reading) -> tuple[Any, list[ErrorDetails]]:
+    """Validate a table of an array; the 3D model of a building by itself."""
+    if name != "buildings" or not isinstance(raw, dict) or "structure" not in raw:
+        return _attempt(_adapter(name, item=True), raw, (name, k), reading)
+    outside = {key: value for key, value in raw.items() if key != "structure"}
+    building, errors = _attempt(_adapter(name, item=True), outside, (name, k), reading)
+    with reading.model_of(str(raw.get("name", ""))):
+        place = (name, k, "structure")
+        structure, further = _attempt(TypeAdapter(Structure), raw["structure"], place, reading)
+    if building is not None:
+        building = building.model_copy(update={"structure": structure})
+    return building, errors + further
+
+
+def _completed(reading: Reading) -> Case:
+    """The case of the sections that are valid, with what follows from other sections."""
+    values = reading.values
+    structures = [one.structure for one in values["buildings"] if one.structure]
     source = reading.source
-    names_it = source.path if sections.report.reference is None else source.file_of(_REFERENCE)
+    names_it = source.path if values["report"].reference is None else source.file_of(_REFERENCE)
     case = Case.model_construct(
         structure=next(iter(structures), None),
         further_structures=tuple(structures[1:]),

@@ -15,7 +15,7 @@ from impactfem.case.base import Leaf, refuse
 from impactfem.case.unit import KINDS, UnitError, scale, si_factor
 from impactfem.records.file import NUMBER as NUMBER
 
-_BEYOND = 1e60  # no physical quantity in SI reaches it; a product of five of them is finite
+BEYOND = 1e60  # no physical quantity in SI reaches it; a product of five of them is finite
 QUANTITY = re.compile(rf"\s*({NUMBER})\s*(.*?)\s*", re.DOTALL)
 _COMMA = re.compile(r"\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?)((?:\s*[^\W\d].*?|\s*1\s*/.*?)?)\s*")
 _PERCENT = re.compile(rf"\s*({NUMBER})\s*%\s*")
@@ -63,7 +63,7 @@ class Si(Leaf):
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
-        limit = None if self.unit == "-" else _BEYOND
+        limit = None if self.unit == "-" else BEYOND
         low = None if limit is None or self.gt is not None or self.ge is not None else -limit
         number = core_schema.float_schema(
             strict=True,
@@ -85,7 +85,7 @@ class Si(Leaf):
         if isinstance(value, str):
             return number(self._from_text(value))
         given = isinstance(value, int | float) and not isinstance(value, bool)
-        if not given or (isinstance(value, int) and abs(value) > _BEYOND):
+        if not given or (isinstance(value, int) and abs(value) > BEYOND):
             raise refuse(f"expected {self.phrase}", kind="quantity")
         if self.unit != "-" and info.context is not None:  # that of a case file
             raise refuse(f"the unit is missing; expected {self.phrase}", kind="unit_missing")

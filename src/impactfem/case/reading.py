@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError, ValidationInfo
+from pydantic import ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from impactfem.case.base import REPORTED, UNREADABLE
@@ -32,13 +32,12 @@ class Reading:
     faults: list[Fault] = field(default_factory=list)  #: what is wrong in the files that it names
     #: Their bytes, by their name in the case file.
     contents: dict[str, bytes] = field(default_factory=dict)
-    #: Whether a file that cannot be read counts as empty, so that what does not depend on it is
-    #: checked as well.
-    lenient: bool = False
+    #: Values of the sections, as far as they are validated already; those at fault are left out.
+    values: dict[str, Any] = field(default_factory=dict)
+    #: Valid tables of the arrays of tables, by their index in the file.
+    entries: dict[str, dict[int, Any]] = field(default_factory=dict)
     #: Names of the sections with a fault, and of those that are of no use without them.
     left_out: set[str] = field(default_factory=set)
-    #: Of arrays of which tables are left out, the indices of those that are not.
-    kept: dict[str, list[int]] = field(default_factory=dict)
     #: Name of the building whose 3D model is being read; "" outside of them.
     building: str = ""
     _tables: dict[tuple[Path, str, str], Any] = field(default_factory=dict)
@@ -51,9 +50,9 @@ class Reading:
         return self.source.fault(place, value if shown else None, expected, kind)
 
     def original(self, place: Place) -> Place:
-        """A place among the tables that are kept, as a place of the file."""
-        if len(place) > 1 and isinstance(place[1], int) and place[0] in self.kept:
-            return (place[0], self.kept[str(place[0])][place[1]], *place[2:])
+        """A place among the tables that are valid, as a place of the file."""
+        if len(place) > 1 and isinstance(place[1], int) and place[0] in self.entries:
+            return (place[0], list(self.entries[str(place[0])])[place[1]], *place[2:])
         return place
 
     def value(self, *place: int | str) -> Any:
@@ -103,50 +102,42 @@ class Reading:
         """A file relative to the working folder, by its name in the case file."""
         return self.source.path.parent / name
 
+    def fetch(self, name: str, what: str, largest: float) -> str:
+        """Read the bytes of a file once; what is wrong with it, or ""."""
+        content = self.contents.get(name) or read_bytes(self.path(name), what, largest)
+        if isinstance(content, Fault):
+            return content.expected
+        self.contents[name] = content
+        return ""
+
     def open(self, name: str, what: str, largest: float, deferred: bool = False) -> Path:
         """Read the bytes of a file, and give it relative to the working folder; or refuse it.
 
         One that is larger [byte] is not read. A `deferred` one is refused where it is used.
         """
-        path = self.path(name)
-        if name not in self.contents:
-            content = read_bytes(path, what, largest)
-            if isinstance(content, bytes):
-                self.contents[name] = content
-            elif not self.lenient and not deferred:
-                raise PydanticCustomError(UNREADABLE, "{expected}", {"expected": content.expected})
-        return path
+        wrong = self.fetch(name, what, largest)
+        if wrong and not deferred:
+            raise PydanticCustomError(UNREADABLE, "{expected}", {"expected": wrong})
+        return self.path(name)
 
     def table(self, name: Any, what: str, read: Callable[..., Any], *further: Any) -> Any:
         """What is in a file, read once; its faults are added to those of the reading.
 
         What it is to be tells, with its name, whether it was read before. `read` takes its path, a
         list for faults, and what is further given. Of a `Table` the rows are given; None where it
-        has faults and all is read leniently, else it is refused.
+        has faults.
         """
-        if not isinstance(name, str) or not name.strip():
-            if self.lenient:
-                return None
-            raise PydanticCustomError(REPORTED, "no name of a file")
-        path = self.open(name, what, LARGEST)
+        if not isinstance(name, str) or not name.strip() or self.fetch(name, what, LARGEST):
+            return None
+        path = self.path(name)
         # Of a 3D model: what stands in the table has to fit its own building.
         key = (path, what, self.building)
         if key not in self._tables:
             faults: list[Fault] = []
-            found = read(path, faults, *further) if name in self.contents else None
+            found = read(path, faults, *further)
             self.faults += [fault for fault in faults if fault not in self.faults]
             self._tables[key] = found.rows if isinstance(found, Table) else found
-        if self._tables[key] is None and not self.lenient:
-            raise PydanticCustomError(REPORTED, "the file has faults")
         return self._tables[key]
-
-    def valid(self, kind: Any, raw: Any) -> Any:
-        """A table or value of the file, without files that are at fault; None where it is."""
-        with self.leniently():
-            try:
-                return TypeAdapter(kind).validate_python(raw, context=self)
-            except ValidationError:
-                return None
 
     @property
     def inputs(self) -> list[tuple[str, bytes]]:
@@ -164,15 +155,6 @@ class Reading:
             sha.update(content)
         return sha.hexdigest()
 
-    @contextmanager
-    def leniently(self) -> Iterator[None]:
-        """What is read in the block may have faults, which are reported elsewhere."""
-        before, self.lenient = self.lenient, True
-        try:
-            yield
-        finally:
-            self.lenient = before
-
 
 def reading_of(info: ValidationInfo) -> Reading:
     """The context of the validation of a case file."""
@@ -188,7 +170,6 @@ class TableFile(FileName):
     #: Reads it: its path and a list for faults, and where `sited` the information of the
     #: validation, lead to what is in it, or None.
     read: Callable[..., Any] = lambda path, faults: None
-    empty: Any = ()  #: stands for a file with faults, where only the other ones are looked for
     sited: bool = False  #: as said
     as_path: bool = False  #: whether the field holds the file itself, which is checked alone
 
@@ -201,6 +182,6 @@ class TableFile(FileName):
             return path
         further = (info,) if self.sited else ()
         found = info.context.table(value, self.what, self.read, *further)
-        if self.as_path:
-            return path
-        return self.empty if found is None else found
+        if found is None:
+            raise PydanticCustomError(REPORTED, "the file has faults")
+        return path if self.as_path else found

@@ -181,7 +181,7 @@ class Reference(Section):
         return "result"
 
 
-PUBLISHED_FILE = TableFile("a table (CSV)", read_published, {})
+PUBLISHED_FILE = TableFile("a table (CSV)", read_published)
 
 
 def _read_reference(path: Path, faults: list[Fault], info: ValidationInfo) -> Reference | None:
@@ -197,7 +197,7 @@ def _read_reference(path: Path, faults: list[Fault], info: ValidationInfo) -> Re
         faults.extend(error.faults)
         return None
     except ValidationError as error:
-        faults.extend(explain(error, source, Reference))
+        faults.extend(explain(error.errors(), source, Reference))
         return None
     # Those that it extends are part of the case as well.
     folder = os.path.relpath(path.parent, reading.source.path.parent)
@@ -211,8 +211,7 @@ def _read_reference(path: Path, faults: list[Fault], info: ValidationInfo) -> Re
         seen.add((item.kind, item.number))
     name = reading.value("published")
     if name is not None:
-        with reading.leniently():
-            published = reading.table(name, PUBLISHED_FILE.what, read_published)
+        published = reading.table(name, PUBLISHED_FILE.what, read_published)
         if published is not None:
             known = list(published)
             for i, item in enumerate(reference.items):
@@ -236,7 +235,7 @@ def _read_reference(path: Path, faults: list[Fault], info: ValidationInfo) -> Re
     return reference if len(faults) == before else None
 
 
-REFERENCE_FILE = TableFile(REFERENCE, _read_reference, None, sited=True)
+REFERENCE_FILE = TableFile(REFERENCE, _read_reference, sited=True)
 
 
 class Report(Section):

@@ -511,7 +511,7 @@ def read_fit(path: Path, faults: list[Fault]) -> tuple[FitFile | None, Source]:
     try:
         found = FitFile.model_validate(source.raw, context=reading)
     except ValidationError as error:
-        own = explain(error, source, FitFile)
+        own = explain(error.errors(), source, FitFile)
     own += reading.faults
     faults += [_quoted(fault, source.raw) for fault in own]
     return None if own else found, source
