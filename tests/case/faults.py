@@ -45,8 +45,14 @@ def refused(path, key, what):
     """A case has one fault, of a key of it or of 'file: key', of a kind, with its limit."""
     (fault,) = all_faults(path)
     assert (fault.file, fault.key) == (path, key) or f"{Path(fault.file).name}: {fault.key}" == key
+    check_fault([fault], fault.key, what)
+
+
+def check_fault(faults, key, what):
+    """Some faults have one of a key and a kind, with the limit or the suggestion behind it."""
     kind, _, limit = what.partition(" ")
-    assert fault.kind == kind and limit in fault.expected
+    texts = [one.expected for one in faults if (one.key, one.kind) == (key, kind)]
+    assert any(limit in text for text in texts), faults
 
 
 def each_row(tables):
@@ -67,7 +73,6 @@ def each_row(tables):
 def check_row(written, base, file, key, row):
     """A case with the change of a row has its fault, and no other but those that it says."""
     old, new, last, what, *others = row
-    kind, _, limit = what.partition(" ")
     edits = []
     if not old:
         base = replace(base, more=f"{base.more}{new}\n")
@@ -77,7 +82,6 @@ def check_row(written, base, file, key, row):
         edits = [(file, old, new)]
     faults = all_faults(written(base, *edits))
     name, found = file or "pair.toml", {fault.key for fault in faults}
-    texts = [one.expected for one in faults if (one.key, one.kind) == (key + last, kind)]
-    assert any(limit in text for text in texts), faults
+    check_fault(faults, key + last, what)
     assert all(Path(one.file).name == name for one in faults if one.key == key + last)
     assert found == {key + last, *others}, faults

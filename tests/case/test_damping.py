@@ -44,18 +44,13 @@ def test_calibrated_with_the_impact(structured, broken):
     case = load_case(structured(more=WALL + CALIBRATED + HEAVY))
     assert [one.restitution for one in case.damping_cases] == ["calibrated", 0.6]
     for write in (structured, broken):
-        assert faults_of(write(more=HEAVY + CALIBRATED)) == {
-            "damping_cases[1].restitution": "calibrated expected a section [wall_impact] beside "
-            "it: the impact that gives it"
-        }
+        path = write(more=HEAVY + CALIBRATED)
+        refused(path, "damping_cases[1].restitution", "missing_section [wall_impact]")
 
 
 def test_served_by_the_reduced_basis(structured):
     path = structured(more=f"{TRANSIENT}serve_damping_cases = true\n")
-    assert faults_of(path) == {
-        "transient.serve_damping_cases": "True expected [[damping_cases]] beside it: the dampings "
-        "to serve"
-    }
+    refused(path, "transient.serve_damping_cases", "missing_section [[damping_cases]]")
     transient = load_case(added(path, LIGHT)).transient
     assert transient is not None and transient.serve_damping_cases
 

@@ -18,6 +18,8 @@ from impactfem.case.device_tables import (
 )
 from impactfem.system.errors import Fault
 
+from .faults import check_fault
+
 MATRIX = """\
 # N/m
 1.y [N/m],middle y [N/m],2.y [N/m]
@@ -67,28 +69,28 @@ def test_a_matrix(read):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "key", "message"),
+    ("old", "new", "key", "kind"),
     [
-        ("-1e6,1e6", "-1e6,1e6,0", "line 5", "expected 3 cells as in the header, found 4"),
-        ("0,-1e6,1e6\n", "", "line 2", "expected 3 rows below the header, as it has names; found"),
-        ("4e6", "stiff", "line 4", "expected a finite number"),
-        ("4e6", "inf", "line 4", "expected a finite number"),
-        ("2.y", "1.y", "line 2", "names that are all different; found 1.y twice"),
-        ("1.y [N/m],middle y [N/m],2.y [N/m]", "1,2,3", "line 2", "found numbers"),
-        ("middle y [N/m]", "", "line 2", "one is empty"),
-        ("1.y [N/m]", "1.y", "line 2, column 1.y", "no unit; expected the unit of the diagonal"),
-        ("middle y [N/m]", "middle y", "line 2, column middle y", "'middle y [N m/rad]'"),
-        ("1.y [N/m]", "1.y [kg]", "line 2, column 1.y [kg]", "'kg' is a mass"),
-        ("1.y [N/m]", "1.y [N m]", "line 2, column 1.y [N m]", "'1.y [N/m]'"),
-        ("2.y [N/m]", "2.ry [N/m]", "line 2, column 2.ry [N/m]", "'2.ry [N m/rad]'"),
-        ("0,-1e6", "0,1e308", "2.y, middle y", "symmetric matrix, found -1e+06 at middle y, 2.y"),
-        ("0,-1e6", "0,-2e6", "2.y, middle y", "symmetric matrix, found -1e+06 at middle y, 2.y"),
+        ("-1e6,1e6", "-1e6,1e6,0", "line 5", "cells"),
+        ("0,-1e6,1e6\n", "", "line 2", "matrix"),
+        ("4e6", "stiff", "line 4", "matrix"),
+        ("4e6", "inf", "line 4", "matrix"),
+        ("2.y", "1.y", "line 2", "matrix"),
+        ("1.y [N/m],middle y [N/m],2.y [N/m]", "1,2,3", "line 2", "matrix"),
+        ("middle y [N/m]", "", "line 2", "matrix"),
+        ("1.y [N/m]", "1.y", "line 2, column 1.y", "matrix"),
+        ("middle y [N/m]", "middle y", "line 2, column middle y", "matrix"),
+        ("1.y [N/m]", "1.y [kg]", "line 2, column 1.y [kg]", "matrix"),
+        ("1.y [N/m]", "1.y [N m]", "line 2, column 1.y [N m]", "matrix"),
+        ("2.y [N/m]", "2.ry [N/m]", "line 2, column 2.ry [N/m]", "matrix"),
+        ("0,-1e6", "0,1e308", "2.y, middle y", "matrix -1e+06"),
+        ("0,-1e6", "0,-2e6", "2.y, middle y", "matrix -1e+06"),
     ],
 )
-def test_faults_of_a_matrix(read, old, new, key, message):
+def test_faults_of_a_matrix(read, old, new, key, kind):
     found, faults = read(MATRIX.replace(old, new), read_stiffness_matrix)
     assert found is None
-    assert any(fault.key == key and message in fault.expected for fault in faults), faults
+    check_fault(faults, key, kind)
 
 
 UNITS = {
@@ -200,19 +202,19 @@ def test_products_of_a_run(read):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "key", "message"),
+    ("old", "new", "key", "kind"),
     [
-        ("10,8", "50,8", "line 4, column frequency [Hz]", "in order, each once; before: 50"),
-        ("10,8", "1,8", "line 3, column frequency [Hz]", "in order, each once; before: 1"),
-        ("1,1.5,y,5", "", "line 6", "expected at least 2 points of each direction"),
-        ("10,8,y,2", "10,8,north,2", "line 3, column direction", "expected 'x', 'y' or 'z'"),
+        ("10,8", "50,8", "line 4, column frequency [Hz]", "order 50"),
+        ("10,8", "1,8", "line 3, column frequency [Hz]", "order"),
+        ("1,1.5,y,5", "", "line 6", "points"),
+        ("10,8,y,2", "10,8,north,2", "line 3, column direction", "text"),
     ],
 )
-def test_faults_of_a_table(read, old, new, key, message):
+def test_faults_of_a_table(read, old, new, key, kind):
     assert old in TABLE
     found, faults = read(TABLE.replace(old, new))
     assert found is None
-    assert any(fault.key == key and message in fault.expected for fault in faults), faults
+    check_fault(faults, key, kind)
 
 
 @pytest.mark.parametrize(
@@ -220,7 +222,7 @@ def test_faults_of_a_table(read, old, new, key, message):
     [
         ("broadened [m/s2]", "smooth [m/s2]", "line 1", "missing column; expected 'broadened [m"),
         ("1.15,,3", "0.5,,3", "", ""),
-        ("2,5,5", "1,5,5", "line 5, column frequency [Hz]", "in order, each once; before: 1"),
+        ("2,5,5", "1,5,5", "line 5, column frequency [Hz]", "order"),
     ],
 )
 def test_faults_of_products(read, old, new, key, message):

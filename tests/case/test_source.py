@@ -11,6 +11,7 @@ from impactfem.case.model import CaseFile
 from impactfem.case.source import MOST_FILES, read_source
 
 from .faults import all_faults as faults_of
+from .faults import check_fault
 
 DATA = Path(__file__).parent / "data"
 
@@ -241,14 +242,14 @@ def test_tables_of_the_other_file(write, tmp_path):
 
 
 MIDDLE = 'extends = "middle.toml"\n'
-NO_NAME = "expected a file name in quotes"
+NO_NAME = "file_name"
 IN_TURN = "expected a file that does not extend this one in turn: "
-NO_FILE = "no such file; expected a case file (TOML)"
+NO_FILE = "file"
 KEYS = "[unknown]\n" + "".join(f"k{k} = {{ a = [{{ b = 1 }}] }}\n" for k in range(2000))
 
 
 @pytest.mark.parametrize(
-    ("texts", "file", "key", "value", "words"),
+    ("texts", "file", "key", "value", "kind"),
     [
         *(
             ({"top": f"extends = {value}\n"}, "top", "extends", ..., NO_NAME)
@@ -258,28 +259,27 @@ KEYS = "[unknown]\n" + "".join(f"k{k} = {{ a = [{{ b = 1 }}] }}\n" for k in rang
         ({"middle": 'extends = "none.toml"\n', "top": MIDDLE}, "middle", "extends", "none.toml",
          NO_FILE),
         ({"middle": "title = = 3\n", "top": MIDDLE}, "middle", "line 1, column 9", "title = = 3",
-         "not valid TOML"),
+         "toml"),
         ({"top": 'extends = "base/../top.toml"\n'}, "top", "extends", ...,
-         f"{IN_TURN}top.toml > top.toml"),
+         "source"),
         ({"last": MIDDLE, "middle": 'extends = "last.toml"\n', "top": MIDDLE}, "last", "extends",
-         "middle.toml", f"{IN_TURN}top.toml > middle.toml > last.toml > middle.toml"),
-        ({"top": KEYS}, "top", "", ..., "6001 keys; expected at most 5000"),
-        ({"top": "#" * 1_000_001}, "top", "", ..., "MB; expected at most 1 MB"),
-        ({"top": f"{'.'.join('a' * 5_000)} = 1\n"}, "top", "", ..., "nested too deeply"),
-        ({"top": f"{BASE}pounding = 3\n"}, "top", "pounding", 3, "expected"),
+         "middle.toml", "source"),
+        ({"top": KEYS}, "top", "", ..., "source 6001"),
+        ({"top": "#" * 1_000_001}, "top", "", ..., "file 1 MB"),
+        ({"top": f"{'.'.join('a' * 5_000)} = 1\n"}, "top", "", ..., "toml"),
+        ({"top": f"{BASE}pounding = 3\n"}, "top", "pounding", 3, "model_type"),
         ({"top": f'{BASE}[buildings.B2]\nbase = "1 s"\n'}, "top", "buildings[1].base", "1 s",
-         "'s' is a time"),
+         "unit"),
         ({"top": f"{BASE}[buildings.b2]\naxis = 3\n"}, "top", "buildings.b2", ...,
-         "did you mean 'B2'?"),
+         "source 'B2'"),
         ({"top": f'{BASE}[buildings]\nbase = "1 m"\n'}, "top", "buildings", ...,
-         "[[buildings]], not"),
+         "tuple_type"),
     ],
 )  # fmt: skip
-def test_one_fault(write, texts, file, key, value, words):
-    name, *found, expected = the_fault(write(**texts))
-    assert (name, found[0]) == (f"{file}.toml", key)
-    assert value in (..., found[1])
-    assert words in expected
+def test_one_fault(write, texts, file, key, value, kind):
+    (fault,) = faults_of(write(**texts))
+    assert Path(fault.file).name == f"{file}.toml" and value in (..., fault.value)
+    check_fault([fault], key, kind)
 
 
 def test_a_chain_that_is_too_long(write):

@@ -15,6 +15,8 @@ from impactfem.case.report import read_published
 from impactfem.case.source import Source
 from impactfem.case.table import read_numbers, read_table
 
+from .faults import check_fault
+
 HEADER = (
     "floor,mass [t],Jx [kg m2],Jy [kg m2],Jz [kg m2],Ix [m4],Iy [m4],Iz [m4],"
     "A [m2],Avy [m2],Avz [m2],storey_height [m]"
@@ -91,37 +93,37 @@ def test_byte_order_mark_of_a_spreadsheet(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "key", "expected"),
+    ("old", "new", "key", "kind"),
     [
-        ("2502", "-2502", "line 2, column mass [t]", "expected a mass greater than 0"),
-        ("2502", "0", "line 2, column mass [t]", "expected a mass greater than 0"),
-        ("2502", "nan", "line 2, column mass [t]", "expected a finite number"),
-        ("2502", "inf", "line 2, column mass [t]", "expected a finite number"),
-        ("2502", "1e999", "line 2, column mass [t]", "expected a finite number"),
-        ("2502", "2502 t", "line 2, column mass [t]", "expected a finite number"),
-        ("2502", "", "line 2, column mass [t]", "expected a finite number"),
-        ("\n1,", "\n1.5,", "line 2, column floor", "expected a whole number of at least 1"),
-        ("\n1,", "\n0,", "line 2, column floor", "expected a whole number of at least 1"),
-        ("\n1,", "\n2,", "line 3, column floor", "duplicate floor, the first is in line 2"),
-        ("\n1,", "\n3,", "line 3, column floor", "expected floors from bottom to top, above 3"),
-        (",3.26", "", "line 2", "expected 12 cells as in the header, found 11"),
-        (",3.26", ",3.26,1", "line 2", "expected 12 cells as in the header, found 13"),
-        ("mass [t]", "mass", "line 1, column mass", "no unit; expected the unit of a mass"),
-        ("mass [t]", "mass [m]", "line 1, column mass [m]", "'m' is a length; expected the unit"),
-        ("mass [t]", "mass [?]", "line 1, column mass [?]", "cannot be read as a unit"),
-        ("Jy [kg", "Jyy [kg", "line 1, column Jyy [kg m2]", "unknown column; did you mean 'Jy'?"),
-        ("Jy [kg m2]", "Jx [kg m2]", "line 1, column Jx [kg m2]", "duplicate column"),
-        ("Jy [kg m2]", "Jx [kg m2]", "line 1", "missing column; expected 'Jy [kg m2]'"),
-        ("floor,", "floor [m],", "line 1, column floor [m]", "this column has no unit"),
-        ("mass [t]", "mass (t)", "line 1, column mass (t)", "square brackets: 'mass [t]'"),
-        ("mass [t]", "mass [t", "line 1, column mass [t", "unknown column; did you mean 'mass'?"),
+        ("2502", "-2502", "line 2, column mass [t]", "greater_than 0"),
+        ("2502", "0", "line 2, column mass [t]", "greater_than 0"),
+        ("2502", "nan", "line 2, column mass [t]", "cell"),
+        ("2502", "inf", "line 2, column mass [t]", "cell"),
+        ("2502", "1e999", "line 2, column mass [t]", "cell"),
+        ("2502", "2502 t", "line 2, column mass [t]", "cell"),
+        ("2502", "", "line 2, column mass [t]", "cell"),
+        ("\n1,", "\n1.5,", "line 2, column floor", "cell"),
+        ("\n1,", "\n0,", "line 2, column floor", "greater_than_equal 1"),
+        ("\n1,", "\n2,", "line 3, column floor", "duplicate"),
+        ("\n1,", "\n3,", "line 3, column floor", "bottom_to_top"),
+        (",3.26", "", "line 2", "cells 12"),
+        (",3.26", ",3.26,1", "line 2", "cells 12"),
+        ("mass [t]", "mass", "line 1, column mass", "column"),
+        ("mass [t]", "mass [m]", "line 1, column mass [m]", "column"),
+        ("mass [t]", "mass [?]", "line 1, column mass [?]", "column"),
+        ("Jy [kg", "Jyy [kg", "line 1, column Jyy [kg m2]", "column 'Jy'"),
+        ("Jy [kg m2]", "Jx [kg m2]", "line 1, column Jx [kg m2]", "column"),
+        ("Jy [kg m2]", "Jx [kg m2]", "line 1", "missing_column"),
+        ("floor,", "floor [m],", "line 1, column floor [m]", "column"),
+        ("mass [t]", "mass (t)", "line 1, column mass (t)", "column"),
+        ("mass [t]", "mass [t", "line 1, column mass [t", "column 'mass'"),
     ],
 )
-def test_fault(tmp_path, old, new, key, expected):
+def test_fault(tmp_path, old, new, key, kind):
     text = "\n".join([HEADER, ROW, SECOND])
     assert old in text
     faults = faults_of(write(tmp_path, text.replace(old, new, 1)))
-    assert any(fault.key == key and expected in fault.expected for fault in faults), faults
+    check_fault(faults, key, kind)
 
 
 @pytest.mark.parametrize("floor", ["1", "2"])
@@ -138,8 +140,8 @@ def test_no_fault_hides_a_floor_that_stands_twice(tmp_path, old, new, key, floor
     text = "\n".join([HEADER, ROW, SECOND]).replace("\n2,", f"\n{floor},").replace(old, new, 1)
     faults = []
     read_floors(write(tmp_path, text), faults)
-    found = {fault.key: fault.expected for fault in faults}
-    twice = {"line 3, column floor": "duplicate floor, the first is in line 2"}
+    found = {fault.key: fault.kind for fault in faults}
+    twice = {"line 3, column floor": "duplicate"}
     assert found.keys() == ({key} - {""}) | (twice.keys() if floor == "1" else set())
     assert floor == "2" or twice.items() <= found.items()
 
@@ -185,13 +187,13 @@ class Split(Section):
     @classmethod
     def _within(cls, value, info):
         if value > info.data.get("depth", math.inf):
-            raise refuse("expected at most the depth")
+            raise refuse("expected at most the depth", kind="within")
         return value
 
     @model_validator(mode="after")
     def _both(self):
         if self.first + self.second > self.depth:
-            raise refuse("expected first and second within the depth")
+            raise refuse("expected first and second within the depth", kind="both")
         return self
 
 
@@ -199,24 +201,21 @@ class Split(Section):
     ("header", "row", "expected"),
     [
         ("depth [m]", "2", {}),
-        ("depth [m]", "0.5", {"line 2": "first, which has no column: expected at most the depth"}),
-        ("depth [m]", "1.5", {"line 2": "expected first and second within the depth"}),
+        ("depth [m]", "0.5", {"line 2": "within"}),
+        ("depth [m]", "1.5", {"line 2": "both"}),
         # Each fault once, and none of what cannot be read.
-        ("depth [m]", "-1", {"line 2, column depth [m]": "expected a length greater than 0"}),
-        ("depth [m]", "x", {"line 2, column depth [m]": "expected a finite number"}),
-        ("depth [m],first [m]", "0.5,x", {"line 2, column first [m]": "expected a finite number"}),
+        ("depth [m]", "-1", {"line 2, column depth [m]": "greater_than"}),
+        ("depth [m]", "x", {"line 2, column depth [m]": "cell"}),
+        ("depth [m],first [m]", "0.5,x", {"line 2, column first [m]": "cell"}),
         ("depth [m],second [m]", "0.5,-1",
-         {"line 2, column second [m]": "expected a length greater than 0",
-          "line 2": "first, which has no column: expected at most the depth"}),
+         {"line 2, column second [m]": "greater_than", "line 2": "within"}),
     ],
 )  # fmt: skip
 def test_no_row_is_lost_without_a_fault(tmp_path, header, row, expected):
     faults = []
     table = read_table(write(tmp_path, header, row), Split, faults)
     assert (table is None) == bool(expected)
-    assert {fault.key for fault in faults} == set(expected)
-    for fault in faults:
-        assert fault.expected.startswith(expected[fault.key])
+    assert {fault.key: fault.kind for fault in faults} == expected
 
 
 def test_all_faults_at_once(tmp_path):
@@ -232,20 +231,20 @@ def test_all_faults_at_once(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("content", "expected"),
+    ("content", "kind"),
     [
-        (b"1,240,2,3\n2,240,2,3\n", "no header; expected floor,mass [kg]"),
-        (b"# nothing but a comment\n", "no header; expected floor,mass [kg]"),
-        (HEADER.encode(), "the table has no row below its header"),
-        (f"{HEADER}\n{ROW}".replace(",", ";").encode(), "separated by semicolons; expected commas"),
-        (f"{HEADER}\n{ROW}".replace(",", "\t").encode(), "separated by tabs; expected commas"),
+        (b"1,240,2,3\n2,240,2,3\n", "header"),
+        (b"# nothing but a comment\n", "csv"),
+        (HEADER.encode(), "no_row"),
+        (f"{HEADER}\n{ROW}".replace(",", ";").encode(), "csv"),
+        (f"{HEADER}\n{ROW}".replace(",", "\t").encode(), "csv"),
     ],
 )
-def test_no_table(tmp_path, content, expected):
+def test_no_table(tmp_path, content, kind):
     path = tmp_path / "floors.csv"
     path.write_bytes(content)
     (fault,) = faults_of(path)
-    assert expected in fault.expected
+    check_fault([fault], fault.key, kind)
 
 
 def test_numbers_are_read_fast_and_as_written(tmp_path):
@@ -366,7 +365,7 @@ def test_a_published_value_that_is_no_number(tmp_path, cell):
     assert read_published(path, faults) is None
     (fault,) = faults
     assert (fault.key, fault.value) == ("line 2, column value", cell)
-    assert "expected a finite number" in fault.expected and "'> 110'" in fault.expected
+    assert "'> 110'" in fault.expected
 
 
 def test_floor_from_python_takes_si():

@@ -9,7 +9,7 @@ from impactfem.case import KelvinVoigtLaw, load_case
 from impactfem.case.calibration import WallImpactSetup
 from impactfem.stages.calibrate.experiment import SEPARATION, WallExperiment
 
-from .faults import own_faults
+from .faults import all_faults, refused
 from .sections import WALL
 
 FULL = f"""{WALL}floors = [7, 4]
@@ -110,17 +110,14 @@ def test_given_law_is_not_calibrated(pair):
 
 def test_calibrated_without_the_impact(structured, broken):
     for write in (structured, broken):
-        faults = own_faults(write((None, WRITTEN, CALIBRATED)))
-        assert set(faults) == {f"contact_laws.floor.{k}" for k in ("stiffness", "restitution")}
-        for text in faults.values():
-            assert text.startswith("calibrated expected a section [wall_impact] beside it")
+        faults = all_faults(write((None, WRITTEN, CALIBRATED)))
+        keys = {f"contact_laws.floor.{k}" for k in ("stiffness", "restitution")}
+        assert {fault.key for fault in faults} == keys
+        assert {fault.kind for fault in faults} == {"missing_section"}
 
 
 def test_contact_away_from_the_structure(structured):
-    faults = own_faults(structured((None, WRITTEN, CALIBRATED), more=WALL + THIRD))
-    assert faults == {
-        "contacts[1].law": "floor expected a law with values of its own: 'floor' is calibrated on "
-        "B1, the contact is of B2 and B3"
-    }
+    path = structured((None, WRITTEN, CALIBRATED), more=WALL + THIRD)
+    refused(path, "contacts[1].law", "of_contacts calibrated on B1")
     # A law with values of its own holds for any pair.
     assert len(load_case(structured(more=WALL + THIRD)).contacts) == 9

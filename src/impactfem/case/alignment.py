@@ -111,7 +111,7 @@ class _End:
 
 
 def misalignments(contact: Contact, case: Case) -> Iterator[Misalignment]:
-    """Find what is not aligned of a pair across its normal: along the façade, then in height."""
+    """Find misaligned points of a pair across its normal: along the façade, then in height."""
     ends = [
         _End(side, point, case.building(point.building))
         for side, (point, _) in zip("ab", contact.ends, strict=False)
@@ -139,10 +139,10 @@ def _along(ends: Sequence[_End], name: str, t: Vector) -> Iterator[Misalignment]
     """Along a horizontal unit vector across the normal."""
     own = [sum(c * x for c, x in zip(t, end.point.offset, strict=True)) for end in ends]
     spans = [end.span(t) for end in ends]
-    beside = False
+    outside = False
     for end, at, (low, high) in zip(ends, own, spans, strict=True):
         if max(low - at, at - high) > DOUBTFUL:
-            beside, given = True, end.plan[1]
+            outside, given = True, end.plan[1]
             size = f"reaches from {low:.4g} to {high:.4g} m"
             if not given:
                 about = (high - low) / ESTIMATED
@@ -154,7 +154,7 @@ def _along(ends: Sequence[_End], name: str, t: Vector) -> Iterator[Misalignment]
             more = "" if given else ", or give length and width of the building"
             yield Misalignment(True, end.side, text + more)
     # With one axis for both buildings the case gives no plan.
-    if beside or len(ends) < 2 or ends[0].building.axis == ends[1].building.axis:
+    if outside or len(ends) < 2 or ends[0].building.axis == ends[1].building.axis:
         return
     axes = [sum(c * x for c, x in zip(t, end.building.axis, strict=False)) for end in ends]
     places = [axis + at for axis, at in zip(axes, own, strict=True)]
@@ -208,7 +208,7 @@ def _off_its_floor(ends: Sequence[_End]) -> Iterator[Misalignment]:
             text = (
                 f"{'expected a point of this height: ' if wrong else ''}{end.point.label} is at "
                 f"{end.level:.4g} m, and the {what} can be touched from {low:.4g} to {high:.4g} m "
-                "(rigid_below, rigid_above); a force beside it has a false moment, and the floor "
+                "(rigid_below, rigid_above); a force outside has a false moment, and the floor "
                 f"rotates too much; type {end.moved((0.0, 0.0, 1.0), -end.point.offset[2])}"
             )
             yield Misalignment(wrong, end.side, text)

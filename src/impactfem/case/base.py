@@ -142,7 +142,7 @@ def either(first: str, second: str, words: str, *others: str, apart: bool = Fals
     """The rule that one of two fields is given, and not both; the fault is the second one's.
 
     It is applied where the other fields are free of faults as well. Where neither or both are
-    given, the message tells these `apart`, or says the same.
+    given, the messages differ with `apart`, and are the same without.
     """
 
     def wrong(value: Any, other: Any, *_: Any) -> Iterator[str]:

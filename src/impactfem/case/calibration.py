@@ -46,7 +46,7 @@ class Target(Section):
 
 
 def read_targets(path: Path, faults: list[Fault], info: ValidationInfo) -> Table[Target] | None:
-    """Read a target table, whose rows are of buildings of the case, as far as these are known."""
+    """Read a target table; its buildings must be those of the case, where these are known."""
     buildings = reading_of(info).names("buildings")
 
     def unknown(table: Table[Target]) -> Iterator[Fault]:
@@ -138,7 +138,7 @@ class Calibration(Section):
 
 
 def _towers(targets: Iterable[Target], info: ValidationInfo) -> dict[str, tuple[Floor, ...]]:
-    """Floors of the buildings named in a target table, as far as they are known."""
+    """Floors of the buildings of a target table, without buildings whose floors are not known."""
     names = dict.fromkeys(target.building for target in targets)
     return {name: floors for name in names if (floors := floors_of(name, info))}
 

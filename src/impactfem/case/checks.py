@@ -1,6 +1,6 @@
-"""What does not go together between the sections of a case.
+"""Consistency checks between the sections of a case.
 
-A check takes a case, as far as it could be read, and how it is read; it gives the places in the
+A check takes the valid sections of a case, and how it is read; it gives the places in the
 file that are at fault with what was expected there. The name of a check is the kind of its faults.
 """
 
@@ -65,9 +65,9 @@ def _missing_section(reading: Reading) -> Iterator[Finding]:
     structured = reading.three_d or "structure" in raw or isinstance(raw.get("buildings"), dict)
     for section in ("wall_impact", "transient"):
         if section in raw and not structured:
-            yield (section,), "expected a [buildings.structure] beside it: the 3D model that moves"
+            yield (section,), "requires [buildings.structure]: the 3D model that moves"
     if "wall_impact" not in raw:
-        expected = "expected a section [wall_impact] beside it: the impact that gives it"
+        expected = "requires a section [wall_impact]: the impact that gives it"
         laws = raw.get("contact_laws")
         for name, law in laws.items() if isinstance(laws, dict) else ():
             for key in ("stiffness", "restitution"):
@@ -79,27 +79,27 @@ def _missing_section(reading: Reading) -> Iterator[Finding]:
                 yield ("damping_cases", index, "restitution"), expected
     serving = ("transient", "serve_damping_cases")
     if reading.value(*serving) is True and "damping_cases" not in raw:
-        yield serving, "expected [[damping_cases]] beside it: the dampings to serve"
+        yield serving, "requires [[damping_cases]]: the dampings to serve"
     lacking = [] if structured else ["[buildings.structure]: the 3D model of their building"]
     lacking += [] if "transient" in raw else ["[transient]: the response of that model in time"]
     if "devices" in raw and lacking:
-        yield ("devices",), f"expected beside them {', and '.join(lacking)}"
+        yield ("devices",), f"requires {', and '.join(lacking)}"
     if "devices" not in raw and "device_analysis" in raw:
-        yield ("device_analysis",), "expected [[devices]] beside it: the devices to analyse"
+        yield ("device_analysis",), "requires [[devices]]: the devices to analyse"
 
 
 def _no_reduced_basis(reading: Reading) -> Iterator[Finding]:
     """Sections that use the reduced basis, with damping by part."""
     raw, solver = reading.source.raw, ("transient", "solver")
     if any(isinstance(reading.value(*at, "damping"), list) for at in reading.three_d.values()):
-        beside = "beside [[buildings.structure.damping]]:"
+        by_part = "with [[buildings.structure.damping]]:"
         if reading.value(*solver) != "full":
-            expected = f"expected 'full' {beside} with damping by part there is no reduced basis"
+            expected = f"expected 'full' {by_part} damping by part has no reduced basis"
             yield solver, expected
         for name, what in REDUCED.items():
             if name in raw:
                 expected = (
-                    f"expected none {beside} {what} uses the reduced basis, which serves one "
+                    f"expected none {by_part} {what} uses the reduced basis, which serves one "
                     "Rayleigh damping of the whole building at a time"
                 )
                 yield (name,), expected
@@ -125,7 +125,7 @@ def _of_damping(case: Case, reading: Reading) -> Iterator[Finding]:
 
 
 def _of_models(case: Case, reading: Reading) -> Iterator[Finding]:
-    """What of [pounding] models is not there, and what edges that touch in 3D cannot do."""
+    """Models of [pounding] that do not exist, and contacts that edges in 3D cannot have."""
     known = reading.names("buildings")
     wrong = "pounding" in reading.left_out  # what pounds in 3D is not known then
     for name, model in case.pounding.models.items():
@@ -170,7 +170,7 @@ def _of_models(case: Case, reading: Reading) -> Iterator[Finding]:
 
 
 def _of_buildings_in_3d(case: Case, reading: Reading) -> Iterator[Finding]:
-    """What 3D models that pound cannot stand on, take, or be next to."""
+    """Soil, laws and neighbours that 3D models that pound cannot have."""
     in_3d = case.pounding_in_3d
     if not in_3d:
         return
@@ -206,7 +206,7 @@ def _of_buildings_in_3d(case: Case, reading: Reading) -> Iterator[Finding]:
         if calibrated and case.touches_in_3d(contact):
             place = reading.original(("contacts", contact.table))
             expected = (
-                f"expected values of its own, or a unilateral law: what '{contact.law}' is "
+                f"expected a law with values, or a unilateral law: what '{contact.law}' is "
                 "calibrated to holds the softness of the slab, which the 3D model has, too"
             )
             yield (*place, "law"), expected
@@ -259,7 +259,7 @@ def _of_buildings(case: Case, reading: Reading) -> Iterator[Finding]:
         targeted = {one.building for one in calibration.targets if reading.names("buildings")}
         if not named:
             yield place, "expected a [buildings.structure], whose modes are the targets"
-        elif targeted and targeted.isdisjoint(named):  # as far as known
+        elif targeted and targeted.isdisjoint(named):  # where known
             yield place, f"expected targets of the building with a 3D model, {' or '.join(named)}"
 
 
@@ -268,7 +268,7 @@ def _rigid_storeys(building: Building) -> Iterator[tuple[str, str]]:
 
     The table of floors is at fault where a storey is too low for people, else the larger zone.
     """
-    told = set()
+    reported = set()
     for index, floor in enumerate(building.floors):
         below, above, height = building.rigid_below, building.rigid_above, floor.storey_height
         rigid = below + (above if index else 0.0)
@@ -281,8 +281,8 @@ def _rigid_storeys(building: Building) -> Iterator[tuple[str, str]]:
         else:
             key = "rigid_above" if index and above > below else "rigid_below"
             more = f"expected rigid zones together of less, not {zones}"
-        if key not in told:
-            told.add(key)
+        if key not in reported:
+            reported.add(key)
             yield key, expected + more
 
 
@@ -395,7 +395,7 @@ def _of_motions(case: Case, reading: Reading) -> Iterator[Finding]:
 
 
 def _of_devices(case: Case, reading: Reading) -> Iterator[Finding]:
-    """Anchors beside the building, probes that there are not, an analysis that does not fit."""
+    """Anchors outside the building, unknown probes, an analysis that does not fit."""
     transient, analysis = case.transient, case.device_analysis
     meshes = {one.building: one.mesh for one in case.structures}
     for index, device in enumerate(case.devices):
@@ -438,12 +438,12 @@ def _of_devices(case: Case, reading: Reading) -> Iterator[Finding]:
         expected = f"expected at most the time step of [transient], {transient.time_step:g} s"
         yield ("device_analysis", "time_step"), expected
     if analysis.envelope_dampings and "damping_cases" not in reading.source.raw:
-        expected = "expected [[damping_cases]] beside it: there is one damping only"
+        expected = "requires [[damping_cases]]: there is one damping only"
         yield ("device_analysis", "envelope_dampings"), expected
 
 
 def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
-    """What does not go together of the response in time with the sticks and the 3D models."""
+    """Times and points of the response that contradict the sticks and the 3D models."""
     transient = case.transient
     if transient is None:
         return
@@ -525,4 +525,4 @@ CHECKS = (
     _of_devices,
     _of_transient,
 )
-"""What is looked at in a case, as far as it could be read."""
+"""Checks of the valid sections of a case."""

@@ -73,7 +73,7 @@ def of_contacts(case: Case, reading: Reading) -> Iterator[Finding]:
         if calibrated and struck not in contact.buildings and ("law", table) not in reported:
             reported.add(("law", table))
             expected = (
-                f"expected a law with values of its own: '{contact.law}' is calibrated on "
+                f"expected a law with values: '{contact.law}' is calibrated on "
                 f"{struck}, the contact is of {contact.words}"
             )
             yield (*place, "law"), expected

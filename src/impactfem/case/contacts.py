@@ -28,7 +28,7 @@ Vector = tuple[float, float, float]
 
 
 def check_floors(floors: tuple[int, ...], info: ValidationInfo) -> None:
-    """Refuse numbers of floors that the building of a section has not, as far as known."""
+    """Refuse numbers of floors that the building of a section lacks, where its floors are known."""
     building = info.data.get("building", "")
     known = [floor.floor for floor in floors_of(building, info)]
     absent = ", ".join(str(number) for number in floors if known and number not in known)
@@ -97,7 +97,7 @@ class HertzLaw(Section):
 
 
 class _DampedHertzLaw(Section):
-    """What the laws have in common that damp a contact of Hertz."""
+    """Keys of the laws that damp a contact of Hertz."""
 
     stiffness: HertzStiffness
     """Stiffness K of the elastic part K p^1.5."""
@@ -182,9 +182,9 @@ class ContactEnd(Section):
     @staticmethod
     def _of_storey(height: float | None, storey: Any) -> Iterator[str]:
         if height is None and storey is not None:
-            yield "missing; expected a number between 0 and 1 beside storey"
+            yield "required with `storey`: a number between 0 and 1"
         if height is not None and storey is None:
-            yield "expected no relative_height beside floor, only beside storey"
+            yield "`relative_height` requires `storey`; it cannot be used with `floor`"
 
     @property
     def count(self) -> int:

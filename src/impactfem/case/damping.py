@@ -56,7 +56,7 @@ class _TwoCoefficients(_Damping):
     @rule("mass_coefficient", sited=True)
     @staticmethod
     def _one_way(coefficient: float | None, info: ValidationInfo) -> Iterator[str]:
-        # A ratio that has a fault of its own is given as well.
+        # An invalid ratio is given as well.
         if coefficient is not None and info.data.get("ratio", "at fault") is not None:
             yield "expected either ratio and frequencies or the two coefficients, not both"
 

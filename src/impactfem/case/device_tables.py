@@ -243,7 +243,7 @@ class DeviceMatrices(Section):
         return 1.0 / (2.0 * math.pi * math.sqrt(largest)) if largest > 0.0 else None
 
     def lacks(self, supports: int) -> Iterator[str]:
-        """What does not go together with a number of supports of the device, in words."""
+        """Contradictions to a number of supports of the device, in words."""
         wrong = [name for name in self.own if _MISWRITTEN.fullmatch(name)]
         if wrong:
             yield (
@@ -288,7 +288,7 @@ class GivenPoint(Section):
 
 
 class ProductPoint(Section):
-    """One row of `products/floor_spectra.csv` of a run, as far as it is read."""
+    """Columns of `products/floor_spectra.csv` of a run that are read."""
 
     model_config = ConfigDict(extra="ignore")
 

@@ -92,7 +92,7 @@ _Section = Annotated[
     float | Rigid, Si("N", gt=0, word=RIGID, kind="a shear or stretching stiffness")
 ]
 
-# Zero is told below with the motion that nothing holds.
+# Zero is reported below with the motion that nothing holds.
 _Spring = Annotated[float | Rigid, Si("N/m", ge=0, word=RIGID)]
 _TurningSpring = Annotated[float | Rigid, Si("N m/rad", ge=0, word=RIGID)]
 
@@ -154,11 +154,11 @@ _WHAT_MOVES = {"modes": "the table says", "matrices": "they say"}
 
 
 def _alone(field: str, other: str) -> Any:
-    """The rule that a part of the device does not stand beside its modes or matrices."""
+    """The rule that a part of the device is not combined with modes or matrices."""
 
     def wrong(value: Any, model: Any) -> Iterator[str]:
         if value is not None and model is not None:
-            yield f"expected nothing here beside {other}: {_WHAT_MOVES[other]} how the device moves"
+            yield f"cannot be combined with `{other}`: {_WHAT_MOVES[other]} how the device moves"
 
     return rule(field, other, kind="alone")(wrong)
 
@@ -170,13 +170,13 @@ def _one_place(field: str, what: str) -> Any:
         if value is None and not supports:
             yield f"missing; expected the {what}, or supports: several anchors"
         if value is not None and supports:
-            yield "expected nothing here beside supports: each has a point and a radius"
+            yield "cannot be combined with `supports`: each has a point and a radius"
 
     return rule(field, "supports", kind="one_place")(wrong)
 
 
 def _or_a_table(field: str, what: str) -> Any:
-    """The rule that a device has this part of a body, or modes or matrices in its place."""
+    """The rule that a device has this part of a body, or modes or matrices."""
 
     def wrong(value: Any, modes: Any, matrices: Any) -> Iterator[str]:
         if value is None and modes is None and matrices is None:
@@ -187,7 +187,7 @@ def _or_a_table(field: str, what: str) -> Any:
 
 def _with_a_mass(value: Any, mass: float | None) -> Iterator[str]:
     if value is not None and mass is None:
-        yield "expected a mass beside it"
+        yield "requires `mass`"
 
 
 class Cylinder(Section):
@@ -290,7 +290,7 @@ class DeviceSetup(Section):
     @staticmethod
     def _envelope(envelope: tuple[str, ...], supports: Any) -> Iterator[str]:
         if envelope and supports:
-            yield "expected nothing here beside supports: each may have an envelope"
+            yield "cannot be combined with `supports`: each may have an envelope"
 
     @field_validator("spectra")
     @classmethod
@@ -363,7 +363,7 @@ class DeviceSetup(Section):
     ) -> Iterator[str]:
         if matrices is None and mass is not None and (inertia is None) == (shape is None):
             both = "" if shape is None else ", not both"
-            yield f"expected either inertia or shape beside mass{both}"
+            yield f"`mass` requires either `inertia` or `shape`{both}"
 
     _springs_beside_modes = _alone("stiffness", "modes")
     _springs_beside_matrices = _alone("stiffness", "matrices")

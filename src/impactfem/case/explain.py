@@ -1,4 +1,4 @@
-"""Pydantic's errors in plain words, with the key as it is written in the case file."""
+"""Errors of pydantic in plain words, with the keys of the case file."""
 
 import itertools
 import types
@@ -44,7 +44,7 @@ def explain(errors: Sequence[ErrorDetails], source: Source, model: type[BaseMode
             rest = f"{len(errors) - number} further faults"
             return [*faults.values(), Fault(source.path, "", None, rest)]
         if item["type"] == "too_short" and item["loc"] in inside:
-            continue  # pydantic counts the valid items only; what is wrong with the others is told
+            continue  # pydantic counts the valid items only; the others have errors
         if item["type"] == REPORTED:
             continue
         fault = replace(source.fault(*_fault(item, source.raw, model)), kind=item["type"])
@@ -100,7 +100,7 @@ def _fault(
     kind, context = item["type"], item.get("ctx", {})
     place = _without_tags(item["loc"], raw)
     parent, info = field_at(model, place, raw)
-    # A table with a name of the user's choice has no field of its own, but that of all of them.
+    # A table named by the user has no field but that of all such tables.
     holder = field_at(model, place[:-1], raw)[1]
     if "inside" in context or kind == UNREADABLE:
         if info is None and parent is not None and place[-1] in parent.model_fields:

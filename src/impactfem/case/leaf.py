@@ -55,7 +55,7 @@ class Whole(Leaf):
 class OneOrMore:
     """A value, or a list of such values; held as a tuple."""
 
-    count: int = 1  #: number of values of the list that a single value stands for
+    count: int = 1  #: length of the list that a single value makes
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -75,7 +75,7 @@ class OneOrMore:
 
 @dataclass(frozen=True)
 class Words(Leaf):
-    """A text that is not empty and shows as it is; with ``pattern`` it must match."""
+    """A text that is not empty and shows unchanged; with ``pattern`` it must match."""
 
     words: str = "a text in quotes"  #: what is expected, in words
     pattern: str | None = None  #: a regular expression for all of it, or None

@@ -65,7 +65,7 @@ def load_case(path: str | Path) -> Case:
 
 
 def read_case(path: str | Path | Source) -> tuple[Case | None, list[Fault], set[str]]:
-    """Read a case as far as it can be read, so that further checks can tell its other faults.
+    """Read the valid sections of a case, so that further checks can find its other faults.
 
     Args:
         path: The case file, or what it says, where that was read before.

@@ -109,7 +109,7 @@ MemberRow = TypeVar("MemberRow", bound=Member)
 def read_members(
     model: type[MemberRow], path: Path, faults: list[Fault], info: ValidationInfo
 ) -> Table[MemberRow] | None:
-    """Read a table of walls, beams or columns; what is not known of the plan is not checked."""
+    """Read a table of walls, beams or columns; unknown sides of the plan are not checked."""
     heights = heights_of_storeys(info)
     limits = {"x": ("length", info.data.get("length")), "y": ("width", info.data.get("width"))}
 
@@ -135,7 +135,7 @@ def read_members(
             if shared and row.lies_on(one):
                 level = f"{row.levels_column.removesuffix('s')} {shared[0]}"
                 on = f"lies on {one.name} of line {first} in {level}"
-                yield table.fault(line, row.kind, row.name, f"{on}; expected a place of its own")
+                yield table.fault(line, row.kind, row.name, f"{on}; expected another place")
 
     once = (model.kind,)
     return read_table(path, model, faults, placed, one_on_another, once=once, most=MOST_MEMBERS)

@@ -74,7 +74,7 @@ class Case(CaseFile):
 
     Files are relative to the working folder. With loads alone there is one motion, of ground at
     rest; without devices there is no device_analysis; published values know by the reference of
-    the report what ours are beside them.
+    the report how ours relate to them.
 
     A stage of a 3D model works on a view of the case for its building: `structure` is that of the
     building, with the devices, the impact on the wall and the probes that belong to it.

@@ -177,8 +177,8 @@ def unusual(values: Case | Section, source: Source, table: Iterable[Usual] = USU
                 # A table that several buildings name has one warning for each of its columns, and
                 # a property none if what it follows from has one.
                 file = str(fault.file)
-                beside = [at for other, at in found if other == file]
-                known = [at for at in beside if ", " in at or at.startswith(f"{fault.key}.")]
+                keys_there = [at for other, at in found if other == file]
+                known = [at for at in keys_there if ", " in at or at.startswith(f"{fault.key}.")]
                 if not (fault.kind == "derived" and known):
                     found.setdefault((file, fault.key), fault)
     return list(found.values())

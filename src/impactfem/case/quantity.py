@@ -32,7 +32,7 @@ class Si(Leaf):
     lt: float | None = None  #: open upper bound
     le: float | None = None  #: closed upper bound
     percent: bool = True  #: whether a number without dimension may be a percentage
-    word: str = ""  #: a word that stands for a value, and is kept as it is
+    word: str = ""  #: a word in place of a value, kept unchanged
     kind: str = ""  #: kind of quantity in words; default that of the unit
 
     @property
@@ -73,7 +73,7 @@ class Si(Leaf):
             lt=self.lt,
             le=self.le if self.le is not None or self.lt is not None else limit,
         )
-        # A word is serialised as it is.
+        # A word is serialised unchanged.
         whatever = core_schema.plain_serializer_function_ser_schema(lambda value: value)
         return core_schema.with_info_wrap_validator_function(
             self._read, number, serialization=whatever if self.word else None

@@ -1,4 +1,4 @@
-"""A case file as it is read: what its validators can learn of the rest of it and of its files."""
+"""The context of a validation: the rest of a case file, and the files that it names."""
 
 import hashlib
 from collections.abc import Callable, Iterator
@@ -32,7 +32,7 @@ class Reading:
     faults: list[Fault] = field(default_factory=list)  #: what is wrong in the files that it names
     #: Their bytes, by their name in the case file.
     contents: dict[str, bytes] = field(default_factory=dict)
-    #: Values of the sections, as far as they are validated already; those at fault are left out.
+    #: Values of the sections that are validated already, without what is not valid.
     values: dict[str, Any] = field(default_factory=dict)
     #: Valid tables of the arrays of tables, by their index in the file.
     entries: dict[str, dict[int, Any]] = field(default_factory=dict)
@@ -78,7 +78,7 @@ class Reading:
             self.building = before
 
     def tables(self, key: str) -> list[tuple[int, dict[str, Any]]]:
-        """The tables of an array of tables with their index, as far as they are tables."""
+        """The tables of an array of tables with their index, without entries that are no tables."""
         entries = self.source.raw.get(key)
         if not isinstance(entries, list):
             return []
@@ -87,7 +87,7 @@ class Reading:
     def names(self, group: str) -> tuple[str, ...] | None:
         """The names of the tables of a section; None where one is not known, so that any may be.
 
-        Of two with one name, which is a fault of its own, one was to have another.
+        Two with one name are another fault: one of them should have a different name.
         """
         entries = self.source.raw.get(group, {})
         if isinstance(entries, dict) and group != "buildings":
@@ -123,8 +123,8 @@ class Reading:
     def table(self, name: Any, what: str, read: Callable[..., Any], *further: Any) -> Any:
         """What is in a file, read once; its faults are added to those of the reading.
 
-        What it is to be tells, with its name, whether it was read before. `read` takes its path, a
-        list for faults, and what is further given. Of a `Table` the rows are given; None where it
+        A file is read once for each `what`. `read` takes its path, a list for faults, and what is
+        further given. Of a `Table` the rows are given; None where it
         has faults.
         """
         if not isinstance(name, str) or not name.strip() or self.fetch(name, what, LARGEST):

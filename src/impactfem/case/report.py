@@ -59,10 +59,10 @@ class Published(Section):
 
     Args:
         value: The value, or the bound of an inequality.
-        relation: What the publication says of its own result: "=", or ">" or "<" the bound.
+        relation: Relation of the published result to the number: "=", or ">" or "<" the bound.
         unit: SI unit.
         source: Where it is published.
-        kind: What ours is beside it: a result, or (`GivenValues`) no test of ours.
+        kind: How our result relates to it: a result, or (`GivenValues`) no test of ours.
     """
 
     value: float
@@ -99,7 +99,7 @@ def read_published(path: Path, faults: list[Fault]) -> dict[str, Published] | No
     return None if read_table(path, PublishedRow, faults, in_si, once=("name",)) is None else values
 
 
-REFERENCE = "what the study stands beside (TOML)"
+REFERENCE = "a reference of the report (TOML)"
 
 
 class ReferenceValue(Section):
@@ -174,7 +174,7 @@ class Reference(Section):
     """Its equations, figures and tables."""
 
     def kind(self, name: str) -> Kind:
-        """What a result of ours is beside the published value of the same name."""
+        """How our result relates to the published value of the same name."""
         for one in self.given:
             if any(fnmatch.fnmatchcase(name, pattern) for pattern in one.names):
                 return one.kind

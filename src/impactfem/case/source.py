@@ -1,4 +1,4 @@
-"""A case file laid over those that it extends, and which of them says what."""
+"""A case file laid over those that it extends, and the file that states each key."""
 
 import re
 import tomllib
@@ -35,23 +35,23 @@ class Source:
     #: The text of each file by its name relative to the folder of ``path``; the case file comes
     #: first and has no name.
     texts: dict[str, str] = field(default_factory=dict)
-    #: The file that says a key, by the place of the key.
-    speakers: dict[Place, Path] = field(default_factory=dict)
+    #: The file that states a key, by the place of the key.
+    stated_in: dict[Place, Path] = field(default_factory=dict)
     #: Names of files as they are written, by their place, where ``raw`` has others.
     written: dict[Place, str] = field(default_factory=dict)
 
     def file_of(self, place: Place) -> Path:
         """The file that says a key; of one that is missing, the last one that says its table."""
         for end in range(len(place), 0, -1):
-            if place[:end] in self.speakers:
-                return self.speakers[place[:end]]
+            if place[:end] in self.stated_in:
+                return self.stated_in[place[:end]]
         return self.path
 
     def changes(self, below: Path) -> list[str]:
         """Keys with dots that files laid over one say; a table that they say alone is one key."""
         files = [self.path.parent / name if name else self.path for name in self.texts]
         over = set(files[: files.index(below)])
-        tables = {place[:end] for place in self.speakers for end in range(len(place))}
+        tables = {place[:end] for place in self.stated_in for end in range(len(place))}
 
         def of(table: Any, place: Place) -> tuple[list[str], bool]:
             """Those in a table or an array, and whether they are all of it."""
@@ -66,16 +66,16 @@ class Source:
         return of(self.raw, ())[0]
 
     def fault(self, place: Place, value: Any, expected: str, kind: str = "") -> Fault:
-        """A fault in the file that says a key, with the value as it is written there, or None."""
+        """A fault in the file that states a key, with the value written there, or None."""
         written = self.written.get(place, value)
         return Fault(self.file_of(place), dotted(place), written, expected, kind)
 
     def remark(self, place: Place, text: str) -> Fault:
-        """What is to be said about a key, with the value as it is written."""
+        """A remark about a key, with the value written there."""
         return self.fault(place, value_at(place, self.raw), text)
 
     def as_written(self, fault: Fault) -> Fault:
-        """A fault with the value of its key as a file says it, which is named; or as it is."""
+        """A fault with the value that a file states, which is named; else unchanged."""
         place = read_key(fault.key) or ()
         value = value_at(place, self.raw)
         if fault.file != self.path or value is None or isinstance(value, dict):
@@ -101,7 +101,7 @@ class Source:
                             [Fault(file, dotted((*place, name)), None, expected, "source")]
                         )
                     inside = (*place, named[name])
-                    self._note(below[named[name]], inside, self.speakers[place])
+                    self._note(below[named[name]], inside, self.stated_in[place])
                     self.lay(entry, file, inside)
                 continue  # the array is still that of the file below
             # A table of another type has other keys: it replaces the one below.
@@ -111,19 +111,19 @@ class Source:
                 and ("type" not in value or below.get("type") == value["type"])
             )
             if not merged:
-                for old in [one for one in self.speakers if one[: len(place)] == place]:
-                    del self.speakers[old]
+                for old in [one for one in self.stated_in if one[: len(place)] == place]:
+                    del self.stated_in[old]
                 under[key] = {} if isinstance(value, dict) else value
             if isinstance(value, dict):
                 self.lay(value, file, place)
-            self.speakers[place] = file
+            self.stated_in[place] = file
 
     def _note(self, table: dict[str, Any], place: Place, file: Path) -> None:
-        """Note who says the keys of a table of an array, as far as that is not noted yet."""
+        """Note which file states the keys of a table of an array, where that is not noted yet."""
         for key, value in table.items():
-            self.speakers.setdefault((*place, key), file)
+            self.stated_in.setdefault((*place, key), file)
             if isinstance(value, dict):
-                self._note(value, (*place, key), self.speakers[*place, key])
+                self._note(value, (*place, key), self.stated_in[*place, key])
 
 
 def _name(table: dict[str, Any]) -> Any:
@@ -137,8 +137,8 @@ def read_source(path: Path, model: type[BaseModel], what: str = _CASE_FILE) -> S
 
     Tables are laid over one another key by key; a list and any other value replaces what the
     extended file says, and so does a table of another ``type``. A table in the place of an array of
-    tables with names is laid over those of its keys: ``[buildings.B1]``. The model of the file
-    tells the names of files from other texts. InputError where a file cannot be read or is not
+    tables with names is laid over those of its keys: ``[buildings.B1]``. By the model of the file
+    names of files differ from other texts. InputError where a file cannot be read or is not
     TOML, or a file extends itself.
     """
     source = Source(path)
@@ -223,7 +223,7 @@ def file_names(
 ) -> Iterator[tuple[Place, str]]:
     """The names of files in a content, with their places.
 
-    The model of a case file tells them from other texts.
+    By the model of a case file they differ from other texts.
     """
     if isinstance(current, dict):
         for key, value in current.items():

@@ -53,7 +53,7 @@ class Table(Generic[Row]):
     rows: tuple[Row, ...]  #: one model a row, SI
     lines: tuple[int, ...]  #: number of the line each row stands on, from 1
     headers: dict[str, str]  #: the header of each column as written, by the name of the field
-    #: the values of each line by the name of the field, as far as they could be read
+    #: the values of each line that could be read, by the name of the field
     cells: tuple[tuple[int, dict[str, Any]], ...] = ()
 
     def __iter__(self) -> Iterator[tuple[int, Row]]:

@@ -1,4 +1,4 @@
-"""A new case file to start from: complete, commented, and accepted as it is."""
+"""A new case file to start from: complete, commented, and valid."""
 
 import os
 import re

@@ -83,9 +83,9 @@ class Probe(Section):
     @staticmethod
     def _of_line(count: int | None, start: Point | None, end: Point | None) -> Iterator[str]:
         if count is None and start is not None:
-            yield "missing; expected a whole number of at least 2 beside from and to"
+            yield "required with `from` and `to`: a whole number of at least 2"
         if count is not None and start is None:
-            yield "expected no count, only beside from and to"
+            yield "`count` requires `from` and `to`"
 
     @rule("group", "point", "start", "end", "count")
     @staticmethod

@@ -25,7 +25,7 @@ class Kind:
     name: str  #: what it is called in a message, with its article: ``a length``
     example: str  #: a value as it may be written in a case file
     #: The only units it may be built of, by pint's names; None when the dimension alone decides. A
-    #: frequency in rad/s has the dimension of one in Hz and is 2π off, so frequencies are asked for
+    #: frequency in rad/s has the dimension of one in Hz and is 2π off, so frequencies are given
     #: in hertz.
     symbols: frozenset[str] | None = None
     #: Units of which it must have one, by pint's names: a moment per angle has the dimension of an
