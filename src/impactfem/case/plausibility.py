@@ -1,13 +1,15 @@
 """Plausibility warnings: valid values outside of their usual range, and a few that contradict.
 
-`USUAL` is the table of ranges. Most reach about twice as far as what is usual, so that a warning is
-worth reading: they hold buildings from sheds to reactors.
+The ranges stand in `usual.csv`. Most reach about twice as far as what is usual, so that a warning
+is worth reading: they hold buildings from sheds to reactors.
 """
 
+import csv
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from impactfem.case.alignment import misalignments
@@ -37,116 +39,29 @@ class Usual:
     words: str  #: what is usual
 
 
-MODULUS = Usual(
-    "materials.*.young_modulus", 3e8, 2.5e11, "concrete 20 to 45 GPa, masonry 1 to 15 GPa"
-)
-PGA = Usual("motions.*.pga", 0.2, 15.0, "0.5 to 10 m/s2")
-STEP = Usual("motions.*.time_step motions.*.resample", 1e-4, 0.04, "1 to 20 ms")
-LASTING = Usual("motions.*.duration pounding.duration", 2.0, 300.0, "5 to 60 s")
+def _read_usual() -> tuple[Usual, ...]:
+    """Read the table of ranges."""
+    text = Path(__file__).with_name("usual.csv").read_text(encoding="utf-8")
+    lines = csv.DictReader(line for line in text.splitlines() if not line.startswith("#"))
+    return tuple(
+        Usual(row["keys"], float(row["low"]), float(row["high"]), row["usual"]) for row in lines
+    )
+
+
+USUAL = _read_usual()
+"""Keys of the case file, columns of its tables, and properties of both, by `usual.csv`."""
+
+
+def _row(key: str) -> Usual:
+    """The range of a key."""
+    return next(usual for usual in USUAL if key in usual.keys.split())
+
+
+MODULUS, PGA = _row("materials.*.young_modulus"), _row("motions.*.pga")
+STEP, LASTING = _row("motions.*.time_step"), _row("motions.*.duration")
 PERIOD_PER_STOREY = (0.02, 0.5)
 """Usual first period of a building on a clamped base over its number of storeys [s]; that of frames
 is about 0.1 s, of buildings of walls 0.05 s."""
-_DAMPINGS = ("damping", "damping_cases.*", "buildings.*.damping", "devices.*.damping")
-_MODEL = "buildings.*.structure"
-_RATIOS = " ".join(f"{place}.ratio {place}.ratios.*" for place in _DAMPINGS)
-_ROW = "buildings.*.floors.row"
-USUAL = (
-    MODULUS,
-    Usual("materials.*.density", 300.0, 1e4, "concrete 2200 to 2600 kg/m3, steel 7850 kg/m3"),
-    Usual("materials.*.compressive_strength", 1e6, 2e8, "concrete 12 to 100 MPa"),
-    Usual(f"{_RATIOS} motions.*.damping", 2e-3, 0.2, "1 % to 10 %"),
-    Usual("spectra.damping.* devices.*.modes.row.damping", 2e-3, 0.2, "0.5 % to 10 %"),
-    Usual(" ".join(f"{d}.frequencies.*" for d in _DAMPINGS), 0.05, 200.0, "0.5 to 50 Hz"),
-    Usual(
-        " ".join(f"{place}.largest_ratio" for place in _DAMPINGS[:3]),
-        1e-6,
-        0.25,
-        "1 % to 10 % of critical from 1 to 20 Hz",
-    ),
-    Usual("contact_laws.*.restitution damping_cases.*.restitution", 0.1, 1.0, "0.4 to 0.9"),
-    Usual("contact_laws.*.stiffness", 1e7, 1e13, "1e8 to 1e11 N/m, 1e9 to 1e12 N/m^1.5"),
-    Usual("contacts.*.gap wall_impact.gap", 0.0, 0.6, "0 to 30 cm"),
-    Usual(
-        "buildings.*.stiffness_factor buildings.*.second_moment_factor "
-        f"{_MODEL}.storey_stiffness_factor",
-        0.02,
-        5.0,
-        "0.1 to 1: cracked or fitted storeys",
-    ),
-    Usual(
-        f"buildings.*.length buildings.*.width {_MODEL}.mesh.length {_MODEL}.mesh.width "
-        "buildings.*.soil.raft.length buildings.*.soil.raft.width",
-        2.0,
-        500.0,
-        "5 to 200 m",
-    ),
-    Usual("buildings.*.rigid_below buildings.*.rigid_above", 0.0, 3.0, "0.1 to 1 m"),
-    Usual("buildings.*.soil.shear_velocity", 50.0, 5e3, "150 to 3000 m/s"),
-    Usual("buildings.*.soil.density", 1e3, 3500.0, "1600 to 2700 kg/m3"),
-    Usual("buildings.*.soil.raft.thickness", 0.1, 20.0, "0.5 to 6 m"),
-    Usual("buildings.*.frequency_on_soil", 0.2, math.inf, "1 to 30 Hz of the rigid building"),
-    Usual(f"{_ROW}.mass", 1e3, 3e7, "20 to 5000 t"),
-    Usual(f"{_ROW}.storey_height", 1.5, 20.0, "2.5 to 8 m"),
-    Usual(f"{_ROW}.A {_ROW}.Avy {_ROW}.Avz", 1e-5, 1e4, "0.01 to 300 m2"),
-    Usual(f"{_ROW}.Ix {_ROW}.Iy {_ROW}.Iz", 1e-6, 1e7, "0.1 to 1e5 m4"),
-    Usual(f"{_ROW}.gyration.*", 0.5, 80.0, "2 to 30 m: √(J/mass)"),
-    Usual(f"{_ROW}.shear_share", 0.0, 1.05, "at most 1: a shear area is a part of A"),
-    Usual(f"{_ROW}.inertia_share", 0.0, 1.05, "at most 1: no J exceeds the sum of the other two"),
-    Usual(
-        f"{_MODEL}.mesh.slab_thickness {_MODEL}.mesh.slabs.*.thickness "
-        f"{_MODEL}.mesh.shells.*.thickness {_MODEL}.mesh.walls.row.thickness",
-        0.003,
-        4.0,
-        "0.1 to 1 m",
-    ),
-    Usual(
-        " ".join(
-            f"{_MODEL}.mesh.{key}"
-            for key in ("beams.row.width", "beams.row.depth", "beams.*.width", "beams.*.depth")
-        )
-        + f" {_MODEL}.mesh.columns.row.width_x {_MODEL}.mesh.columns.row.width_y",
-        0.02,
-        5.0,
-        "0.2 to 2 m",
-    ),
-    Usual(f"{_MODEL}.mesh.beams.row.offset {_MODEL}.mesh.beams.*.offset", -2.0, 2.0, "0 to -1 m"),
-    Usual(
-        " ".join(
-            f"{_MODEL}.mesh.{key}"
-            for key in ("size", "floor_size", "storey_size", "beam_size", "column_size")
-        ),
-        0.05,
-        4.0,
-        "0.3 to 1.5 m",
-    ),
-    Usual(
-        "pounding.time_step transient.time_step wall_impact.time_step device_analysis.time_step",
-        1e-6,
-        0.01,
-        "0.1 to 2 ms",
-    ),
-    Usual("transient.maximum_frequency", 5.0, 1e3, "30 to 200 Hz"),
-    Usual("transient.tolerance", 1e-6, 0.2, "0.1 % to 5 %"),
-    PGA,
-    STEP,
-    LASTING,
-    Usual("motions.*.spectrum.corner_periods.*", 0.01, 20.0, "0.05 to 10 s"),
-    Usual("wave_passage.apparent_velocity", 200.0, 2e4, "500 to 5000 m/s"),
-    Usual("spectra.frequencies.minimum spectra.frequencies.maximum", 0.02, 1e3, "0.1 to 500 Hz"),
-    Usual("spectra.broadening device_analysis.broadening", 0.0, 0.3, "10 % to 15 %"),
-    Usual("ensemble.motions", 10.0, math.inf, "10 or more: of fewer, 5 % and 95 % are the range"),
-    Usual("devices.*.mass devices.*.matrices.total_masses.*", 1.0, 1e5, "10 kg to 50 t"),
-    Usual("devices.*.radius devices.*.supports.*.radius", 0.02, 5.0, "0.1 to 2 m"),
-    Usual(
-        "devices.*.lowest_frequency devices.*.matrices.first_frequency "
-        "devices.*.modes.row.frequency",
-        0.3,
-        1e3,
-        "1 to 100 Hz",
-    ),
-    Usual("wall_impact.displacement", -0.6, 0.6, "-10 to -1 cm"),
-)
-"""Keys of the case file, columns of its tables, and properties of both."""
 FIT = (
     Usual("targets.*.modes.row.frequency", 0.05, 200.0, "0.3 to 50 Hz"),
     Usual("targets.*.modes.row.damping", 2e-3, 0.2, "0.5 % to 10 %"),
