@@ -11,7 +11,7 @@ from impactfem.building.section import BeamSection
 
 SCRIPT = Path(__file__).with_name("on_ranks.py")
 HOUSE, TINY = 0, 1
-RANKS = (2, 3, 4)
+RANKS = (2, 4)
 
 
 @pytest.fixture(scope="module")
@@ -63,10 +63,10 @@ FRAME_SCRIPT = Path(__file__).with_name("frame_numbers.py")
 KNOWN = json.loads(FRAME_SCRIPT.with_suffix(".json").read_text(encoding="utf-8"))
 
 
-@pytest.mark.parametrize("ranks", [1, 4])
-def test_numbers_of_the_frame(ranks, under_mpirun, tmp_path):
+def test_numbers_of_the_frame(under_mpirun, tmp_path):
+    """Four ranks reproduce the stored numbers of one rank."""
     out = tmp_path / "numbers.json"
-    ended = under_mpirun(ranks, sys.executable, "-m", "mpi4py", FRAME_SCRIPT, out)
+    ended = under_mpirun(4, sys.executable, "-m", "mpi4py", FRAME_SCRIPT, out)
     assert ended.returncode == 0, ended.stderr
     found = json.loads(out.read_text(encoding="utf-8"))
     np.testing.assert_allclose(found["frequency"], KNOWN["frequency"], rtol=1e-9)

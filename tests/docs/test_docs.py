@@ -69,11 +69,6 @@ def small(folder, text):
     return sphinx(source, folder / "html")
 
 
-def test_a_good_page(tmp_path):
-    done = small(tmp_path, "[a](#here) $x^2$ {py:func}`impactfem.study.run`\n\n## Here\n")
-    assert done.stderr == "" and done.returncode == 0
-
-
 def test_what_is_wrong_on_a_page_is_told(tmp_path):
     wrong = "[a](gone.md) {py:func}`impactfem.study.runn` $\\nonsense$\n\n```{toctree}\nlost\n```"
     done = small(tmp_path, wrong)

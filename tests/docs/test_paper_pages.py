@@ -30,7 +30,8 @@ def test_a_result_that_is_not_there_is_an_error(content):
 
 def test_numbers_of_the_sticks_are_those_of_a_run(content, tmp_path):
     """The 3D building takes minutes; the sticks of the paper's case take ten seconds."""
-    run = loop.run(ROOT / "geometry" / "npp_pair.toml", out=tmp_path, stage="pounding", bar=False)
+    case = ROOT / "geometry" / "npp_pair.toml"
+    run = loop.run(case, out=tmp_path, stage="pounding", draw=False, bar=False)
     found = {scalar.name: scalar.value for scalar in run.scalars}
     shown = content["results"] | {
         one["name"]: one["ours"] for item in content["items"] for one in item["values"]

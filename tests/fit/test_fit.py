@@ -317,22 +317,6 @@ def test_several_at_a_time(case, written, tmp_path):
     assert len(result.minima) == 2
 
 
-MAIN = "from impactfem.cli import main; main()"
-
-
-def test_on_ranks(case, written, under_mpirun, tmp_path):
-    """Two ranks that compute for a third one: the keys are those of one process."""
-    path = written("starts = 2\n" + FREE + TARGETS)
-    words = ("fit", case, path, "--out", tmp_path / "ranks")
-    ended = under_mpirun(3, sys.executable, "-c", MAIN, *words)
-    assert ended.returncode == 0, ended.stderr
-    assert ended.stdout.count("results: ") == 1
-    one = study.fit(case, path, out=tmp_path / "one")
-    found = json.loads((tmp_path / "ranks" / "fit.json").read_text())
-    assert [key["fitted"] for key in found["keys"]] == pytest.approx(one.values, rel=1e-9)
-    assert found["evaluations"] >= one.evaluations > 0
-
-
 def test_by_a_run(case, written, tmp_path, monkeypatch):
     """Scalars and ordinates of a run are those of its folder; a spectrum between two of them."""
     no_pictures(monkeypatch)

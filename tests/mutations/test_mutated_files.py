@@ -25,7 +25,7 @@ from impactfem.system.files import read_archive, write_archive
 
 from .mutation import flipped, mutated, outcome
 
-CASES, MESHES, STORES, REPORTS, ARCHIVES, MANIFESTS = 760, 50, 2, 200, 120, 100
+CASES, MESHES, STORES, REPORTS, ARCHIVES, MANIFESTS = 300, 30, 1, 100, 60, 50
 
 
 def cases_of(folder):

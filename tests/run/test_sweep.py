@@ -5,7 +5,6 @@ import json
 import os
 import shutil
 import sys
-from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -190,23 +189,6 @@ def test_processes_give_the_same(swept, case, tmp_path):
     first = {"buildings[0].stiffness_factor": [0.5]}
     study.sweep(case, first, stage="pounding", out=tmp_path / "two", processes=2)
     assert_same_tables(swept.folder, tmp_path / "two")
-
-
-@pytest.mark.slow
-def test_ranks_give_the_same(case, tmp_path, under_mpirun):
-    """With an ensemble in each variant, which has workers of its own in a program of one."""
-    with case.open("a", encoding="utf-8") as stream:
-        stream.write("\n[ensemble]\nmotions = 2\n")
-    study.sweep(case, FACTORS, out=tmp_path / "one")
-    program = Path(sys.executable).with_name("impactfem")
-    words = ["--set", "buildings[0].stiffness_factor=0.5,2.0", "--out", tmp_path / "ranks"]
-    ended = under_mpirun(3, program, "sweep", case, *words)
-    assert ended.returncode == 0, ended.stderr
-    assert ended.stdout.count("results: ") == 1
-    assert float(rows_of(tmp_path / "one")[0]["ensemble.members [-]"]) == 2.0
-    assert_same_tables(tmp_path / "one", tmp_path / "ranks")
-    for folder in (tmp_path / "ranks" / "runs").iterdir():
-        assert json.loads((folder / "provenance.json").read_text())["ranks"] == 1
 
 
 def test_a_process_that_is_killed_is_told(case, tmp_path, monkeypatch):

@@ -124,7 +124,6 @@ def settled(first="", **environment):
 def test_idle_threads_sleep():
     """OpenBLAS reads it when it is loaded, and the package loads none. The user's value stays."""
     assert settled()[:2] == [False, ["4", None]]
-    assert settled(OPENBLAS_THREAD_TIMEOUT="20")[1] == ["20", None]
 
 
 @pytest.mark.parametrize(
@@ -161,7 +160,6 @@ def test_threads_of_both_copies(late):
     found = settled("import numpy" if late else "", OMP_NUM_THREADS="2")[2]
     gained = [1, 2][:copies] if late else two
     assert found == [two, two, one, gained, one, two]
-    assert settled("import numpy", OPENBLAS_THREAD_TIMEOUT="4", OMP_NUM_THREADS="2")[2][3] == two
 
 
 STEP = {
@@ -193,14 +191,13 @@ FLUX = {
     "PMI_SIZE": "1",
     "PMI_FD": "8",
 }
-BATCH = {"PBS_JOBID": "7.host", "PBS_NODEFILE": "/none", "PBS_ENVIRONMENT": "PBS_INTERACTIVE"}
 SIZE = "from impactfem.system.parallel import communicator as c, size; print(size(), c().size)"
 
 
 @pytest.mark.parametrize(
     "environment",
-    [STEP, STEP | PMIX, STEP | SHELL, STEP | SHELL | PMIX, FLUX, BATCH],
-    ids=["srun", "srun, PMIx", "srun --pty -n 4", "srun --pty -n 4, PMIx", "Flux", "PBS"],
+    [STEP | SHELL | PMIX, FLUX],
+    ids=["srun --pty -n 4, PMIx", "Flux"],
 )
 def test_one_process_in_a_step(environment):
     """MPI would take it for a rank, and end it, or wait for others."""
@@ -289,11 +286,10 @@ def test_workers_of_one_process(monkeypatch):
         assert len(set(executor.map(eval, ["__import__('os').getpid()"] * 4))) == 1
 
 
-@pytest.mark.parametrize("ranks", [2, 3])
-def test_ranks(ranks, under_mpirun, tmp_path):
+def test_ranks(under_mpirun, tmp_path):
     script = tmp_path / "ranks.py"
     script.write_text(RANKS, encoding="utf-8")
-    ended = under_mpirun(ranks, sys.executable, "-m", "mpi4py", script, ranks)
+    ended = under_mpirun(2, sys.executable, "-m", "mpi4py", script, 2)
     assert ended.returncode == 0, ended.stderr
     assert ended.stdout.split("\n")[0] == "[1, 2, 3]"
 
@@ -345,46 +341,6 @@ def test_alone_in_one_process(monkeypatch):
             assert list(executor.map(lambda value: (value, os.getpid()), [5])) == [(5, os.getpid())]
 
 
-WITHOUT_FIGURES = f"""
-import sys
-import pytest
-sys.path.insert(0, {str(Path(__file__).parents[1])!r})
-from no_pictures import no_pictures
-from impactfem.cli import main
-
-no_pictures(pytest.MonkeyPatch())
-main()
-"""
-
-
-def test_a_run_on_two_ranks_is_that_of_one(under_mpirun, new_case, finished, tmp_path):
-    case, script = new_case(tmp_path), tmp_path / "script.py"
-    script.write_text(WITHOUT_FIGURES, encoding="utf-8")
-    words = ("run", case, "--stage", "pounding", "--out", tmp_path / "run")
-    ended = under_mpirun(2, sys.executable, script, *words)
-    assert ended.returncode == 0, ended.stderr
-    assert ended.stdout.count("results: ") == 1
-    of_two, of_one = (
-        json.loads((folder / "summary.json").read_text())
-        for folder in (tmp_path / "run", finished.folder)
-    )
-    assert [entry["name"] for entry in of_two] == [entry["name"] for entry in of_one]
-    for two, one in zip(of_two, of_one, strict=True):
-        # Sums differ in the last digits with the number of threads; residuals are all rounding.
-        if one["name"] != "pounding.energy_residual":
-            assert two["value"] == pytest.approx(one["value"], rel=1e-9, abs=1e-12), one["name"]
-    assert json.loads((tmp_path / "run" / "provenance.json").read_text())["ranks"] == 2
-
-
-def test_bad_input_on_two_ranks_is_told_once(under_mpirun, new_case, tmp_path):
-    program = Path(sys.executable).with_name("impactfem")
-    case = new_case(tmp_path, ('gap = "2 cm"', 'gap = "-2 cm"'))
-    ended = under_mpirun(2, program, "run", case, "--out", tmp_path / "run")
-    assert ended.returncode == 2 and "Traceback" not in ended.stderr
-    assert ended.stderr.count("error: ") == 1 and "contacts[0].gap" in ended.stderr
-    assert not (tmp_path / "run").exists()
-
-
 ALONE = """
 import sys
 from mpi4py import MPI
@@ -395,8 +351,8 @@ from impactfem.system import parallel
 from impactfem.system.errors import (SolutionError)
 
 def run(*_, **__):
-    if MPI.COMM_WORLD.{failing}:
-        raise {error}
+    if MPI.COMM_WORLD.rank == 1:
+        raise SolutionError("here")
     MPI.COMM_WORLD.barrier()
 
 loop.run, parallel.PATIENCE = run, 1.0
@@ -405,22 +361,12 @@ cli.main()
 """
 
 
-@pytest.mark.parametrize(
-    ("error", "failing", "times"),
-    [
-        ("SolutionError('here')", "rank == 1", None),
-        ("ZeroDivisionError('here')", "rank == 1", None),
-        ("SolutionError('here')", "size == 2", 1),
-    ],
-    ids=["alone", "alone, a bug", "all"],
-)
-def test_a_rank_that_fails_takes_the_others_with_it(under_mpirun, tmp_path, error, failing, times):
-    """Rank 0 waits in a barrier: without an abort it would wait for ever. All report once."""
+def test_a_rank_that_fails_ends_the_others(under_mpirun, tmp_path):
+    """Rank 0 waits in a barrier and would wait for ever without an abort."""
     script = tmp_path / "alone.py"
-    script.write_text(ALONE.format(error=error, failing=failing), encoding="utf-8")
+    script.write_text(ALONE, encoding="utf-8")
     ended = under_mpirun(2, sys.executable, script)
-    assert ended.returncode == 1 and "here" in ended.stderr
-    assert times is None or ended.stderr.count("error: here") == times
+    assert ended.returncode == 1 and ended.stderr.count("error: here") == 1
 
 
 WORKER = """
@@ -471,13 +417,12 @@ def ends(process):
             time.sleep(0.05)
 
 
-@pytest.mark.parametrize("parent", ["idle", "busy", "below"], indirect=True)
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGHUP])
-def test_a_worker_ends_with_its_parent(parent, number):
-    """It would write into a folder that another run may have by then."""
+@pytest.mark.parametrize("parent", ["busy", "below"], indirect=True)
+def test_a_worker_ends_with_its_parent(parent):
+    """It would write into a folder that another run may use by then."""
     program, worker = parent
     below = [child.pid for child in psutil.Process(worker).children(recursive=True)]
-    os.kill(program.pid, number)
+    program.kill()
     program.wait(timeout=600)
     for process in (worker, *below):
         ends(process)

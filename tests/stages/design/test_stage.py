@@ -1,8 +1,6 @@
 """The stage `design` on the shipped frame: one motion, and an ensemble through the 3D model."""
 
-import json
 import shutil
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -57,7 +55,6 @@ first_seed = 8
 structure_motions = 3
 """
 )
-MAIN = "from impactfem.cli import main; main()"
 
 
 @pytest.fixture(scope="module")
@@ -241,17 +238,3 @@ def test_refused(case, edited, tmp_path, old, new, message):
     shutil.copytree(case.parent, tmp_path, dirs_exist_ok=True, ignore=shutil.ignore_patterns("run"))
     with pytest.raises(InputError, match=message):
         study.check(edited(tmp_path / "frame.toml", (old, new)))
-
-
-def test_two_ranks(copied_run, done, under_mpirun):
-    """The stage on two ranks gives what it gives on one; the stages before it are reused."""
-    out = copied_run.parent / "run"
-    shutil.rmtree(out / "design")
-    (out / "design.stage.json").unlink()
-    words = ("-c", MAIN, "run", copied_run, "--out", out, "--stage", "design")
-    ended = under_mpirun(2, sys.executable, *words)
-    assert ended.returncode == 0, ended.stderr
-    known = {k: v for k, v in values(done).items() if k.startswith(("design.", "ensemble3d."))}
-    summary = json.loads((out / "summary.json").read_text())
-    found = {entry["name"]: entry["value"] for entry in summary}
-    assert {name: found[name] for name in known} == pytest.approx(known, rel=1e-5)

@@ -1,9 +1,11 @@
 """The shipped frame as matrices with loads on it, its responses, and a study of it."""
 
 import pickle
+import resource
 import shutil
 import subprocess
 import sys
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -28,8 +30,11 @@ from impactfem.reduction.loads import make_loads
 from impactfem.reduction.probes import recorded_nodes, standard_probes
 from impactfem.reduction.reduced_basis import Accuracy, BasisPlan, build_basis
 from impactfem.run import loop
+from impactfem.stages.transient import export
 from impactfem.stages.transient.full_run import FullModel, Resumption, run_full
+from impactfem.system import files
 from impactfem.system.arrays import Index
+from impactfem.system.files import atomic
 from no_pictures import no_pictures
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"
@@ -212,15 +217,31 @@ def steps_of(run):
     return {name.removeprefix("transient: ") for name in run.times if "transient" in name}
 
 
-def command(name, case, *options):
-    """The stage of a case, killed while it writes a file of this name; none has the name "-"."""
-    script = Path(__file__).with_name("interrupted.py")
-    return [sys.executable, str(script), name, str(case), str(case.parent / "run"), *options]
-
-
 def killed(name, case, *options):
-    words = command(name, case, *options)
+    """Run the stage in a process that is killed while it writes this file; "-" is no file."""
+    script = Path(__file__).with_name("interrupted.py")
+    words = [sys.executable, str(script), name, str(case), str(case.parent / "run"), *options]
     return subprocess.run(words, capture_output=True, text=True, check=False)
+
+
+@contextmanager
+def full_disk(name):
+    """No file of this name can be written while the block runs."""
+
+    @contextmanager
+    def limited(path):
+        if path.name == name:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (20, resource.RLIM_INFINITY))
+        try:
+            with atomic(path) as temporary:
+                yield temporary
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY,) * 2)
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (files, export):
+            patch.setattr(module, "atomic", limited)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -9,8 +9,6 @@ from impactfem.building.links import Displacements
 from impactfem.building.model import assemble_building
 from impactfem.reduction.reduced_basis import Accuracy, BasisPlan, build_basis
 from impactfem.reduction.response import modal_histories, node_response
-from impactfem.run import loop
-from impactfem.stages.transient import stage as transient
 from impactfem.stages.transient.full_run import FullModel, Resumption, run_full
 from impactfem.system.log import LOGGER
 
@@ -110,14 +108,5 @@ def responses(comm, given, folder):
     return found
 
 
-def whole_stage(case):
-    """The stage of a study, without its pictures; the stages before are there."""
-    transient.transient_figures = lambda *_, **__: []
-    loop.run(case, out=case.parent / "run", stage="transient")
-
-
 def results(given, folder):
-    made = responses(MPI.COMM_WORLD, given, folder)
-    if given["case"] is not None:
-        whole_stage(given["case"])
-    return made
+    return responses(MPI.COMM_WORLD, given, folder)

@@ -1,7 +1,6 @@
 """Damping by part in full order: the shipped frame, and the stage of its study."""
 
 import shutil
-import signal
 
 import numpy as np
 import pytest
@@ -12,9 +11,9 @@ from impactfem.building.model import damping_matrix
 from impactfem.building.parts import PartDamping
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.run import loop
-from impactfem.system.errors import InputError
+from impactfem.system.errors import ImpactfemError, InputError
 
-from .conftest import EARLY, SHORT, STOREY_FACTOR, command, killed, no_pictures, write_forces
+from .conftest import EARLY, SHORT, STOREY_FACTOR, full_disk, no_pictures, write_forces
 
 OTHER = Rayleigh(0.05, 1e-4)
 ENTRY = """
@@ -139,27 +138,16 @@ def test_patterns_without_a_part(case):
 
 
 @pytest.mark.slow
-def test_resumed_and_on_two_ranks(case, under_mpirun):
+def test_resumed(case, caplog):
+    """An interrupted run resumes with its own damping only."""
     whole = computed(case("whole", "storey_*"))
-    path = case("killed", "storey_*")
-    assert killed("rank_0_250.npz", path).returncode == -signal.SIGKILL
-    ended = killed("-", path, "--resume")
-    assert ended.returncode == 0 and "going on from 0.200 s" in ended.stderr, ended.stderr
-    again = loaded(path)
-    np.testing.assert_array_equal(again.acceleration, whole.acceleration)
-    # The checkpoints of another damping are not gone on from.
-    other = case("other", "storey_*", "2")
-    assert killed("rank_0_250.npz", other).returncode == -signal.SIGKILL
-    other.write_text(other.read_text().replace('ratio = "2 %"', 'ratio = "1 %"'))
-    ended = killed("-", other)
-    assert ended.returncode == 0 and "going on" not in ended.stderr, ended.stderr
-    np.testing.assert_array_equal(loaded(other).acceleration, whole.acceleration)
-
-    path = case("ranks", "storey_*", duration="0.15 s")
-    ended = under_mpirun(2, *command("-", path))
-    assert ended.returncode == 0, ended.stderr
-    two = loaded(path)
-    for name in ("displacement", "acceleration"):
-        one = whole[name].isel(time=slice(two.sizes["time"]))
-        difference = float(np.abs(two[name] - one).max() / np.abs(one).max())
-        assert 0.0 < difference < 1e-8, name
+    for ratio, resumes in (("1", True), ("2", False)):
+        path = case(f"interrupted_{ratio}", "storey_*", ratio)
+        with full_disk("rank_0_250.npz"), pytest.raises(ImpactfemError, match="rank_0_250"):
+            computed(path)
+        path.write_text(path.read_text().replace(f'ratio = "{ratio} %"', 'ratio = "1 %"'))
+        caplog.clear()
+        with caplog.at_level("INFO", "impactfem"):
+            again = computed(path)
+        assert ("going on from 0.200 s" in caplog.text) == resumes
+        np.testing.assert_array_equal(again.acceleration, whole.acceleration)

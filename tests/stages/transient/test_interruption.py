@@ -1,10 +1,8 @@
 """Kills and full disks while the stage writes: what is there opens, and --resume goes on."""
 
 import logging
-import resource
 import shutil
 import signal
-from contextlib import contextmanager
 
 import h5py
 import numpy as np
@@ -12,12 +10,9 @@ import pytest
 import xarray as xr
 
 from impactfem.run import loop
-from impactfem.stages.transient import export
-from impactfem.system import files
 from impactfem.system.errors import ImpactfemError
-from impactfem.system.files import atomic
 
-from .conftest import EARLY, SHORT, command, killed, no_pictures, write_forces
+from .conftest import full_disk, killed, no_pictures, write_forces
 
 pytestmark = pytest.mark.slow
 STORES = (
@@ -28,63 +23,29 @@ STORES = (
     "transient.stage.json",
 )
 """What the stage leaves, in the order in which it is written."""
-CHECKPOINTS = ("rank_0_200.npz",)
-"""The first of two before the last step."""
 
 
 @pytest.fixture(scope="module")
 def case_of(begun, edited, tmp_path_factory):
-    """A short case by some solver, in a folder of its own, after the stages before."""
+    """Write a short case by both solvers into a new folder, after the previous stages."""
 
-    def made(solver):
-        folder = tmp_path_factory.mktemp(solver)
+    def made():
+        folder = tmp_path_factory.mktemp("both")
         shutil.copytree(begun, folder, dirs_exist_ok=True)
-        if solver == "full":
-            write_forces(folder / "forces_of_another.csv", starts=EARLY)
-            asked = f'solver = "full"\nduration = "{SHORT}"\n'
-        else:
-            asked = f'solver = "{solver}"\nduration = "0.5 s"\n'
-            asked += 'export = true\nexport_duration = "20 ms"\n'
-        return edited(folder / "frame.toml", ('solver = "reduced"\n', asked))
+        keys = 'solver = "both"\nduration = "0.5 s"\nexport = true\nexport_duration = "20 ms"\n'
+        return edited(folder / "frame.toml", ('solver = "reduced"\n', keys))
 
     return made
 
 
 @pytest.fixture(scope="module")
 def uninterrupted(case_of):
-    """The folder of a run by some solver that nothing has ended."""
-    done = {}
-
-    def made(solver):
-        if solver not in done:
-            case = case_of(solver)
-            with pytest.MonkeyPatch.context() as patch:
-                no_pictures(patch)
-                loop.run(case, out=case.parent / "run", stage="transient")
-            done[solver] = case.parent / "run"
-        return done[solver]
-
-    return made
-
-
-@contextmanager
-def full_disk(name):
-    """No file of this name can be written while the block runs."""
-
-    @contextmanager
-    def limited(path):
-        if path.name == name:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (20, resource.RLIM_INFINITY))
-        try:
-            with atomic(path) as temporary:
-                yield temporary
-        finally:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY,) * 2)
-
+    """The folder of a run without interruption."""
+    case = case_of()
     with pytest.MonkeyPatch.context() as patch:
-        for module in (files, export):
-            patch.setattr(module, "atomic", limited)
-        yield
+        no_pictures(patch)
+        loop.run(case, out=case.parent / "run", stage="transient")
+    return case.parent / "run"
 
 
 def opens(path):
@@ -126,38 +87,26 @@ def left(folder):
     return found
 
 
-def test_kills(case_of, uninterrupted):
-    """Each run gets farther than the one before it, and goes on from what is there."""
-    case = case_of("both")
+def test_a_killed_run_resumes(case_of, uninterrupted):
+    """The resumed run continues from the last checkpoint and has the same results."""
+    case = case_of()
     folder = case.parent / "run"
-    # The folder holds stages of a case without a solver: that one is not gone on with.
-    options = ()
-    for name, before, going_on in (
-        ("reduce.npz", 0, ""),
-        ("rank_0_200.npz", 1, ""),
-        ("rank_0_400.npz", 1, ""),
-        ("transient.nc", 1, "going on from 0.200 s"),
-        ("transient_motion.vtkhdf", 3, "going on from 0.500 s"),
-    ):
-        ended = killed(name, case, *options)
-        options = ("--resume",)
-        assert ended.returncode == -signal.SIGKILL, (name, ended.stderr)
-        assert left(folder) == list(STORES[:before]), name
-        assert going_on in ended.stderr and "damaged" not in ended.stderr, name
-        assert going_on or "going on" not in ended.stderr, name
-        assert (folder / "transient_checkpoints").exists() == (before > 0), name
+    ended = killed("rank_0_400.npz", case)
+    assert ended.returncode == -signal.SIGKILL, ended.stderr
+    assert left(folder) == list(STORES[:1]) and (folder / "transient_checkpoints").exists()
     ended = killed("-", case, "--resume")
     assert ended.returncode == 0, ended.stderr
+    assert "going on from 0.200 s" in ended.stderr and "damaged" not in ended.stderr
     assert left(folder) == list(STORES) and not (folder / "transient_checkpoints").exists()
-    assert same(folder, uninterrupted("both"))
+    assert same(folder, uninterrupted)
 
 
 def test_full_disks(case_of, uninterrupted, monkeypatch, caplog):
-    """The same, with every file in turn; nothing of it stays."""
+    """A file that cannot be written leaves no part; the resumed run has the same results."""
     no_pictures(monkeypatch)
-    case = case_of("both")
+    case = case_of()
     folder = case.parent / "run"
-    names = [STORES[0], *CHECKPOINTS, *STORES[1:]]
+    names = ["reduce.npz", "rank_0_200.npz", "transient.nc", "transient_motion.xdmf"]
     for name in names:
         caplog.clear()
         message = rf"cannot write .*{name}: File too large"
@@ -177,41 +126,21 @@ def test_full_disks(case_of, uninterrupted, monkeypatch, caplog):
         assert ("transient: going on from 0.500 s" in told) == whole
     loop.run(case, out=folder, stage="transient", resume=True)
     assert left(folder) == list(STORES)
-    assert same(folder, uninterrupted("both"))
+    assert same(folder, uninterrupted)
 
 
-@pytest.mark.parametrize("name", ["transient.nc", "transient_motion.vtkhdf"])
-def test_results_before(uninterrupted, tmp_path, monkeypatch, name):
-    """Those of other forces are not taken for those of these, and are replaced."""
+def test_results_of_other_forces_are_replaced(uninterrupted, tmp_path, monkeypatch):
     no_pictures(monkeypatch)
-    shutil.copytree(uninterrupted("both").parent, tmp_path, dirs_exist_ok=True)
+    shutil.copytree(uninterrupted.parent, tmp_path, dirs_exist_ok=True)
     write_forces(tmp_path / "forces_of_another.csv", 5e5)
     case, folder = tmp_path / "frame.toml", tmp_path / "run"
+    name = "transient_motion.vtkhdf"
     with full_disk(name), pytest.raises(ImpactfemError, match=f"cannot write .*{name}"):
         loop.run(case, out=folder, stage="transient")
     first = xr.load_dataset(folder / "transient.nc", engine="netcdf4")
-    assert not (folder / "transient_motion.vtkhdf").exists()
+    assert not (folder / name).exists()
     done = loop.run(case, out=folder, stage="transient")
     assert done.reused == ["building", "reduce", "pounding"]
     second = xr.load_dataset(folder / "transient.nc", engine="netcdf4")
-    assert first.equals(second) == (name != "transient.nc")
-    assert not same(folder, uninterrupted("both"))
-
-
-def test_full_solver_goes_on_after_a_kill_of_one_rank(case_of, uninterrupted, under_mpirun):
-    """On two ranks to 1e-9 of an uninterrupted run on two: MUMPS rounds differently each time."""
-    cases = {name: case_of("full") for name in ("killed", "whole")}
-    ended = under_mpirun(2, *command("rank_0_250.npz", cases["killed"]))
-    assert ended.returncode != 0 and not (cases["killed"].parent / "run" / "transient.nc").exists()
-    found = {}
-    for name, case in cases.items():
-        ended = under_mpirun(2, *command("-", case, *["--resume"][: name == "killed"]))
-        assert ended.returncode == 0, ended.stderr
-        assert ("going on from 0.200 s" in ended.stderr) == (name == "killed")
-        found[name] = xr.load_dataset(case.parent / "run" / "transient.nc", engine="netcdf4")
-    one = xr.load_dataset(uninterrupted("full") / "transient.nc", engine="netcdf4")
-    for variable in ("displacement", "acceleration", "psa"):
-        whole = found["whole"][variable]
-        largest = float(np.abs(whole).max())
-        assert float(np.abs(found["killed"][variable] - whole).max()) <= 1e-9 * largest
-        assert 0.0 < float(np.abs(one[variable] - whole).max()) <= 1e-8 * largest
+    assert first.equals(second)
+    assert not same(folder, uninterrupted)
