@@ -154,7 +154,7 @@ def test_a_cache_that_cannot_be_written(monkeypatch, tmp_path):
     assert total() == pytest.approx(3.0)
     assert list(folder.glob("*.so"))
     monkeypatch.setattr(tempfile, "gettempdir", lambda: str(blocked))
-    with pytest.raises(ImpactfemError, match=r"no folder for compiled code can be writ.*blocked"):
+    with pytest.raises(ImpactfemError, match=r"compiled code .*blocked"):
         cache_folder()
 
 

@@ -344,7 +344,7 @@ class TestFolder:
     def test_resuming_what_is_not_there(self, copied, tmp_path):
         before = tree(tmp_path)
         for name in ("nowhere", "empty"):
-            with pytest.raises(InputError, match=r"--resume = .*expected a folder that"):
+            with pytest.raises(InputError, match=r"--resume = .*expected a folder"):
                 loop.run(copied, out=tmp_path / name, resume=True)
             assert tree(tmp_path) == before
             (tmp_path / "empty").mkdir(exist_ok=True)
@@ -368,7 +368,7 @@ class TestFolder:
 
     def test_a_folder_without_permission(self, copied, tmp_path, monkeypatch):
         monkeypatch.setattr(os, "access", lambda *_: False)
-        with pytest.raises(InputError, match="can be written: Permission denied"):
+        with pytest.raises(InputError, match="written: Permission denied"):
             loop.run(copied, out=tmp_path / "run")
 
     def test_an_interrupt_leaves_no_half_file(
@@ -410,7 +410,7 @@ class TestInput:
         modes.write_text("frequency [Hz],direction,effective_mass [kg],height [m]\n8,y,280,1\n")
         assert study.check(case).devices[0].name == "cabinet"
         modes.write_text("frequency [Hz],direction,effective_mass [kg],height [m]\n8,y,301,1\n")
-        with pytest.raises(InputError, match=r"devices\[0\] = 'cabinet'.*301 kg along y"):
+        with pytest.raises(InputError, match=r"devices\[0\] = 'cabinet'.*301 kg"):
             study.check(case)
 
     @pytest.mark.parametrize(

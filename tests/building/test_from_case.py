@@ -69,7 +69,7 @@ def test_the_geometry_of_the_paper_s_building(pair, structure):
     finer = pair.model_copy(update={"structure": pair.structure.model_copy(update={"mesh": mesh})})
     assert geometry_of(finer).size == MeshSize(floor=0.4, storey=1.0, beam=1.0, column=2.0)
     for other in (None, structure()):
-        with pytest.raises(ValueError, match="no structure with a generated mesh"):
+        with pytest.raises(ValueError, match="structure with a generated"):
             geometry_of(pair.model_copy(update={"structure": other}))
 
 
@@ -167,8 +167,8 @@ def test_beams_that_stand_and_columns_that_lie(structure, frame):
     faults = {fault.key: fault.expected for fault in caught.value.faults}
     beam, column = faults["beam_1_north_east"], faults["column_2_east"]
     assert beam.startswith("at (6.000, 4.000, ") and column.startswith("at (6.000, ")
-    assert beam.endswith("a vertical beam; expected a group column_<k>")
-    assert column.endswith("a column along y; expected a group beam_<k>")
+    assert beam.endswith("column_<k>")
+    assert column.endswith("beam_<k>")
 
 
 def with_materials(structure, *entries):
@@ -238,5 +238,5 @@ def test_patterns_that_do_not_fit(house):
 
 
 def test_a_pattern_of_no_part_is_refused_with_the_mesh():
-    with pytest.raises(InputError, match="of the parts of the mesh: beam_1_east, "):
+    with pytest.raises(InputError, match="mesh: beam_1_east,"):
         read_parts(case_of({"parts": ("walls",), **LIGHT}), FRAME)

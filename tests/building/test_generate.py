@@ -182,11 +182,11 @@ def test_names_and_numbers_are_refused_together(tmp_path):
     )
     with pytest.raises(InputError) as caught:
         generate(small_box(walls=walls, impact_edge="z+"), tmp_path / "no.msh", source="case.toml")
-    assert [str(fault) for fault in caught.value.faults] == [
-        "case.toml: impact_edge = 'z+': expected one of x-, x+, y-, y+",
-        "case.toml: storey = 'West wall': the name of a storey has a-z, 0-9 and single _ only",
-        "case.toml: storey_2_east: expected a storey at 1 to 1",
-        "case.toml: storey_1_east: duplicate name",
+    assert [(fault.key, fault.value) for fault in caught.value.faults] == [
+        ("impact_edge", "z+"),
+        ("storey", "West wall"),
+        ("storey_2_east", None),
+        ("storey_1_east", None),
     ]
 
 

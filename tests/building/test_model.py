@@ -111,7 +111,7 @@ def test_rows(model, house):
 
 def test_a_node_without_cells(house, assembled):
     nodes = np.vstack([house.mesh.nodes, [9.0, 9.0, 9.0]])
-    with pytest.raises(SolutionError, match=f"node {len(nodes) - 1} belongs to no shell"):
+    with pytest.raises(SolutionError, match=f"node {len(nodes) - 1} belongs"):
         assembled(replace(house, mesh=replace(house.mesh, nodes=nodes)))
 
 
@@ -325,11 +325,11 @@ def test_a_curved_edge_is_refused(house, cells, kind, row):
     middle = cells[kind][0, row]
     nodes[middle] += [0.0, 0.0, 0.05]
     bent = replace(house.mesh, nodes=nodes)
-    with pytest.raises(SolutionError, match=rf"node {middle} at .* m lies 0.05 m from its edge's"):
+    with pytest.raises(SolutionError, match=rf"node {middle} at .* 0.05 m"):
         local_cells(bent.nodes, cells[kind])
     if kind == "triangles":
         # Middles in another order.
-        with pytest.raises(SolutionError, match="expected straight edges with mid nodes in the mi"):
+        with pytest.raises(SolutionError, match="expected straight edges"):
             local_cells(house.mesh.nodes, cells[kind][:1, [0, 1, 2, 4, 5, 3]])
 
 

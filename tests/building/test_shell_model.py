@@ -107,7 +107,7 @@ def test_loads_are_consistent(strip):
     assert at.sum(axis=0).tolist() == [0.0, 0.0, 14.0, 2.0, 0.0, 0.0]
     weight = strip.ground_load((0.0, 0.0, 9.81))
     assert weight.sum(axis=0)[2] == pytest.approx(-9.81 * 800.0, rel=1e-12)
-    with pytest.raises(ImpactfemError, match="no side of a triangle"):
+    with pytest.raises(ImpactfemError, match="no side of"):
         strip.edge_load([0], (1.0, 0.0, 0.0))
 
 
@@ -127,7 +127,7 @@ def test_parts_have_their_own_section_material_and_added_mass():
     own = area * (STEEL.rho * 0.1 + heavy.rho * 0.3 + 50.0) + LENGTH * heavy.rho * section.A
     assert mass == pytest.approx(own, rel=1e-12)
     assert model.area_load((0.0, 0.0, 1.0), part=2)[:, 2].sum() == pytest.approx(area)
-    with pytest.raises(ImpactfemError, match="part 1 has no triangles"):
+    with pytest.raises(ImpactfemError, match="no triangles"):
         model.area_load((0.0, 0.0, 1.0), part=1)
     # Two strips in series: N L/(2 t b) (1/E₁ + 1/E₂) without the beams.
     bars = [
@@ -213,7 +213,7 @@ def test_linear_and_quadratic_cells_share_their_middles():
     ],
 )
 def test_what_cannot_be_assembled_or_held_is_refused(strip, parts, expected):
-    with pytest.raises(ImpactfemError, match="middles of sides that were added count"):
+    with pytest.raises(ImpactfemError, match="middles of sides"):
         strip.hold(grid(4)[0][:, 0] == 0.0)
     with pytest.raises(ImpactfemError, match="nodes 0 to 999"):
         strip.rows([0, 999])

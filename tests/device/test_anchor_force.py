@@ -43,7 +43,7 @@ def test_wrong_modes_break_the_balance(pump, shaking, monkeypatch):
         return response
 
     monkeypatch.setattr(module, "oscillator_response", wrong)
-    with pytest.raises(SolutionError, match="differs from its inertia force"):
+    with pytest.raises(SolutionError, match="inertia force"):
         anchor_force(pump(), shaking(), STEP)
 
 
@@ -51,7 +51,7 @@ def test_a_stiffness_between_anchors_needs_the_displacement(shaking):
     K = 1e6 * np.array([[1.0, -1.0, 0.0], [-1.0, 3.0, -2.0], [0.0, -2.0, 2.0]])
     device = from_matrices("d", np.diag([0.0, 50.0, 0.0]), K, {0: 1, 2: 7}, 0.02, anchors=2)
     motion = shaking(anchors=2)
-    with pytest.raises(ImpactfemError, match="expected their displacement as well"):
+    with pytest.raises(ImpactfemError, match="expected their displacement"):
         anchor_force(device, motion, STEP)
     shift = np.zeros_like(motion)
     shift[1] = 1e-3
@@ -70,7 +70,7 @@ def test_a_stiffness_between_anchors_needs_the_displacement(shaking):
     ],
 )
 def test_bad_motions_are_refused(pump, altered, shaking, beam, motion, words):
-    with pytest.raises(ImpactfemError, match="its damping couples its modes"):
+    with pytest.raises(ImpactfemError, match="damping couples"):
         anchor_force(altered(dampers=np.diag([1e5, 0.0, 0.0, 0.0])), shaking(), STEP)
     with pytest.raises(ImpactfemError, match=words):
         anchor_force(pump(beam), motion, STEP)
@@ -140,7 +140,7 @@ def test_displacements_of_the_base(pump, shaking):
     assert np.array_equal(q.own @ run.motion, run.motion)
     # A spring gives way by its force over its stiffness.
     assert q.static(device)[1, 1] == pytest.approx(-1500.0 / 1.2e8)
-    with pytest.raises(ImpactfemError, match="no own motion whose name begins with 'top'"):
+    with pytest.raises(ImpactfemError, match="begins with 'top'"):
         own_motions(device, "top")
 
 
@@ -156,5 +156,5 @@ def test_quantities_are_joined(pump):
     both = own_motions(device) + anchor_forces(device)
     assert len(both.names) == 10 == both.own.shape[0]
     assert both.static(device)[4:] == pytest.approx(anchor_forces(device).static(device))
-    with pytest.raises(ImpactfemError, match="10 quantities need as many units and rows"):
+    with pytest.raises(ImpactfemError, match="10 quantities need"):
         replace(both, own=both.own[:9])

@@ -94,7 +94,7 @@ def test_rules_by_hand():
 
     for rule in ("srss", "abs", "100-40-40"):
         assert combine_inputs(INPUTS[:1], rule) == pytest.approx(INPUTS[0])
-    with pytest.raises(ImpactfemError, match="one of srss, abs, 100-40-40: got 'max'"):
+    with pytest.raises(ImpactfemError, match="abs, 100-40-40: got 'max'"):
         combine_inputs(INPUTS, "max")
     # Every component has its plane.
     assert sorted(c for plane in PLANES for c in plane) == sorted(COMPONENTS)
@@ -128,9 +128,9 @@ def test_gupta_with_given_frequencies():
     for corners in ((20.0, 10.0), (0.0, 10.0)):
         with pytest.raises(ImpactfemError, match="expected 0 < f1 < f2"):
             Gupta(*corners)
-    with pytest.raises(ImpactfemError, match="expected both frequencies to be given"):
+    with pytest.raises(ImpactfemError, match="expected both frequencies"):
         Gupta(f1=40.0).corners(SPECTRUM, 0.02)
-    with pytest.raises(ImpactfemError, match="before it comes down"):
+    with pytest.raises(ImpactfemError, match="before it comes"):
         Gupta().corners(replace(SPECTRUM, zpa=1.0), 0.02)
 
 

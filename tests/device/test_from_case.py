@@ -111,7 +111,7 @@ def test_table_of_modes():
 
 def test_neither_body_nor_modes():
     bare = setup().model_copy(update={"stiffness": None})
-    with pytest.raises(ValueError, match="device mass has no body, or no springs"):
+    with pytest.raises(ValueError, match="no body"):
         device_of(bare)
 
 
@@ -191,7 +191,7 @@ def test_overdamped_above_the_maximum_frequency(paper, caplog):
     assert not caplog.records
     # Without the missing mass these modes are in no response: said, not refused.
     assert len(checked_devices(with_devices(paper, rigid, missing_mass=False))) == 1
-    assert "1 of its modes are above maximum_frequency, 100 Hz" in caplog.text
+    assert "maximum_frequency, 100 Hz" in caplog.text
 
 
 def pipe(held=0.0, **keys):
@@ -216,7 +216,7 @@ def test_matrices_on_two_supports(paper):
     assert device.r[0, [1, 7]] == pytest.approx([0.75, 0.25])
     wanted = math.sqrt(4e6 / 500.0) / (2 * math.pi)
     assert device_modes(device).frequency[0] == pytest.approx(wanted)
-    with pytest.raises(InputError, match="resists a translation of all of them along y"):
+    with pytest.raises(InputError, match="them along y"):
         checked_devices(with_devices(paper, pipe(held=1e6)))
 
 

@@ -138,7 +138,7 @@ def test_a_table_of_all_modes_is_the_device(pump, shaking):
 def test_more_than_the_mass_is_refused():
     """The paper: 1545.9 kg in the modes of a device of 1500 kg."""
     body = RigidBody.at_height(1500.0, 0.46, 220.0, 240.0, 190.0)
-    with pytest.raises(ImpactfemError, match=r"carry 1545.9 kg along y, more than the 1500 kg"):
+    with pytest.raises(ImpactfemError, match=r"carry 1545.9 kg along y,"):
         from_modes("pump", TABLE, 0.02, body)
 
 
@@ -184,5 +184,5 @@ def test_modes_that_leave_a_negative_inertia(height, inertia, of_modes, axis):
 def test_bad_rows_are_refused(change, words):
     with pytest.raises(ImpactfemError, match=words):
         from_modes("pump", [replace(TABLE[0], **change)], 0.02)
-    with pytest.raises(ImpactfemError, match="its table holds no mode"):
+    with pytest.raises(ImpactfemError, match="holds no mode"):
         from_modes("pump", [], 0.02)

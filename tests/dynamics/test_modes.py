@@ -69,7 +69,7 @@ def test_a_mode_that_is_missed_is_looked_for(petsc, chain, monkeypatch):
 def test_a_mode_that_stays_missing_is_an_error(petsc, chain, monkeypatch):
     counted = room.number_below
     monkeypatch.setattr(room, "number_below", lambda *arguments: counted(*arguments) + 1)
-    with pytest.raises(SolutionError, match=r"modes were computed for 4.* Sturm count says"):
+    with pytest.raises(SolutionError, match=r"4.* Sturm count says"):
         modes(petsc(chain(50)), petsc(np.eye(50)), 4)
 
 
@@ -88,13 +88,13 @@ def test_the_same_from_run_to_run(petsc, chain):
 
 @pytest.mark.parametrize("count", [0, 11])
 def test_a_count_that_cannot_be(petsc, chain, count):
-    with pytest.raises(SolutionError, match=f"{count} modes cannot be computed for 10 degrees"):
+    with pytest.raises(SolutionError, match=f"{count} modes cannot"):
         modes(petsc(chain(10)), petsc(np.eye(10)), count)
 
 
 def test_a_mechanism(petsc, chain):
     free = petsc(chain(10, first=False, last=False))
-    with pytest.raises(SingularMatrixError, match="the stiffness matrix is singular"):
+    with pytest.raises(SingularMatrixError, match="stiffness matrix"):
         modes(free, petsc(np.eye(10)), 2)
 
 

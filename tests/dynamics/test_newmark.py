@@ -248,16 +248,16 @@ def test_what_is_refused(system, building):
         of(system, building, dt=0.0)
     many, amplitudes = of(system, building)
     state = many.start(amplitudes[0])
-    with pytest.raises(SolutionError, match="from step 0 to step 351 with loads up to step 350"):
+    with pytest.raises(SolutionError, match="step 0 to step 351"):
         many.march(state, amplitudes, last=351)
     state.step = 5
-    with pytest.raises(SolutionError, match="from step 5 to step 4"):
+    with pytest.raises(SolutionError, match="step 5 to step 4"):
         many.march(state, amplitudes, last=4)
     state.step = 0
     amplitudes[123, 1] = np.nan
-    with pytest.raises(SolutionError, match="the response is not finite before step 200"):
+    with pytest.raises(SolutionError, match="finite before step 200"):
         many.march(state, amplitudes)
-    with pytest.raises(SolutionError, match="the matrix of the time step is not positive definite"):
+    with pytest.raises(SolutionError, match="positive definite"):
         of(system, building, damping=SimpleNamespace(alpha=0.3, beta=-1.0))[0].factorise()
 
 

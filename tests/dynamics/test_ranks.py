@@ -37,10 +37,10 @@ def test_factorisations(of_ranks, ranks):
     assert many["inertia"] == (5, 0, sum(many["rows"]) - 5)
     n = sum(many["rows"])
     said, row = many["island"]
-    assert f"it has 1 of {3 * n} eigenvalues that are zero" in said and n <= row < 2 * n
-    assert f"it has 5 negative eigenvalues of {n}" in many["indefinite"][0]
+    assert f"1 of {3 * n} eigenvalues" in said and n <= row < 2 * n
+    assert f"5 negative eigenvalues of {n}" in many["indefinite"][0]
     said, row = many["empty"]
-    assert f"1 of {n} diagonal entries are zero" in said and row == 100
+    assert f"1 of {n} diagonal entries" in said and row == 100
 
 
 @pytest.mark.parametrize("ranks", RANKS)

@@ -141,13 +141,13 @@ def test_the_shorter_one_rests_after_its_end():
 
 
 def test_refused(motion):
-    with pytest.raises(ImpactfemError, match="0 < minimum < maximum <= Nyquist frequency, 50 Hz"):
+    with pytest.raises(ImpactfemError, match="maximum <= Nyquist frequency, 50"):
         acceptance(motion, TARGET, maximum=60.0)
     with pytest.raises(ImpactfemError, match="zero throughout"):
         acceptance(Accelerogram(0.01, np.zeros(3000)), TARGET)
     with pytest.raises(KeyError):
         acceptance(motion, TARGET).verdict("beauty")
-    with pytest.raises(ImpactfemError, match=r"steps of 0.005 s and 0.01 s cannot be correlated"):
+    with pytest.raises(ImpactfemError, match=r"0.005 s and 0.01 s cannot"):
         pair_correlation(FIRST, Accelerogram(0.01, NOISE[1]))
-    with pytest.raises(ImpactfemError, match="does not change has no correlation"):
+    with pytest.raises(ImpactfemError, match="does not change"):
         pair_correlation(FIRST, Accelerogram(0.005, np.ones(4000)))

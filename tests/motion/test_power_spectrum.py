@@ -91,14 +91,14 @@ def test_rg160_at_its_corners():
 
 @pytest.mark.parametrize("frequency", [[0.0], [101.0], [-1.0]])
 def test_frequencies_out_of_range(white, frequency):
-    with pytest.raises(ImpactfemError, match="must be positive and not above the Nyquist"):
+    with pytest.raises(ImpactfemError, match="above the Nyquist"):
         power_spectrum(white, frequency)
 
 
 def test_no_strong_phase():
-    with pytest.raises(ImpactfemError, match="zero throughout has no strong phase"):
+    with pytest.raises(ImpactfemError, match="zero throughout"):
         strong_phase(Accelerogram(0.1, np.zeros(9)))
-    with pytest.raises(ImpactfemError, match="strong phase has only"):
+    with pytest.raises(ImpactfemError, match="strong phase"):
         power_spectrum(Accelerogram(0.1, np.ones(10)), [1.0])
     with pytest.raises(ImpactfemError, match="must be positive"):
         compatible_power_spectrum(DesignSpectrum(1.0, (0.1, 0.2, 2.0)), [1.0], 0.0)

@@ -142,5 +142,5 @@ def test_strong_phase_may_fill_the_motion():
 
 @pytest.mark.parametrize("phase", [(-1.0, 5.0), (5.0, 5.0), (6.0, 5.0), (2.0, 21.0)])
 def test_envelopes_refused(phase):
-    with pytest.raises(ImpactfemError, match="strong phase must lie inside"):
+    with pytest.raises(ImpactfemError, match="strong phase must"):
         envelope([0.0], 20.0, phase)

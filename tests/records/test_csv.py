@@ -65,7 +65,7 @@ def test_what_spreadsheets_add(tmp_path, text):
     assert record.acceleration.tolist() == [0.0, 1.5, -2.0]
     with pytest.raises(InputError, match="semicolons"):
         read_record(written(tmp_path, "sep=;\n" + GOOD.replace(",", ";")))
-    with pytest.raises(InputError, match="line 3 = '': expected a finite number"):
+    with pytest.raises(InputError, match="3 = '': expected a finite number"):
         read_record(written(tmp_path, GOOD.replace("0.01,1.5", "0.01,")))
 
 
@@ -142,9 +142,9 @@ def test_a_component_by_its_column(tmp_path):
 
 def test_several_components_and_none_chosen(tmp_path):
     path = written(tmp_path, SEVERAL)
-    with pytest.raises(InputError, match=r"the file holds 2 components, .* component: 'NS', 'Up'"):
+    with pytest.raises(InputError, match=r"2 components, .* component: 'NS',"):
         read_record(path)
-    with pytest.raises(InputError, match=r"component = 'EW': no such component; .* 'NS', 'Up'"):
+    with pytest.raises(InputError, match=r"component; .* 'NS', 'Up'"):
         read_record(path, component="EW")
 
 

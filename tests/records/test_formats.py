@@ -106,7 +106,7 @@ def test_the_english_page_of_knet_has_other_keys(tmp_path):
 def test_the_only_component_may_be_requested(tmp_path, fmt, text, names):
     for name in names:
         assert read(tmp_path, fmt, text, name).time_step > 0.0
-    with pytest.raises(InputError, match=r"component = 'EW': the file holds one component, [HN]"):
+    with pytest.raises(InputError, match=r"one component, [HN]"):
         read(tmp_path, fmt, text, "EW")
 
 
@@ -137,7 +137,7 @@ def test_several_channels_and_none_chosen(tmp_path, fmt, known):
 def test_the_same_name_twice(tmp_path):
     text = cosmos_text([("Up", "HNZ", A), ("Up", "HNE", 2.0 * A)], 0.01)
     assert read(tmp_path, "cosmos", text, "HNE").acceleration == pytest.approx(0.02 * A)
-    with pytest.raises(InputError, match="component = 'Up': 2 components are called so"):
+    with pytest.raises(InputError, match="component = 'Up': 2 components"):
         read(tmp_path, "cosmos", text, "Up")
 
 
@@ -196,7 +196,7 @@ def test_the_interval_of_cosmos_is_that_of_the_samples(tmp_path, caplog):
         read(tmp_path, "cosmos", unknown.replace("      21.500000", "    -999.000000"))
         assert "10.75 s, the header has 22 s" in caplog.text
     nowhere = unknown.replace("       0.005000", "       0.000000")
-    with pytest.raises(InputError, match=r"interval of the samples .ms. as real-header value 62"):
+    with pytest.raises(InputError, match="real-header value 62"):
         read(tmp_path, "cosmos", nowhere)
 
 
@@ -257,7 +257,7 @@ def test_cosmos_as_cgs_writes_it(tmp_path, units):
 
 def test_raw_cosmos_is_refused_by_its_counts(tmp_path):
     one = cosmos_text(CHANNELS[:1], 0.01, unit="counts", unit_code=50, integrals=False)
-    with pytest.raises(InputError, match=r"got counts and unit 50 .*: a raw record; take its V1c"):
+    with pytest.raises(InputError, match=r"unit 50 .*: a raw record;"):
         read(tmp_path, "cosmos", one.replace("acceleration pts", "raw accel.   pts"))
 
 
@@ -429,10 +429,10 @@ def test_variants(tmp_path, old, new, factor):
 def test_its_component_is_that_of_the_title_or_of_the_name(tmp_path):
     record = read_record(written(tmp_path, GOOD), component="090")
     assert record.recording.orientation == Orientation(False, 90.0)
-    with pytest.raises(InputError, match="component = '180': the file holds one component, 090"):
+    with pytest.raises(InputError, match="component = '180': the file"):
         read_record(written(tmp_path, GOOD), component="180")
     unnamed = written(tmp_path, GOOD.replace("STATION, 090", "STATION"))
-    with pytest.raises(InputError, match="does not name it"):
+    with pytest.raises(InputError, match="does not name"):
         read_record(unnamed, component="090")
     for name, direction in (
         ("RSN1_X-UP", Orientation(True)),
@@ -477,13 +477,13 @@ def test_old_layouts_of_at2(tmp_path, changes):
 
 @pytest.mark.parametrize("unit", ["(CM/S)", "(VOLTS)", "IN UNITS OF CM, PGD= 1 CM"])
 def test_another_quantity_in_an_old_layout_is_refused(tmp_path, unit):
-    with pytest.raises(InputError, match="another unit of acceleration"):
+    with pytest.raises(InputError, match="another unit"):
         read_record(written(tmp_path, GOOD.replace(UNIT, f"HISTORY {unit}")))
 
 
 def test_two_units_in_a_header_are_refused(tmp_path):
     text = GOOD.replace("STATION, 090", "ACCELERATION IN UNITS OF CM/S2")
-    with pytest.raises(InputError, match="one unit of acceleration"):
+    with pytest.raises(InputError, match="one unit"):
         read_record(written(tmp_path, text))
 
 
@@ -495,7 +495,7 @@ def test_esm_of_afad_begins_with_lines_of_its_own(tmp_path):
     record = read_record(path)
     assert record.acceleration == pytest.approx(0.01 * A) and record.time_step == 0.005
     path.write_text("\n".join([*before, "", "noise", ONE["esm"].replace("EVENT_NAME:", "EVENT:")]))
-    with pytest.raises(InputError, match="the header ends early"):
+    with pytest.raises(InputError, match="header ends early"):
         read_record(path)
 
 
@@ -510,7 +510,7 @@ def test_names_that_are_not_utf_8(tmp_path, fmt):
     other.write_text(text, encoding="utf-8")
     assert np.array_equal(*(read_record(p, fmt).acceleration for p in (path, other)))
     path.write_bytes(text.encode("utf-16"))
-    with pytest.raises(InputError, match="save it as UTF-8"):
+    with pytest.raises(InputError, match="as UTF-8"):
         read_record(path, fmt)
 
 

@@ -56,11 +56,9 @@ def test_no_known_format(tmp_path):
     known = "expected the format 'csv' or 'at2' or 'esm' or 'cosmos' or 'csmip' or 'knet'"
     with pytest.raises(InputError, match=f"the ending '.dat' is not known; {known}"):
         read_record(path)
-    with pytest.raises(InputError, match="the format 'xls' is not known"):
+    with pytest.raises(InputError, match="format 'xls'"):
         read_record(path, "xls")
-    with pytest.raises(
-        InputError, match=r"what the file with the ending '\.txt' holds is not known"
-    ):
+    with pytest.raises(InputError, match=r"ending '\.txt' holds"):
         read_record(written(tmp_path, "1 2 3\n", "record.txt"))
 
 
@@ -87,7 +85,7 @@ def test_paths_that_cannot_be_read(tmp_path):
             read_record(tmp_path / name)
     folder = tmp_path / "folder.csv"
     folder.mkdir()
-    with pytest.raises(InputError, match="this is a directory; expected"):
+    with pytest.raises(InputError, match="directory; expected"):
         read_record(folder)
 
 

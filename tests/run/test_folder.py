@@ -61,7 +61,7 @@ def test_a_file_that_cannot_be_removed(tmp_path, ended, monkeypatch):
 
     monkeypatch.setattr("pathlib.Path.unlink", refused)
     with (
-        pytest.raises(InputError, match="a folder that can be written: Permission denied"),
+        pytest.raises(InputError, match="written: Permission denied"),
         open_folder(tmp_path, resume=False),
     ):
         pass
@@ -128,7 +128,7 @@ def test_a_lock_that_is_removed_while_another_process_opens_it(tmp_path, monkeyp
     monkeypatch.setattr(fcntl, "flock", flock)
     with locked(tmp_path):
         assert len(files) == 2 and (tmp_path / LOCK).is_file()
-        with pytest.raises(InputError, match="no other run works"), locked(tmp_path):
+        with pytest.raises(InputError, match="other run works"), locked(tmp_path):
             pass
 
 
@@ -139,7 +139,7 @@ def test_a_file_system_without_locks_is_told(tmp_path, monkeypatch, caplog):
     monkeypatch.setattr(fcntl, "flock", flock)
     with open_folder(tmp_path, resume=False):
         pass
-    assert "cannot be locked (No locks available)" in caplog.text
+    assert "(No locks available)" in caplog.text
 
 
 @pytest.mark.parametrize("name", ["run.log", "tables", "design/members"])
@@ -155,7 +155,7 @@ def test_nothing_is_written_through_a_link(tmp_path, name):
         elsewhere.mkdir()
     (run / name).symlink_to(elsewhere)
     for opened in (lambda: open_folder(run, resume=False), lambda: locked(run)):
-        with pytest.raises(InputError, match=f"no symbolic links in it; {name} is one"), opened():
+        with pytest.raises(InputError, match=f"symbolic links.*{name}"), opened():
             pass
     assert name != LOG or elsewhere.read_text() == "precious"
     (run / name).unlink()

@@ -90,7 +90,7 @@ def test_no_model_of_the_building(tmp_path, edited):
         if len(change) == 1:
             assert load_case(path).wall_impact.building == "B"
             continue
-        with pytest.raises(InputError, match=r"wall_impact\.building.*a 3D model: 'B'"):
+        with pytest.raises(InputError, match=r"wall_impact\.building.*a 3D model:"):
             load_case(path)
 
 

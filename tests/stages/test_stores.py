@@ -59,7 +59,7 @@ def test_nothing_of_words(tmp_path):
 def test_a_store_of_an_earlier_version(tmp_path):
     write_netcdf(tmp_path / "a.nc", xr.Dataset(attrs={"scalars": "[]"}))
     with (
-        pytest.raises(ImpactfemError, match=r"a\.nc is of another version; run the case again"),
+        pytest.raises(ImpactfemError, match="another version"),
         open_store(tmp_path / "a.nc"),
     ):
         pass
@@ -99,7 +99,7 @@ def test_numbers_that_others_compute_with(tmp_path):
         for name, labels in (("pfa", {"probe": "centre_1"}), ("pfa", {"probe": "3"}), ("b", {})):
             with pytest.raises(ImpactfemError, match=rf"a\.nc has no {name}"):
                 number_of(store, name, **labels)
-    with pytest.raises(ImpactfemError, match="the store has no factor"):
+    with pytest.raises(ImpactfemError, match="no factor"):
         number_of(xr.Dataset(), "factor")
 
 

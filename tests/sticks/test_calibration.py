@@ -164,7 +164,7 @@ def test_a_mode_that_is_not_there(make, mode):
 
 def test_without_a_weight_on_any_frequency(make):
     targets = [replace(target, frequency_weight=0.0) for target in targets_of(make, TRUE)]
-    with pytest.raises(ImpactfemError, match="needs a frequency_weight above 0 in its targets"):
+    with pytest.raises(ImpactfemError, match="frequency_weight above 0"):
         fit(make, targets, starts=1)
     # One is enough, and to look at given values none is needed.
     one = [*targets[:-1], replace(targets[-1], frequency_weight=1.0)]
@@ -174,7 +174,7 @@ def test_without_a_weight_on_any_frequency(make):
 
 def test_no_result(make):
     # Masses that are not numbers: no start leads anywhere.
-    with pytest.raises(SolutionError, match="found no result from 2 starts"):
+    with pytest.raises(SolutionError, match="result from 2 starts"):
         fit(make, [Target("a", 1, 3.0, float("nan"))], fixed(), starts=2)
 
 

@@ -91,14 +91,14 @@ def test_rigid_zones_stiffen(floors):
 
 @pytest.mark.parametrize(("below", "above"), [(3.5, 0.0), (2.0, 1.5), (2.0, 2.0)])
 def test_no_flexible_length(floors, below, above):
-    with pytest.raises(ImpactfemError, match=r"building a: the storey below floor \d has no flex"):
+    with pytest.raises(ImpactfemError, match=r"storey below floor \d"):
         damped_stick("a", floors(3, below=below, above=above))
 
 
 def test_unknown_floor_names_the_known_ones(floors):
     stick = damped_stick("west", [replace(f, number=2 * f.number) for f in floors(2)])
     assert stick.floor_master(4) == 1
-    with pytest.raises(ImpactfemError, match="building west has no floor 3; its floors: 2, 4"):
+    with pytest.raises(ImpactfemError, match="floor 3; its floors: 2, 4"):
         stick.floor_master(3)
 
 

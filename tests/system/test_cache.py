@@ -106,5 +106,5 @@ def test_a_folder_that_others_can_change_is_not_used(places, made, tmp_path):
     else:
         places[1].mkdir(mode=0o700)
         (places[1] / "impactfem").symlink_to(other)
-    with pytest.raises(ImpactfemError, match="no folder for compiled code can be written"):
+    with pytest.raises(ImpactfemError, match="for compiled code"):
         cache.cache_folder("kernels")

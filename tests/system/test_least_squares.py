@@ -63,7 +63,7 @@ def test_starts():
 
 
 def test_no_result():
-    with pytest.raises(SolutionError, match="found no result from 1 starts"):
+    with pytest.raises(SolutionError, match="result from 1 starts"):
         minima(lambda u: u, [HIGH], LOW, HIGH, total=(np.ones(3), 9.0))
 
 

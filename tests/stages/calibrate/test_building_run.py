@@ -180,7 +180,7 @@ def test_wall_inside_the_building(frame, reduced):
     damping = frame[3]
     # The edge of floor 2 is ahead of its mass centre.
     stretched = replace(reduced, contact=reduced.contact * 1.1)
-    with pytest.raises(ImpactfemError, match=r"the wall starts inside the building: floor 2 is"):
+    with pytest.raises(ImpactfemError, match="building: floor 2"):
         run_reduced(stretched, inside, MASS, damping)
 
 

@@ -135,7 +135,7 @@ def test_no_impact(history):
     with pytest.raises(SolutionError, match=message):
         found.first_complete()
     known = floor_impacts(history(np.zeros(15), opening=np.full((15, 1), 0.003)), 8)
-    with pytest.raises(SolutionError, match="as near as 3 mm"):
+    with pytest.raises(SolutionError, match="near as 3 mm"):
         known.first_complete()
 
 
@@ -297,7 +297,7 @@ def test_time_steps_may_differ():
 
 
 def test_runs_that_do_not_compare():
-    with pytest.raises(ImpactfemError, match="floor 2 is none of those that may hit the wall: 1"):
+    with pytest.raises(ImpactfemError, match="floor 2 is none"):
         compare(run_before_wall(0.1), run_before_wall(0.1), 2)
     far = run_before_wall(0.1, gap=0.05)
     with pytest.raises(SolutionError, match="no impact: floor 1"):

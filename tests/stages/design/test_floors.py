@@ -226,5 +226,5 @@ def test_without_fields(fields, tmp_path):
     assert read_whole_floors(path, ELEVATION) is None
     for fault in (fields.drop_vars("psa"), fields.isel(component=0)):
         write_netcdf(path, fault)
-        with pytest.raises(ImpactfemError, match="cannot read fields over the floors from"):
+        with pytest.raises(ImpactfemError, match="cannot read fields"):
             read_whole_floors(path, ELEVATION)

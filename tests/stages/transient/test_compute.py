@@ -111,7 +111,7 @@ def test_full_and_both(run, again, reduced, edited):
     assert 0.0 < float(found.reduced_against_full) < 0.005 and float(found.energy_residual) < 1e-9
     np.testing.assert_array_equal(loaded(both).psa, known.psa)
     assert (both.folder / "transient_maps.nc").is_file()
-    assert any("difference of the spectra, reduced from full" in line for line in told)
+    assert any("spectra, reduced" in line for line in told)
 
 
 def test_second_run_reuses_the_stage(run, again, reduced):
@@ -120,7 +120,7 @@ def test_second_run_reuses_the_stage(run, again, reduced):
     assert second.scalars == reduced[1].scalars
     assert second.times == reduced[1].times
     assert not any("reduce: basis of" in line for line in told)
-    assert any("time steps in a cycle" in line for line in told)
+    assert any("time steps" in line for line in told)
 
 
 def test_band_by_larger_and_by_smaller_bases(run, again, reduced, edited):
@@ -248,7 +248,7 @@ def test_forces_of_an_own_run_by_name(run, again, edited):
     shutil.copy(again.parent / "run" / "forces.nc", again.parent / "own.nc")
     edited(again, ("forces_of_another.csv", "own.nc"))
     _, told = run(again)
-    assert not any("own.nc was made from another case" in line for line in told)
+    assert not any("own.nc was made" in line for line in told)
 
 
 def test_unreadable_forces_are_told_by_check(again):
