@@ -14,7 +14,7 @@ from docs._ext.case_reference import json_schema
 from impactfem.fit.fit_file import FitFile
 
 from .commands import faults
-from .pages import PAGES, ROOT, blocks, language_of, spans
+from .pages import PAGES, ROOT, blocks, spans
 
 BLOCKS = [block for page in PAGES for block in blocks(page)]
 SHELL = [block for block in BLOCKS if block.language in ("sh", "bash", "shell", "console")]
@@ -102,21 +102,8 @@ def test_batch_scripts(script):
     [
         ("impactfem run case.toml --out a --stage pounding --resume", None),
         ("a/b/impactfem run 'my case.toml' > log; ls --wrong", None),
-        ("mpirun -n 3 impactfem sweep c.toml --set a.b=1,2 --processes 4  # --wrong", None),
-        ("run() { impactfem sweep c.toml \\\n  --show x --set 'a=1' \"$@\"; }", None),
-        ("impactfem bench building transient --json=a.json", None),
-        ("impactfem --verbose check a.toml", None),
         ("impactfem runn case.toml", "no such command"),
         ("impactfem run case.toml --ressume", "no option --ressume"),
-        ("impactfem --quiet run case.toml", "no option --quiet"),
-        ("impactfem run case.toml --stage stick", "no such stage"),
-        ("impactfem verify --only roof_of", "no benchmark"),
-        ("impactfem run", "an argument is missing"),
-        ("impactfem run a.toml b.toml", "an argument too many"),
-        ("python -m impactfem.run.loo docs", "no module impactfem.run.loo"),
-        ("python -m impactfem.run.loop docs", None),
-        ("sbatch docs/slurm/gone.sh", "there is no docs/slurm/gone.sh"),
-        ("impactfem run 'a.toml", "No closing quotation"),
     ],
 )
 def test_faults_of_commands(text, found):
@@ -130,58 +117,10 @@ def test_python_compiles_and_imports(block):
     assert list(wrong_imports(block.text)) == []
 
 
-def test_wrong_imports_are_found():
-    text = "import numpyy\nfrom impactfem import study, sudy\nfrom impactfem.study import run, runn"
-    assert list(wrong_imports(text)) == ["numpyy", "impactfem sudy", "impactfem.study runn"]
-
-
 @pytest.mark.parametrize("block", TABLES, ids=place)
 def test_toml_is_part_of_a_case(block):
     of_fits = FitFile.model_json_schema() if block.page.name == "fit.md" else None
     jsonschema.validate(arrays(tomllib.loads(block.text)), fragments(of_fits))
-
-
-@pytest.mark.parametrize(
-    ("text", "valid"),
-    [
-        ('[damping]\nratio = "5 %"', True),
-        ('[[contacts]]\ngap = "1 cm"', True),
-        ('extends = "a.toml"\n[[buildings]]\n[buildings.structure]\nmodes = 8', True),
-        ('extends = "a.toml"\n[buildings.west.soil]\ntype = "half-space"', True),
-        ('extends = "a.toml"\n[buildings.west.soil]\ntipe = "half-space"', False),
-        ("[buildings.west.structure]\nmodes = 8", False),
-        ('[damping]\nratioo = "5 %"', False),
-        ('[[contacts]]\ngap = "1"', False),
-        ("[dampings]\na = 1", False),
-    ],
-)
-def test_keys_that_do_not_exist_are_found(text, valid):
-    content = arrays(tomllib.loads(text))
-    assert jsonschema.Draft202012Validator(fragments()).is_valid(content) is valid
-
-
-@pytest.mark.parametrize(
-    ("text", "language"),
-    [
-        ("impactfem run a.toml", "sh"),
-        ("ls a > b\nsbatch --array=1-2 a.sh", "sh"),
-        (".venv/bin/impactfem new towers  # writes", "sh"),
-        ("from a import b", "python"),
-        ('[damping]\nratio = "5 %"', "toml"),
-        ("Mesh.ElementOrder = 2;", ""),
-        ("#:schema ../docs/case.schema.json", ""),
-        ("F = K p + C v", ""),
-        ("w = 2P/(ρ A L)", ""),
-        ("steps = 50", "toml"),
-    ],
-)
-def test_languages_are_guessed(text, language):
-    assert language_of(text) == language
-
-
-def test_there_is_something_to_check():
-    assert len(SHELL) > 5 and len(SPANS) > 5 and len(SCRIPTS) > 3
-    assert len(PYTHON) > 2 and len(TABLES) > 1
 
 
 PAGE = ROOT / "docs" / "from-a-mesh.md"

@@ -35,13 +35,6 @@ def test_every_case_has_a_row_with_its_thumbnail():
     assert all(picture == case for picture, case in rows)
 
 
-def test_a_case_without_a_row_is_found():
-    text = PAGE.read_text(encoding="utf-8")
-    lines = [line for line in text.splitlines() if "geometry/two_frames.toml" not in line]
-    without = "\n".join(lines)
-    assert missing(without) == {"two_frames"}
-
-
 @pytest.mark.parametrize("path", case_files(), ids=lambda path: path.stem)
 def test_a_thumbnail_is_small(path):
     picture = PICTURES / f"{path.stem}.png"

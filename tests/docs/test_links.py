@@ -7,16 +7,12 @@ import pytest
 
 from impactfem.verify.manual import BENCHMARKS, FULL
 
-from .pages import PAGES, ROOT, anchors, blocks, broken, targets
+from .pages import PAGES, ROOT, anchors, blocks, broken
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page):
     assert broken(page) == []
-
-
-def test_there_are_links():
-    assert len({target for page in PAGES for _, target in targets(page)}) > 20
 
 
 def test_broken_links_are_found(tmp_path):
@@ -57,11 +53,6 @@ def missing(text):
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_tests_that_a_page_names_exist(page):
     assert list(missing(page.read_text(encoding="utf-8"))) == []
-
-
-def test_missing_tests_are_found():
-    text = "`docs/test_links.py::test_gone` `tests/test_gone.py` `docs/test_links.py`"
-    assert list(missing(text)) == ["docs/test_links.py::test_gone", "test_gone.py"]
 
 
 def test_each_requirement_is_held():

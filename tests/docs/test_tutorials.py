@@ -8,7 +8,7 @@ import pytest
 from impactfem import cli, study
 
 from .pages import ROOT
-from .tutorial import Step, edited, follow, steps
+from .tutorial import Step, follow, steps
 
 DOCS = ROOT / "docs"
 TUTORIALS = [page for page in sorted((DOCS / "tutorials").glob("*.md")) if page.stem != "index"]
@@ -104,19 +104,3 @@ def test_steps_of_a_page(tmp_path):
     assert commands == [["impactfem", "check", "a.toml"]]
     text = (tmp_path / "a.toml").read_text(encoding="utf-8")
     assert text == "# a.toml\nb = 2\n\n# a.toml (continued)\n[c]\n"
-
-
-@pytest.mark.parametrize("text", ["a = 2\n", "a = 1\nb = 2\na = 1\n"])
-def test_an_edit_that_fits_nowhere_is_refused(text):
-    assert edited("b = 1\na = 1\n", "-a = 1\n+a = 3\n") == "b = 1\na = 3\n"
-    with pytest.raises(ValueError, match="a = 1"):
-        edited(text, "-a = 1\n+a = 3\n")
-
-
-def test_a_wrong_case_is_found(tmp_path, monkeypatch, capsys):
-    page = tmp_path / "page.md"
-    text = (DOCS / "tutorials" / "sticks.md").read_text(encoding="utf-8")
-    page.write_text(text.replace('law = "slab"', 'law = "slap"'), encoding="utf-8")
-    run, _ = reader(monkeypatch, capsys, tmp_path)
-    with pytest.raises(AssertionError, match="slap"):
-        follow(page, tmp_path, run)
