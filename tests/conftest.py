@@ -167,8 +167,9 @@ def under_mpirun(tmp_path_factory):
 
     One at a time, whatever the other workers do: Open MPI 4 loses the output of every tenth job, or
     more, where several `mpirun` start at once. Ranks are not bound to cores, as another worker may
-    use theirs. Where there are more ranks than cores, a rank that waits sleeps: after yielding to
-    a busy process, it would wait long for its next turn. Fewer ranks poll, which is faster.
+    use theirs. Where there are more ranks and other workers than cores, a rank that waits sleeps:
+    after yielding to a busy process, it would wait long for its next turn. Fewer ranks poll, which
+    is faster.
     """
     mpirun = shutil.which("mpirun")
     if mpirun is None:
@@ -191,7 +192,9 @@ def under_mpirun(tmp_path_factory):
 
     def run(ranks, *words):
         command = [mpirun, "-n", str(ranks), *map(str, words)]
-        waiting = {"LD_PRELOAD": str(asleep)} if ranks > len(os.sched_getaffinity(0)) else {}
+        others = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1")) - 1
+        crowded = ranks + others > len(os.sched_getaffinity(0))
+        waiting = {"LD_PRELOAD": str(asleep)} if crowded else {}
         with lock.open("w") as held:
             fcntl.flock(held, fcntl.LOCK_EX)
             return subprocess.run(

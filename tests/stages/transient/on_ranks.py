@@ -93,13 +93,11 @@ def responses(comm, given, folder):
         accuracies=(Accuracy(damping, 60.0, 0.02),),
         shift=60.0,
         largest=1200,
-        larger=True,
     )
     basis = build_basis(model, K, patterns, plan)
     response = node_response(basis, modal_histories(basis, loads, damping), loads, nodes)
     found["basis"] = {
         "vectors": len(basis.model.eigenvalue),
-        "larger": str([len(model.eigenvalue) for model in basis.larger]),
         "displacement": response.displacement,
         "acceleration": response.acceleration,
     }
