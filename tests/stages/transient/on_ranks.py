@@ -79,7 +79,7 @@ def responses(comm, given, folder):
     log.lines.clear()
     full("damaged", 0.6)
     if comm.rank == comm.size - 1:
-        (path,) = (folder / "damaged").glob(f"state_{comm.rank}_*.npz")
+        (path,) = (folder / "damaged").glob(f"rank_{comm.rank}_*.npz")
         path.write_bytes(path.read_bytes()[:-1000])
     comm.barrier()
     found["again"] = numbers(full("damaged"))

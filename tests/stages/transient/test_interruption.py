@@ -106,7 +106,7 @@ def test_full_disks(case_of, uninterrupted, monkeypatch, caplog):
     no_pictures(monkeypatch)
     case = case_of()
     folder = case.parent / "run"
-    names = ["reduce.npz", "rank_0_200.npz", "transient.nc", "transient_motion.xdmf"]
+    names = ["reduce.npz", "rank_0_200.npz", "transient.nc", "transient_motion.vtkhdf"]
     for name in names:
         caplog.clear()
         message = rf"cannot write .*{name}: File too large"

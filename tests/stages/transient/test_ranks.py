@@ -56,7 +56,7 @@ def test_interrupted_run_resumes(runs, ranks):
 def test_damage_on_one_rank_restarts_all(runs, ranks):
     run = runs[ranks]
     (line,) = run["log of the damaged"]
-    assert f"state_{ranks - 1}_25.npz" in line
+    assert f"rank_{ranks - 1}_25.npz" in line
     assert difference(run["again"], run["full"]) <= (0.0 if ranks == 1 else 1e-10)
 
 
