@@ -68,7 +68,7 @@ def test_rules_of_two_supports(device):
         }
     )
     notes = next(iter(found.values())).notes
-    assert "combined by 'srss'" in notes
+    assert "combined by 'srss'" in notes[0]
     added = replace(RULES[SRSS], displacements="abs", whole="abs")
     summed = replace(plan, rules={SRSS: added}, supports=("abs",)).analyses(spectra, "computed")
     (answer,) = summed.values()
