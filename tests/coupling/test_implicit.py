@@ -5,7 +5,7 @@ import scipy.optimize
 from impactfem.coupling import implicit
 from impactfem.coupling.impacts import impacts
 from impactfem.coupling.laws import HertzDamp, HuntCrossley, Jankowski, KelvinVoigt
-from impactfem.coupling.march import Laws, Trial, contact_forces, pair_force
+from impactfem.coupling.link_forces import Laws, LinkTrial, contact_forces, pair_force
 from impactfem.coupling.pounding import End, Pair, System, simulate
 from impactfem.sticks.stick import mass_on_spring
 from impactfem.system.errors import SolutionError
@@ -47,12 +47,11 @@ def coupled(seed, m):
 
 def forces(W, delta, rate, laws, v0=None):
     """Whether the forces agree, and they."""
-    m, none = delta.size, np.zeros(0)
+    m = delta.size
     table = Laws.of(laws)
     table.state[:, 0] = 0.0 if v0 is None else v0
     F, touches = np.zeros(m), np.zeros(m, dtype=np.bool_)
-    trial = Trial(none, none, none, none, none, delta, rate, F, touches)
-    return contact_forces(H, W, table, trial), F
+    return contact_forces(H, W, table, LinkTrial(delta, rate, F, touches)), F
 
 
 def solve(W, delta, rate, *, law=LINEAR):

@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from impactfem.coupling.link_forces import Laws
 from impactfem.coupling.links import Assembly, Inverse
 from impactfem.coupling.march import (
     Attachments,
     Contacts,
     Inputs,
-    Laws,
     Modes,
     Records,
     Scheme,

@@ -28,15 +28,11 @@ from typing import Any, NamedTuple
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-from impactfem.coupling.law import Law
 from impactfem.coupling.law_function import call_advance, law_force
+from impactfem.coupling.link_forces import Laws, LinkTrial, contact_forces
 from impactfem.system.arrays import Array, Index
 
-MAX_SWEEPS = 200
-FREE_SWEEPS = 20
-MAX_NEWTON = 200
 # The loop allocates nothing: counting references to arrays would take half of its time.
 _LOOP: Any = {"cache": True, "nogil": True, "forceinline": True, "_nrt": False}
 # Fused multiply-add, and sums in any order; nan and infinity keep their meaning.
@@ -73,35 +69,6 @@ class Contacts(NamedTuple):
     X_T: Array  #: T on the bodies, shape (m, N_a)
     W: Array  #: h Γ M̂⁻¹ Γᵀ, shape (m, m)
     ends: Index  #: first coordinate of each body, and the end of the last one
-
-
-class Laws(NamedTuple):
-    """Laws of the links, and the states of their contacts."""
-
-    force: Index  #: address of the compiled ``force`` of each link, shape (m,)
-    advance: Index  #: address of its ``advance``; 0 for none
-    jumps: NDArray[np.bool_]  #: the force begins with a jump at p = 0
-    size: Index  #: number of parameters, and of state variables, shape (m, 2)
-    parameters: Array  #: row by row, shape (m, largest number)
-    state: Array  #: approach velocity, then the memory of the law, row by row
-
-    @classmethod
-    def of(cls, laws: list[Law]) -> Laws:
-        """Gather the laws of all links."""
-        m = len(laws)
-        values = [law.parameters for law in laws]
-        size = np.array([(len(x), 1 + law.n_state) for x, law in zip(values, laws, strict=True)])
-        parameters = np.zeros((m, max(map(len, values), default=0)))
-        for row, x in zip(parameters, values, strict=True):
-            row[: len(x)] = x
-        return cls(
-            force=np.array([law.addresses[0] for law in laws], dtype=np.int64),
-            advance=np.array([law.addresses[1] for law in laws], dtype=np.int64),
-            jumps=np.array([law.jumps for law in laws], dtype=np.bool_),
-            size=size.reshape(m, 2).astype(np.int64),
-            parameters=parameters,
-            state=np.zeros((m, int(size[:, 1].max()) if m else 1)),
-        )
 
 
 class Scheme(NamedTuple):
@@ -153,10 +120,7 @@ class Trial(NamedTuple):
     b_y: Array  #: the same right side of the attachments, shape (N,)
     y_a: Array  #: ÿ₁, shape (N,)
     reach: Array  #: B D⁻¹ b, shape (N_a,)
-    gap: Array  #: δ₁, shape (m,) [m]
-    rate: Array  #: its rate, between the steps that of the state, shape (m,) [m/s]
-    F: Array  #: F₁, shape (m,) [N]
-    touches: NDArray[np.bool_]  #: the contact is closed, shape (m,)
+    links: LinkTrial  #: gaps and forces of the links
 
     @classmethod
     def of(cls, state: State) -> Trial:
@@ -168,10 +132,7 @@ class Trial(NamedTuple):
             b_y=np.empty(N),
             y_a=np.empty(N),
             reach=np.empty(state.T.size),
-            gap=np.empty(m),
-            rate=np.empty(m),
-            F=np.zeros(m),
-            touches=np.zeros(m, dtype=np.bool_),
+            links=LinkTrial.of(m),
         )
 
 
@@ -198,87 +159,6 @@ class Records(NamedTuple):
         )
 
 
-@numba.njit(**_LOOP)
-def pair_force(
-    laws: Laws, k: int, p_free: float, v_free: float, h: float, W: float
-) -> tuple[float, float]:
-    """Force of link k at the new time, given the motion that it would have without this force.
-
-    Solves F = law(p, v) with p = p_free - h W F and v = v_free - W F by Newton's method (one
-    iteration for a linear law), halving the bracket where a step leaves it. The pair is taken to
-    touch: a law that jumps at p = 0 has no solution when its own force would open the gap within
-    the step; then the force is that at p = 0.
-
-    p_free and v_free are penetration and rate without this force, W is the velocity of the pair per
-    force. Returns the force, nan if the iteration does not converge; and the size of the terms that
-    add up to it, of which it can be a small difference.
-    """
-    tiny, law = 1e-300, laws.force[k]
-    row, state = laws.parameters[k, : laws.size[k, 0]], laws.state[k, : laws.size[k, 1]]
-    f, k_p, c = law_force(law, row, max(p_free, tiny), v_free, state)
-    # The law falls with F, so the root of F - law lies between zero and the force at F = 0.
-    low, high = min(0.0, f), max(0.0, f)
-    F = 0.0
-    outside = False
-    size = abs(f) + k_p * abs(p_free) + c * abs(v_free)
-    for _ in range(MAX_NEWTON):
-        if f > F:
-            low = F
-        else:
-            high = F
-        # d(law)/dF = -W (h dF/dp + dF/dv).
-        step = F + (f - F) / (1.0 + W * (h * k_p + c))
-        if outside or not low <= step <= high:
-            step = 0.5 * (low + high)
-        change = abs(step - F)
-        F = step
-        if change <= 1e-13 * size:
-            return F, size
-        p = p_free - h * W * F
-        f, k_p, c = law_force(law, row, max(p, tiny), v_free - W * F, state)
-        outside = p < tiny and not laws.jumps[k]
-        if p < tiny:
-            k_p = 0.0
-    return np.nan, 0.0
-
-
-@numba.njit(**_LOOP)
-def contact_forces(h: float, W: Array, laws: Laws, trial: Trial) -> bool:
-    """Find the forces of all links at the new time, swept until they agree.
-
-    Block Gauss-Seidel on δ = δ_free + h W F, δ̇ = δ̇_free + W F and the laws. A pair touches if it
-    penetrates without its own force. Two pairs whose forces open each other's gap could alternate
-    for ever where the law jumps at p = 0: after FREE_SWEEPS sweeps the closed pairs are kept.
-
-    W, shape (m, m), is symmetric and positive semidefinite; gap and rate of the trial are those
-    without the new forces. Fills its F; returns whether the forces agree.
-    """
-    F, touches = trial.F, trial.touches
-    m = F.size
-    for sweep in range(MAX_SWEEPS):
-        largest = 0.0
-        change = 0.0
-        for j in range(m):
-            other = 0.0
-            for k in range(m):
-                if k != j:
-                    other += W[j, k] * F[k]
-            p_free = -trial.gap[j] - h * other
-            if sweep < FREE_SWEEPS:
-                touches[j] = p_free > 0.0
-            force, size = 0.0, 0.0
-            if touches[j]:
-                force, size = pair_force(laws, j, p_free, -trial.rate[j] - other, h, W[j, j])
-            if np.isnan(force):
-                return False
-            change = max(change, abs(force - F[j]))
-            largest = max(largest, size)
-            F[j] = force
-        if change <= 1e-13 * largest:
-            return True
-    return change <= 1e-10 * largest
-
-
 @numba.njit(**(_LOOP | {"forceinline": False}), **_SUMS)
 def march(
     scheme: Scheme,
@@ -298,7 +178,7 @@ def march(
     for k in range(m):
         # Rounding of a gap that is just closed is no penetration, and would hide the approach.
         state.gap[k] = max(state.gap[k] + _motion(gamma[k], state.u, ends), 0.0)
-        trial.rate[k] = inputs.opening[0, k] + _motion(gamma[k], state.v, ends)
+        trial.links.rate[k] = inputs.opening[0, k] + _motion(gamma[k], state.v, ends)
     _record(0, structure, state, records)
     for t in range(1, n_t):
         for j in range(scheme.substeps):
@@ -306,7 +186,7 @@ def march(
             _predict(scheme, structure, inputs, t, j, state, trial)
             touching = _open_gaps(scheme, structure, inputs, t, j, state, trial)
             if touching and not scheme.lagged:
-                if not contact_forces(scheme.h, structure.contacts.W, structure.laws, trial):
+                if not contact_forces(scheme.h, structure.contacts.W, structure.laws, trial.links):
                     return t
                 pressed = True
             if pressed:
@@ -327,17 +207,17 @@ def _advance_laws(scheme: Scheme, laws: Laws, state: State, trial: Trial) -> boo
     for k in range(state.F.size):
         # The approach velocity of a contact is the rate of the last time without penetration.
         if state.gap[k] >= 0.0:
-            laws.state[k, 0] = max(-trial.rate[k], 0.0)
-        trial.F[k] = 0.0
+            laws.state[k, 0] = max(-trial.links.rate[k], 0.0)
+        trial.links.F[k] = 0.0
         if laws.advance[k] == 0 and not scheme.lagged:
             continue
-        p, v = -state.gap[k], -trial.rate[k]
+        p, v = -state.gap[k], -trial.links.rate[k]
         row, memory = laws.parameters[k, : laws.size[k, 0]], laws.state[k, : laws.size[k, 1]]
         if laws.advance[k] != 0:
             call_advance(laws.advance[k], row, p, v, memory)
         if scheme.lagged:
-            trial.F[k] = law_force(laws.force[k], row, p, v, memory)[0]
-            pressed = pressed or trial.F[k] != 0.0
+            trial.links.F[k] = law_force(laws.force[k], row, p, v, memory)[0]
+            pressed = pressed or trial.links.F[k] != 0.0
     return pressed
 
 
@@ -404,25 +284,25 @@ def _open_gaps(
     last = inputs.gaps.shape[0] - 1
     before, after = min(t - 1, last), min(t, last)
     touching = False
-    for k in range(trial.gap.size):
+    for k in range(trial.links.gap.size):
         # (1): Γ u₁ = Γ u* + h² Γ a₁, Γ v₁ = Γ v* + h Γ a₁.
         change = _motion(gamma[k], trial.a, ends)
         g0, g1 = inputs.gaps[before, k], inputs.gaps[after, k]
         g = g0 + at * (g1 - g0)
-        trial.gap[k] = g + _motion(gamma[k], state.u, ends) + h * h * change
+        trial.links.gap[k] = g + _motion(gamma[k], state.u, ends) + h * h * change
         w0, w1 = inputs.opening[before, k], inputs.opening[after, k]
         opens = w0 + at * (w1 - w0)
-        trial.rate[k] = opens + _motion(gamma[k], state.v, ends) + h * change
-        touching = touching or trial.gap[k] < 0.0
+        trial.links.rate[k] = opens + _motion(gamma[k], state.v, ends) + h * change
+        touching = touching or trial.links.gap[k] < 0.0
     return touching
 
 
 @numba.njit(**_LOOP, **_SUMS)
 def _add_contact(h: float, contacts: Contacts, state: State, trial: Trial) -> None:
     """Add the responses to the forces F₁ of the links: a₁ += M̂⁻¹ Γᵀ F₁, δ₁ += h W F₁."""
-    m = trial.F.size
+    m = trial.links.F.size
     for k in range(m):
-        F = trial.F[k]
+        F = trial.links.F[k]
         if F != 0.0:
             _add(trial.a, F, contacts.X[k])
             for i in range(trial.y_a.size):
@@ -430,8 +310,8 @@ def _add_contact(h: float, contacts: Contacts, state: State, trial: Trial) -> No
             for i in range(trial.reach.size):
                 state.T[i] += F * contacts.X_T[k, i]
             for i in range(m):
-                trial.gap[i] += h * contacts.W[i, k] * F
-                trial.rate[i] += contacts.W[i, k] * F
+                trial.links.gap[i] += h * contacts.W[i, k] * F
+                trial.links.rate[i] += contacts.W[i, k] * F
 
 
 @numba.njit(**_LOOP, **_SUMS)
@@ -464,10 +344,10 @@ def _account(
     last = inputs.gaps.shape[0] - 1
     for k in range(state.F.size):
         # ½ (Δδ - Δg) (F₀ + F₁); the work of the ground on the gap, ½ Δg (F₀ + F₁), is input.
-        mean = state.F[k] + trial.F[k]
+        mean = state.F[k] + trial.links.F[k]
         opened = inputs.gaps[min(t, last), k] - inputs.gaps[min(t - 1, last), k]
         state.sums[1] -= 0.5 * opened / scheme.substeps * mean
-        state.sums[2] += 0.5 * (trial.gap[k] - state.gap[k]) * mean
+        state.sums[2] += 0.5 * (trial.links.gap[k] - state.gap[k]) * mean
 
 
 @numba.njit(**_LOOP, **_SUMS)
@@ -482,7 +362,7 @@ def _correct(h: float, state: State, trial: Trial) -> None:
         state.y_v[k] += h * trial.y_a[k]
         state.y_a[k] = trial.y_a[k]
     for k in range(state.F.size):
-        state.gap[k], state.F[k] = trial.gap[k], trial.F[k]
+        state.gap[k], state.F[k] = trial.links.gap[k], trial.links.F[k]
 
 
 @numba.njit(**_LOOP, **_SUMS)
