@@ -27,6 +27,13 @@ from impactfem.case.quantity import BEYOND
 from impactfem.case.source import Source
 from impactfem.system.errors import MOST_FAULTS, Fault
 
+REMOVED = {
+    "structure": "moved; expected [buildings.structure] below the [[buildings]] of its building, "
+    "without the key building",
+    "device_analysis.solver": "removed: equipment is always analysed with the reduced model; remove"
+    " the key, and lower transient.tolerance for more accuracy",
+}
+"""Replacements of removed keys, by their place."""
 TABLES = "one or more tables"
 """What is said of an array of tables."""
 
@@ -109,6 +116,8 @@ def _fault(
         place = (*place, *context.get("inside", ()))
         return place, value_at(place, raw), item["msg"]
     if kind == "extra_forbidden":
+        if (replaced := REMOVED.get(dotted(place))) is not None:
+            return place, None, replaced
         known = list(fields_by_key(parent)) if parent is not None else []
         types = " or ".join(_tags(form_of(holder) if holder else None, str(place[-1])))
         hint = f"a key of type {types}" if types else nearest(str(place[-1]), known)

@@ -20,6 +20,7 @@ from impactfem.building.geometry import Geometry
 from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case
 from impactfem.case.buildings import FileMesh
+from impactfem.case.motions import SyntheticMotion
 from impactfem.case.transient import MAXIMUM_FREQUENCY, TOLERANCE
 from impactfem.system.errors import Fault
 from impactfem.system.memory import available_memory, disk_folder
@@ -96,6 +97,8 @@ def estimate(
     rate = case.pounding.time_step * max(spectra.frequency_values)
     refined = 1.0 + max(1.0, spectra.points_per_cycle * rate)
     memory = BASE + 0.2e9 + 8.0 * steps * floors * (63.0 + len(case.motions) * refined)
+    made = [motion for motion in case.motions if isinstance(motion, SyntheticMotion)]
+    memory += max((400.0 * one.duration / one.time_step for one in made), default=0.0)
     each = steps * floors * (2.4e-7 + 2e-10 * len(spectra.frequency_values))
     in_3d = sum(_vectors(view)[1] for view in case.views if view.structure and _lines(view))
     seconds = 8.0 + each + 1.2e-7 * in_3d * steps
@@ -129,7 +132,9 @@ def estimate(
         if transient is not None:
             times = (transient.duration or computed) / transient.time_step
             full = 0.57e-6 * dofs * times if transient.solver != "reduced" else 0.0
-            held = small + 16.0 * every * times + 2e4 * times
+            rate = transient.time_step * max(spectra.frequency_values)
+            refined = 1.0 + max(1.0, spectra.points_per_cycle * rate)
+            held = small + 0.2e9 + times * (16.0 * every + 1e3 * refined)
             models.append(StageCost(f"{start}transient", 25.0 + 3e-4 * times + full, held))
             fine = 8.0 * times * (1 + len(case.devices)) * (1 + len(case.damping_cases))
             if case.devices:
