@@ -187,7 +187,8 @@ class SweepTable:
         if not drawn:
             return False
         rows, columns = math.ceil(len(drawn) / 2), min(2, len(drawn))
-        caption = f"{self.title}: results over {along}. Dashed: published."
+        dashed = " Dashed: published." if self.published.keys() & set(drawn) else ""
+        caption = f"{self.title}: results over {along}.{dashed}"
         with figure(path, (rows, columns), (4.5 * columns, 2.8 * rows), caption) as (_, axes):
             for panel, name in zip(axes, drawn, strict=False):
                 y = self.results[name].set_axis(self.values[along])
