@@ -180,17 +180,6 @@ class TestReuse:
         assert loop.run(copied, out=tmp_path / "run").times == again.times
         assert figure.stat().st_mtime_ns == drawn
 
-    def test_a_folder_of_an_earlier_version(self, copied, tmp_path):
-        """What its stage `sticks` wrote is not missed when `pounding` writes it anew."""
-        run = tmp_path / "run"
-        old = json.loads((run / "pounding.stage.json").read_text(encoding="utf-8"))
-        old["files"]["forces.csv"] = "0" * 64
-        (run / "sticks.stage.json").write_text(json.dumps(old), encoding="utf-8")
-        with pytest.raises(ImpactfemError, match=r"forces\.csv"):
-            study.make_report(run)
-        loop.run(copied, out=run)
-        assert study.make_report(run).is_file() and not (run / "sticks.stage.json").exists()
-
     def test_the_case_may_move(self, copied, tmp_path):
         (tmp_path / "other").mkdir()
         for file in tmp_path.glob("small*"):

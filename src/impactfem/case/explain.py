@@ -28,8 +28,6 @@ from impactfem.case.source import Source
 from impactfem.system.errors import MOST_FAULTS, Fault
 
 REMOVED = {
-    "structure": "moved; expected [buildings.structure] below the [[buildings]] of its building, "
-    "without the key building",
     "device_analysis.solver": "removed: equipment is always analysed with the reduced model; remove"
     " the key, and lower transient.tolerance for more accuracy",
 }
