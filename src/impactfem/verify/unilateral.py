@@ -54,7 +54,7 @@ START = np.array([0.3, 0.05]), np.array([0.0, 0.4])  # height and rotation, and 
 
 @dataclass(frozen=True)
 class Impact:
-    """What a bar and its wall exchange: from the first force to the last [s], impulse [N s]."""
+    """Impact of a bar on a wall: time from the first to the last force [s], impulse [N s]."""
 
     duration: float
     impulse: float
@@ -160,7 +160,7 @@ def bar_matrices(
 
 
 def modal_bar(elements: int, beta: float) -> ContactHistory:
-    """The impact by all modes of the bar."""
+    """Compute the impact by all modes of the bar."""
     K, M = (matrix.toarray() for matrix in bar_matrices(elements))
     values, shapes = scipy.linalg.eigh(K, M)
     bar = body_before_walls(np.maximum(values, 0.0), shapes[:1].T, Rayleigh(beta=beta))
@@ -169,7 +169,7 @@ def modal_bar(elements: int, beta: float) -> ContactHistory:
 
 
 def full_bar(elements: int, beta: float) -> ContactHistory:
-    """The impact in full order."""
+    """Compute the impact in full order."""
     from impactfem.verify.full_order import FullMotion
 
     K, M = bar_matrices(elements)
@@ -183,7 +183,7 @@ SOLVERS: dict[str, Callable[[int, float], ContactHistory]] = {"modal": modal_bar
 
 
 def impact_of(history: ContactHistory) -> Impact:
-    """The impact that a history holds, from its first force to its last."""
+    """Return the impact of a history, from its first force to its last."""
     impulse = history.impulse[:, 0]
     pushed = np.flatnonzero(impulse)
     step = history.time[1] - history.time[0]
@@ -195,7 +195,7 @@ def _step(elements: int) -> float:
 
 
 def _flown(motion: Motion, elements: int, velocity: Array) -> ContactHistory:
-    """The bar meets the wall inside a step, not at its end."""
+    """Compute the impact; the bar meets the wall inside a step, not at its end."""
     step = _step(elements)
     gap, steps = 3.3 * V0 * step, round(1.5 * CONTACT / step)
     return unilateral_response(motion, gap, steps, velocity=velocity)
@@ -315,7 +315,7 @@ def collided(end: float, e: float) -> tuple[Array, Array, int]:
 
 
 def _colliding(steps: int) -> tuple[Array, Array]:
-    """The same by Moreau's stepping."""
+    """Return displacements and velocities at the end by Moreau's stepping."""
     m, k = OSCILLATORS
     names, root = ("left", "right"), np.sqrt(m)
     bodies = [

@@ -30,7 +30,7 @@ REPORT = "_report"  # ends the names of files that are no cases
 
 
 class Instant(Section):
-    """One row of a table of published displacements."""
+    """A row of a table of published displacements."""
 
     building: Text
     """Name of the building."""

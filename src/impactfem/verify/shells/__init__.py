@@ -22,7 +22,7 @@ ROTATION = np.array([[2.0, -2.0, 1.0], [1.0, 2.0, 2.0], [-2.0, -1.0, 2.0]]) / 3.
 
 
 def flat(along: Vector, across: Vector, corner: Vector = (0.0, 0.0, 0.0)) -> Map:
-    """The parallelogram of two sides from a corner [m], as a place for `panel`."""
+    """Return the parallelogram of two sides from a corner [m], as a place for `panel`."""
 
     def place(a: Array, b: Array) -> tuple[Array, Array, Array]:
         x, y, z = (o + a * p + b * q for o, p, q in zip(corner, along, across, strict=True))
@@ -72,7 +72,7 @@ def mindlin(k2: Array, t: float, material: Material) -> Array:
 
 
 def joined(panels: list[tuple[Array, Index]]) -> tuple[Array, Index, Index]:
-    """Panels as one mesh, nodes at the same place as one; also gives each triangle's panel."""
+    """Join panels to one mesh with common nodes; also return the panel of each triangle."""
     nodes = np.concatenate([panel[0] for panel in panels])
     starts = np.cumsum([0, *(len(panel[0]) for panel in panels)])
     triangles = np.concatenate(
@@ -101,7 +101,7 @@ def lines_at(triangles: Index, here: NDArray[np.bool_]) -> Index:
 
 
 def quadratic(vertices: Array, triangles: Index) -> tuple[Array, Index]:
-    """Add the middles of the sides."""
+    """Add the mid nodes of the sides."""
     ends = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
     edges, inverse = np.unique(ends, axis=0, return_inverse=True)
     nodes = np.concatenate([vertices, vertices[edges].mean(axis=1)])

@@ -45,14 +45,14 @@ class MovingModel:
         )
 
     def reduced(self, shift: float, vectors: int) -> ReducedMotion:
-        """The model of a Krylov basis with its shift [Hz] and so many vectors at least.
+        """Return the model of a Krylov basis with its shift [Hz] and at least so many vectors.
 
         Fewer, where the loads do not reach so many. It serves all dampings.
         """
         return self.nested(shift, vectors)[0]
 
     def nested(self, shift: float, vectors: int, larger: bool = False) -> list[ReducedMotion]:
-        """That model, and on request those that it is nested in, for its error band."""
+        """Return the reduced model, and on request the larger models of its error band."""
         from impactfem.reduction.error_band import larger_models
         from impactfem.reduction.krylov import KrylovBasis
         from impactfem.reduction.reduced import reduced_model

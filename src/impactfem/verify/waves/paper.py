@@ -46,7 +46,7 @@ PLACES = {
     "line across floor 8": "line_",
     "corners of floor 8": "corner_",
 }
-"""What names of probes begin with, by place."""
+"""Prefix of the names of probes by place."""
 ENOUGH = 0.95  # least share of the errors that the band tells to within a factor of ten
 LEAST_FREE = 100_000  # free degrees of freedom that the mesh has at least
 SIZE = 2.0
@@ -187,7 +187,7 @@ def _spectra_rows(
 
 
 def paper_case(case_file: Path | None, window: float, size: float | None = None) -> Case:
-    """The paper's case, or another one, for a window [s], with elements of another size [m]."""
+    """Return the paper's or another case for a window [s], with another element size [m]."""
     case = load_case(in_source_tree(CASE) if case_file is None else case_file)
     if case.transient is None or case.structure is None:
         raise ValueError(f"{case.path} has no transient part or no structure")
@@ -200,7 +200,7 @@ def paper_case(case_file: Path | None, window: float, size: float | None = None)
 
 
 def prepared_building(case: Case, folder: Path, window: float) -> Prepared:
-    """Mesh, and the forces of the sticks, as the stages would make them."""
+    """Return mesh and forces of the sticks as the stages compute them."""
     from impactfem.building.from_case import geometry_of
     from impactfem.building.generate import generate
     from impactfem.stages.transient.prepared import prepare
@@ -213,7 +213,7 @@ def prepared_building(case: Case, folder: Path, window: float) -> Prepared:
 
 
 class _Clock:
-    """Says once how long a run will take; called with the part that is done."""
+    """Log the expected run time once; called with the completed part."""
 
     def __init__(self, label: str) -> None:
         self.label, self.start, self.said = label, time.perf_counter(), False

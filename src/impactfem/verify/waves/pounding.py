@@ -153,7 +153,7 @@ class FullPair:
         return [force for line in self.lines for force in line.forces_on(name)]
 
     def reduced(self, h: float, ground: Array) -> ContactHistory:
-        """The response of the reduced models to the ground along y [m/s2] at steps h [s]."""
+        """Return the response of the reduced models to the ground along y [m/s2] at steps h [s]."""
         one, floors, edges = self.pounding.assembly, [], []
         for name, model in self._reduced.items():
             column = {str(known): k for k, known in enumerate(model.names)}
@@ -165,7 +165,7 @@ class FullPair:
         return unilateral_response(motion, one.gaps, len(ground) - 1, amplitudes=ground[:, None])
 
     def full(self, h: float, ground: Array) -> ContactHistory:
-        """The same in full order."""
+        """Return the response of the meshes, in full order."""
         from impactfem.verify.full_order import FullMotion
 
         # Index of the first point of each line.
