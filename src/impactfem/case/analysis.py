@@ -1,4 +1,4 @@
-"""How the pounding is integrated, and which response spectra are made of it."""
+"""Time integration of the pounding, and response spectra of the floors."""
 
 import math
 from collections.abc import Iterator
@@ -15,7 +15,7 @@ MOST_FREQUENCIES = 100_000
 
 
 class Pounding(Section):
-    """What pounds, and its integration in time: Newmark, average acceleration."""
+    """Models that pound, and their integration in time: Newmark, average acceleration."""
 
     models: dict[Key, Literal["stick", "structure"]] = Field(default={})
     """Model of each building in contact: 'stick', or 'structure', the 3D model of

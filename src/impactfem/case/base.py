@@ -55,7 +55,7 @@ class Leaf(ABC):
     @property
     @abstractmethod
     def phrase(self) -> str:
-        """What is expected, in words that complete 'expected ...'."""
+        """Expectation in words that complete 'expected ...'."""
 
     def check(self, value: Any, info: ValidationInfo) -> Any:
         """Give the value as the program uses it, or raise the error of ``refuse``."""
@@ -96,7 +96,7 @@ class Section(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
     MAY_BE_EMPTY: ClassVar[tuple[str, ...]] = ()
-    """Of a row of a table, columns whose cells may be empty: not known."""
+    """Columns of a row of a table whose cells may be empty: not known."""
 
 
 def rule(

@@ -77,7 +77,7 @@ class BeamGroup(Section):
     depth: PositiveLength
     """Side of the section: vertical (beams), along y (columns)."""
     offset: Length = 0.0
-    """Of beams: height of the axis above the line of nodes; negative below it."""
+    """Height of the axis of beams above the line of nodes; negative below it."""
 
 
 class FileMesh(Section):
@@ -380,7 +380,7 @@ class Structure(Section):
 
     @property
     def key(self) -> str:
-        """Where it stands in a case file, with the name of its building."""
+        """Key in a case file, with the name of its building."""
         return f"buildings.{self.building}.structure"
 
 
@@ -451,6 +451,6 @@ class Building(Section):
 
     @property
     def levels(self) -> dict[int, float]:
-        """The same by the number of the floor."""
+        """Elevation of the mass centre by the number of the floor [m]."""
         numbers = [floor.floor for floor in self.floors]
         return dict(zip(numbers, self.elevations, strict=True))

@@ -1,4 +1,4 @@
-"""What is calibrated: sticks on modes of the buildings, contacts by an impact on a rigid wall."""
+"""Calibration: sticks on modes of the buildings, contacts by an impact on a rigid wall."""
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -29,7 +29,7 @@ from impactfem.system.errors import Fault
 
 
 class Target(Section):
-    """What the calibrated stick of a building shall reach in one mode of the bending family."""
+    """Target of a calibrated stick: one mode of the bending family of a building."""
 
     building: Text
     """Name of the building."""
@@ -146,7 +146,7 @@ def _towers(targets: Iterable[Target], info: ValidationInfo) -> dict[str, tuple[
 TOP_FLOORS = 3
 """Number of floors that may hit the wall when the case file names none (paper, section 3.2.2)."""
 Pull = Literal["whole_floor", "even_load", "mass_centre"]
-"""How the displaced floor is drawn aside before its release."""
+"""Shape of the displaced floor before its release."""
 
 
 class WallImpactSetup(Section):

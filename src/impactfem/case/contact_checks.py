@@ -1,4 +1,4 @@
-"""Where the points of contacts are: how far apart, and whether the 3D stage can take their forces.
+"""Places of contact points: their distance, and the sides of 3D models that take their forces.
 
 The force of a pair acts on the side of the floor, or on the walls and columns of the storey, that
 the line through its point along its normal meets. A pair whose line meets none is refused.
@@ -100,7 +100,7 @@ def of_contacts(case: Case, reading: Reading) -> Iterator[Finding]:
 
 
 HEIGHT = 0.1
-"""How far above or below the floor's mass centre a pair may be [m]: forces act in the slab."""
+"""Largest distance of a pair from the floor's mass centre in height [m]: forces act in the slab."""
 
 
 def strike_fault(
@@ -194,7 +194,7 @@ def of_struck_sides(case: Case, reading: Reading) -> Iterator[Finding]:
 
 
 def moved_beside(met: tuple[Facade, float], eccentricity: float) -> str:
-    """What is expected of an eccentricity [m] that moves a force off its side; else empty."""
+    """Expectation of an eccentricity [m] that moves a force off its side; else empty."""
     facade, s = met
     if -ROUNDING <= s + eccentricity <= facade.length + ROUNDING:
         return ""
@@ -205,7 +205,7 @@ def moved_beside(met: tuple[Facade, float], eccentricity: float) -> str:
 
 
 def calibrated_only(what: str, building: str) -> str:
-    """What is expected of a spread that the impact on the wall does not know."""
+    """Expectation of a spread that the impact on the wall does not know."""
     return (
         f"expected 'uniform' or 'patch': pairs strike {what} of {building}, and 'calibrated' is "
         "known of the edges that hit the wall alone (floors of [wall_impact], its building)"

@@ -73,7 +73,7 @@ class KelvinVoigtLaw(Section):
 
     @property
     def calibrated(self) -> bool:
-        """Whether a value is left to the calibration."""
+        """True if a value is left to the calibration."""
         return CALIBRATED in (self.stiffness, self.restitution)
 
 
@@ -312,7 +312,7 @@ class Contact(Section):
 
 
 def expand(entries: tuple[ContactEntry, ...]) -> tuple[Contact, ...]:
-    """One contact for each pair of points, with names that are unique.
+    """Make a contact of each pair of points, with unique names.
 
     Points on the same two floors, at two corners for instance, get ``#2``, ``#3`` behind the name.
     """

@@ -42,7 +42,7 @@ class EurocodeSpectrum(Section):
     """Elastic spectrum of EN 1998-1:2004 with the values that the standard recommends."""
 
     type: Literal["ec8"]
-    """That of EN 1998-1."""
+    """Spectrum of EN 1998-1."""
     spectrum_type: Annotated[int, Whole(1, 2)]
     """Type of spectrum: 2 if the governing surface-wave magnitude is at most 5.5, else 1."""
     ground: Ground
@@ -59,7 +59,7 @@ class DecreeSpectrum(Section):
     """Elastic spectrum of the French decrees: zones of seismicity 1 to 5."""
 
     type: Literal["french-decree"]
-    """That of the French decrees."""
+    """Spectrum of the French decrees."""
     text: Literal["ordinary", "special"] = "ordinary"
     """The text: 'ordinary' risk, arrêté of 22 October 2010, or 'special' risk, arrêté of 4 October
     2010, article 12-3."""

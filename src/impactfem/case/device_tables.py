@@ -38,11 +38,11 @@ class DeviceMode(Section):
     effective_inertia: Annotated[float, Si("kg m2", ge=0)] = 0.0
     """Effective moment of inertia about the axis; 0 along one."""
     height: Length = 0.0
-    """Of x and y: where it acts above the anchor, overturning moment over force."""
+    """Height of a mode along x or y above the anchor: overturning moment over force."""
     direction: Annotated[
         str, Words("'x', 'y', 'z', 'rx', 'ry' or 'rz': along or about an axis", "r?[xyz]")
     ]
-    """How it moves: along an axis, or about one."""
+    """Direction of the mode: along an axis, or about one."""
     damping: Annotated[float | None, Si("-", ge=0, lt=1)] = None
     """Damping ratio; without this column, by damping of the device."""
 
@@ -71,7 +71,7 @@ _MISWRITTEN = re.compile(r"[0-9]+\.r?[xyz]", re.IGNORECASE)
 MOST = 1000
 """Largest number of degrees of freedom of a matrix in a file."""
 SYMMETRIC = 1e-6
-"""How far two entries that are to be the same may differ, of the largest entry."""
+"""Largest difference of two symmetric entries over the largest entry."""
 
 
 @dataclass(frozen=True)
@@ -336,7 +336,7 @@ class GivenSpectra:
         )
 
     def lacks(self, building: str, floors: Sequence[int]) -> Iterator[str]:
-        """What such a device does not find in the file, in words."""
+        """Rows that such a device does not find in the file, in words."""
         known = {one.support for one in self.curves if one.support}
         for number in sorted(known - set(range(1, len(floors) + 1))):
             yield f"it has spectra of support {number}; expected those of 1 to {len(floors)}"

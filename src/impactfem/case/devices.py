@@ -59,7 +59,7 @@ class DeviceSupport(Section):
     radius: PositiveLength
     """Radius of its rigid base plate, and of its circle of anchors."""
     envelope: tuple[ProbePattern, ...] = ()
-    """As for a device with one anchor."""
+    """Probes for the envelope of spectra, as for a device with one anchor."""
 
     _each_once = once("envelope", "name or pattern")
 
@@ -255,7 +255,7 @@ class DeviceSetup(Section):
 
     @property
     def anchors(self) -> tuple[DeviceSupport, ...]:
-        """Where it is anchored: one place or several."""
+        """Anchors of the device: one or several."""
         if self.point is None or self.radius is None:
             return self.supports
         return (DeviceSupport(point=self.point, radius=self.radius, envelope=self.envelope),)
@@ -295,7 +295,7 @@ class DeviceSetup(Section):
     @field_validator("spectra")
     @classmethod
     def _of_its_floors(cls, value: Any, info: ValidationInfo) -> Any:
-        """Of the spectra of a file those of the floors that the device stands on."""
+        """Select the spectra of the floors that the device stands on."""
         if not isinstance(value, GivenSpectra):
             return value
         building = info.data.get("building", "")
@@ -393,7 +393,7 @@ SupportRule = Literal["srss", "abs", "algebraic", "envelope"]
 RigidMethod = Literal["none", "gupta", "lindley-yow"]
 
 ModeRule = tuple[Combination, RigidMethod]
-"""How modes are combined: their periodic parts, and what of them is rigid."""
+"""Combination of modes: of their periodic parts, and of their rigid parts."""
 
 STEPS = 8
 """Steps of the coupled integration in one of the transient stage, when the case names no step."""

@@ -33,7 +33,7 @@ REMOVED = {
 }
 """Replacements of removed keys, by their place."""
 TABLES = "one or more tables"
-"""What is said of an array of tables."""
+"""Words for an array of tables."""
 
 # Names of the alternatives of a union, which pydantic puts into the place of an error. Besides
 # these, the type that a table has.
@@ -58,7 +58,7 @@ def explain(errors: Sequence[ErrorDetails], source: Source, model: type[BaseMode
 
 
 def expectation(annotation: Any, metadata: list[Any] | tuple[Any, ...] = ()) -> str:
-    """What a field accepts, in words that complete 'expected ...'."""
+    """Words for the values that a field accepts; they complete 'expected ...'."""
     for item in metadata:
         if isinstance(item, Leaf):
             return item.phrase
@@ -87,7 +87,7 @@ def expectation(annotation: Any, metadata: list[Any] | tuple[Any, ...] = ()) -> 
 
 
 def expected_of(item: ErrorDetails, info: FieldInfo | None, within: Place = ()) -> str:
-    """What was expected of a value that a field, or a list in it, does not accept."""
+    """Expectation of a value that a field, or a list in it, does not accept."""
     context = item.get("ctx", {})
     if "inside" in context:
         return item["msg"]
@@ -145,7 +145,7 @@ def _fault(
 
 
 def _words(info: FieldInfo | None, within: Place = ()) -> str:
-    """What a field accepts, or the lists in it at the indices that a place ends with."""
+    """Words for the values of a field, or of the list in it where a place ends with indices."""
     if info is None:
         return "another value"
     annotation, metadata = info.annotation, info.metadata

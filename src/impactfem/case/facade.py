@@ -16,7 +16,7 @@ GRAZING = 0.1
 NEAR = 0.5
 """Distance from a side at which a point still counts as being on it [m]."""
 ROUNDING = 1e-3
-"""How far beyond the end of a side a point may be [m]."""
+"""Largest distance of a point beyond the end of a side [m]."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Facade:
         return x / self.length, y / self.length, 0.0
 
     def meets(self, point: Point, normal: Vector) -> tuple[float, float]:
-        """Where the line through a point along a horizontal unit vector crosses the side's line.
+        """Intersect the line through a point along a horizontal unit vector with the side's line.
 
         Gives the distance from the point along the vector, and the position s [m].
         """
@@ -123,7 +123,7 @@ def axis_in_plan(
 
 
 def _on_one(sides: Iterable[Facade], point: Point, normal: Vector) -> bool:
-    """Whether a point is on a side that a normal leads out through."""
+    """Return True if a point is on a side that a normal leads out through."""
     for facade in sides:
         if sum(a * b for a, b in zip(facade.outward, normal, strict=True)) >= GRAZING:
             distance, s = facade.meets(point, facade.outward)

@@ -65,7 +65,7 @@ class Member(Section, ABC):
 
     @abstractmethod
     def lies_on(self, other: Self) -> bool:
-        """Whether two of a kind share more than points in plan."""
+        """Return True if two of a kind share more than points in plan."""
 
 
 class Line(Member):
@@ -88,7 +88,7 @@ class Line(Member):
         return math.dist(*self.ends)
 
     def lies_on(self, other: Self) -> bool:
-        """Whether two lie in one line and share more than an end."""
+        """Return True if two lie in one line and share more than an end."""
         (x1, y1), (x2, y2) = self.ends
         L = self.length
         tx, ty = (x2 - x1) / L, (y2 - y1) / L
@@ -194,7 +194,7 @@ class Column(Member):
         return {"x": self.x, "y": self.y}
 
     def lies_on(self, other: Self) -> bool:
-        """Whether two stand on one point."""
+        """Return True if two stand on one point."""
         return math.dist((self.x, self.y), (other.x, other.y)) <= TOUCH
 
 
@@ -278,7 +278,7 @@ def misplaced(
     heights: Mapping[int, float],
     words: Sequence[str],
 ) -> Iterator[tuple[int, str, str]]:
-    """What is wrong with bays: the number of the bay, its column, and what was expected.
+    """Find misplaced bays: number of the bay, its column, and what was expected.
 
     Args:
         bays: The bays.

@@ -154,7 +154,7 @@ class Case(CaseFile):
         return tuple(one.name for one in self.buildings if models.get(one.name) == "structure")
 
     def touches_in_3d(self, contact: Contact) -> bool:
-        """Whether a contact is along edges: of a building whose 3D model pounds."""
+        """Return True if a contact is along edges: of a building whose 3D model pounds."""
         return not {*contact.buildings}.isdisjoint(self.pounding_in_3d)
 
     @property

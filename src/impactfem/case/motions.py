@@ -1,4 +1,4 @@
-"""What moves the buildings: ground motions, ensembles of them, forces on floors."""
+"""Loading: ground motions, ensembles of them, forces on floors."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Component(Words):
 
 
 class _Motion(Section):
-    """What all ground motions have."""
+    """Keys of all ground motions."""
 
     direction: Direction
     """Direction of the ground motion; one motion for each direction."""
@@ -268,7 +268,7 @@ class Ensemble(Section):
         )
 
     def entries(self) -> tuple[Path, ...]:
-        """What is in the folder, files and others, but hidden ones, in the order of the names."""
+        """Entries of the folder without hidden ones, in the order of their names."""
         # That there is no such folder is a fault of the case.
         if self.records is None or not self.records.is_dir():
             return ()

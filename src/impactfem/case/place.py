@@ -25,7 +25,7 @@ def dotted(place: Place) -> str:
 
 
 def step(current: Any, part: int | str) -> Any:
-    """What stands at a key or an index of a table or a list; None when nothing does."""
+    """Return the value at a key or an index of a table or a list; None without one."""
     if isinstance(current, Mapping):
         return current.get(part)
     if isinstance(current, list) and isinstance(part, int) and part < len(current):
@@ -34,7 +34,7 @@ def step(current: Any, part: int | str) -> Any:
 
 
 def value_at(place: Place, raw: Any) -> Any:
-    """What stands at a place; None when nothing does."""
+    """Return the value at a place; None without one."""
     current = raw
     for part in place:
         current = step(current, part)

@@ -68,7 +68,7 @@ FIT = (
     Usual("targets.*.shape_deviation", 1e-3, 1.0, "0.02 to 0.1 of the largest amplitude"),
     Usual("targets.*.deviation", 1e-3, 1.0, "0.05 to 0.3 of each ordinate"),
 )
-"""The same of the file of a fit; deviations there that are quantities have units of their own."""
+"""Ranges of the file of a fit; deviations that are quantities have other units."""
 HEAVY = 0.1
 """Mass of a device over that of its floor from which on it belongs into the model of the building:
 US NRC SRP 3.7.2 (II.3.B); below 0.01 it may be left out."""

@@ -52,7 +52,7 @@ class Si(Leaf):
 
     @property
     def phrase(self) -> str:
-        """What is expected: kind, bounds, and an example."""
+        """Expectation: kind, bounds, and an example."""
         if self.unit != "-":
             words = f"{self.accepts} with its unit, for example '{KINDS[self.unit].example}'"
         else:

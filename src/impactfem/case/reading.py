@@ -56,7 +56,7 @@ class Reading:
         return place
 
     def value(self, *place: int | str) -> Any:
-        """What stands at a place of the file; None when nothing does."""
+        """Return the value at a place of the file; None without one."""
         return value_at(place, self.source.raw)
 
     @property
@@ -70,7 +70,7 @@ class Reading:
 
     @contextmanager
     def model_of(self, building: str) -> Iterator[None]:
-        """What is read in the block is of the 3D model of a building."""
+        """Name the building of the 3D model that is read in the block."""
         before, self.building = self.building, building
         try:
             yield
@@ -103,7 +103,7 @@ class Reading:
         return self.source.path.parent / name
 
     def fetch(self, name: str, what: str, largest: float) -> str:
-        """Read the bytes of a file once; what is wrong with it, or ""."""
+        """Read the bytes of a file once, and return its fault in words, or ""."""
         content = self.contents.get(name) or read_bytes(self.path(name), what, largest)
         if isinstance(content, Fault):
             return content.expected
@@ -121,7 +121,7 @@ class Reading:
         return self.path(name)
 
     def table(self, name: Any, what: str, read: Callable[..., Any], *further: Any) -> Any:
-        """What is in a file, read once; its faults are added to those of the reading.
+        """Read the content of a file once; its faults are added to those of the reading.
 
         A file is read once for each `what`. `read` takes its path, a list for faults, and what is
         further given. Of a `Table` the rows are given; None where it

@@ -51,7 +51,7 @@ class PublishedRow(Section):
     unit: Text
     """Unit of the value; '-' when it has none."""
     source: Text
-    """Where it is published: table, figure or section."""
+    """Place of publication: table, figure or section."""
 
 
 class Published(Section):
@@ -117,11 +117,11 @@ class ReferenceItem(Section):
     """An equation, figure or table of a publication, with its place in the run."""
 
     kind: Literal["equation", "figure", "table"]
-    """What it is."""
+    """Title of the item."""
     number: Text
     """Its number in the publication."""
     title: Text
-    """What it shows."""
+    """Content of the item."""
     shows: tuple[Text, ...] = ()
     """Files of the run that show this item, relative to its folder; * for any letters."""
     tells: Prose | None = None
@@ -174,7 +174,7 @@ class Reference(Section):
     """Its equations, figures and tables."""
 
     def kind(self, name: str) -> Kind:
-        """How our result relates to the published value of the same name."""
+        """Relation of our result to the published value of the same name."""
         for one in self.given:
             if any(fnmatch.fnmatchcase(name, pattern) for pattern in one.names):
                 return one.kind

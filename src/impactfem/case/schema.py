@@ -127,7 +127,7 @@ def references(entry: dict[str, Any]) -> list[str]:
 
 
 def accepted(entry: dict[str, Any]) -> tuple[str, str]:
-    """What a value without tables accepts, and its SI unit."""
+    """Words for a value without tables, and its SI unit."""
     if "prefixItems" in entry:
         parts = [accepted(part) for part in entry["prefixItems"]]
         if len(set(parts)) > 1:
@@ -165,7 +165,7 @@ def default_of(entry: dict[str, Any]) -> str:
 
 
 def column(info: FieldInfo) -> tuple[str, str, str]:
-    """What a column of a table accepts, its SI unit, and its default in words."""
+    """Words for a column of a table, its SI unit, and its default in words."""
     leaf = leaf_of(info)
     if isinstance(leaf, Si):
         words, unit = leaf.accepts, leaf.unit

@@ -34,7 +34,7 @@ TABLE_BAND = f"from {MATERIAL[0]:g} to {MATERIAL[1]:g} Hz"
 """Frequencies in which `check` compares a table with its model: those of most buildings."""
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 SYMMETRIC = 1e-9
-"""How far a matrix may be from its transpose, or below zero, of its largest entry."""
+"""Largest difference of a matrix from its transpose, or below zero, over its largest entry."""
 
 
 class Raft(Section):

@@ -26,7 +26,7 @@ _CASE_FILE = "a case file (TOML)"
 
 @dataclass(frozen=True)
 class Source:
-    """What a case file says, with the files it extends."""
+    """The content of a case file, with the files it extends."""
 
     path: Path  #: the case file
     #: The content of all files laid over one another, which may have any faults. Names of files are
@@ -54,7 +54,7 @@ class Source:
         tables = {place[:end] for place in self.stated_in for end in range(len(place))}
 
         def of(table: Any, place: Place) -> tuple[list[str], bool]:
-            """Those in a table or an array, and whether they are all of it."""
+            """Changed keys in a table or an array; True if they are all of it."""
             found, all_of_it = list[str](), True
             for key, value in table.items() if isinstance(table, dict) else enumerate(table):
                 at: Place = (*place, key)
@@ -127,7 +127,7 @@ class Source:
 
 
 def _name(table: dict[str, Any]) -> Any:
-    """What a table of an array is called: its name, or kind and number, as ``"figure 1"``."""
+    """Name of a table of an array: its name, or kind and number, as ``"figure 1"``."""
     kind, number = table.get("kind"), table.get("number")
     return table.get("name") or (kind if number is None else f"{kind} {number}")
 
@@ -238,7 +238,7 @@ def file_names(
 
 
 def _has_file_name(annotation: Any, metadata: Any) -> bool:
-    """Whether a field holds the name of a file, required or optional."""
+    """Return True if a field holds the name of a file, required or optional."""
     if any(isinstance(item, FileName) for item in metadata):
         return True
     return any(

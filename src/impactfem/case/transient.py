@@ -113,7 +113,7 @@ class Probe(Section):
         return f"{self.name}_{number}"
 
     def claims(self, name: str) -> bool:
-        """Whether a point of this probe has, or in a group may have, a name."""
+        """Return True if a point of this probe has, or in a group may have, a name."""
         if self.point is not None:
             return name == self.name
         match = re.fullmatch(rf"{re.escape(self.name)}_([1-9][0-9]*)", name)

@@ -135,7 +135,7 @@ class _Measured:
     symbols: frozenset[str]
 
     def is_of(self, unit: str) -> bool:
-        """Whether it measures the kind of quantity of an SI unit."""
+        """Return True if it measures the kind of quantity of an SI unit."""
         kind = KINDS[unit]
         only = kind.symbols is None or self.symbols <= kind.symbols
         one = not kind.one_of or bool(self.symbols & kind.one_of)
