@@ -189,13 +189,12 @@ def variant(store: xr.Dataset, *flags: str, **labels: str) -> str | None:
         flags: Labels that are true: `ROTATIONS`, `BROADENED`.
         labels: Other labels with their values: `rigid="gupta"`.
     """
-    wanted = dict.fromkeys(flags, True) | labels
-    same = np.ones(store.sizes["analysis"], dtype=bool)
-    for name in (*LABELS, *FLAGS):
-        own = store[name].sel(analysis=headline(store)).item()
-        same &= store[name].values == wanted.get(name, own)
-    names = store["analysis"].values[same]
-    return str(names[0]) if names.size else None
+    names, wanted = names_of(store, "analysis"), dict.fromkeys(flags, True) | labels
+    own, same = names.index(headline(store)), np.ones(len(names), dtype=bool)
+    for label in (*LABELS, *FLAGS):
+        values = store[label].values
+        same &= values == wanted.get(label, values[own])
+    return next((name for name, one in zip(names, same, strict=True) if one), None)
 
 
 def rigid_variants(store: xr.Dataset) -> dict[str, str]:
