@@ -51,8 +51,6 @@ from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.scalar import of_building
 
-PROGRAM = ("fit.evaluate",)
-"""Modules that an evaluation depends on, with all that they import."""
 STICK_MODES = re.compile(r"sticks\.[^.]+\.(frequency\.\d+|effective_mass\.\d+|mass)")
 MESH_KEYS = ("size", "floor_size", "storey_size", "beam_size", "column_size", "file")
 """Keys of a mesh that `coarse` may change: sizes of elements, and the file of a coarser mesh."""
@@ -227,7 +225,7 @@ def read_problem(
     if faults:
         raise InputError(faults)
     data = tuple(one for target in fit.targets for one in _data(target, case))
-    inputs = f"{case.digest} {fit.model_dump_json(include={'targets'})} {program_key(PROGRAM)}"
+    inputs = f"{case.digest} {fit.model_dump_json(include={'targets'})} {program_key()}"
     problem = Problem(
         path=fit_path,
         fit=fit,

@@ -36,9 +36,9 @@ from impactfem.run.estimate import (
     estimate,
     too_much,
 )
-from impactfem.run.stages import STAGES, asked_stages, needed_stages
+from impactfem.run.stages import asked_stages, needed_stages
 from impactfem.stages.check import log_checks
-from impactfem.stages.manifest import sources
+from impactfem.stages.inputs import program_key
 from impactfem.stages.patches import contact_patches
 from impactfem.stages.pounding.checks import distance_check
 from impactfem.system.errors import Fault, InputError, file_errors
@@ -111,9 +111,7 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
                 "the number of motions",
                 duration(found.seconds),
             )
-        sources()
-        for one in STAGES:
-            one.freeze()
+        program_key()  # a run goes by the sources at its start
     return case, found
 
 

@@ -9,7 +9,6 @@ import re
 import shutil
 import sys
 from collections.abc import Iterable, Mapping
-from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,6 +16,7 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, BaseModel, ConfigDict, FiniteFloat
 
 import impactfem
+from impactfem.stages.inputs import program_key
 from impactfem.system.errors import CONTROL, Fault, InputError
 from impactfem.system.files import atomic, write_json
 from impactfem.system.log import LOGGER
@@ -214,18 +214,6 @@ class Provenance(BaseModel):
     files: dict[InnerName, str]  #: hash of each file that says what all stages found, by its name
 
 
-@cache
-def sources() -> str:
-    """SHA-256 of the sources of the program, which tells states of one version apart.
-
-    They are read once: their changes during a run are not seen.
-    """
-    digest, root = hashlib.sha256(), Path(impactfem.__file__).parent
-    for path in sorted(root.rglob("*.py")):
-        digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
-    return digest.hexdigest()
-
-
 def provenance(**facts: Any) -> dict[str, Any]:
     """Versions of the program and what it stands on, with the facts that a run adds to them."""
     versions = {}
@@ -236,7 +224,7 @@ def provenance(**facts: Any) -> dict[str, Any]:
             versions[name] = "unknown"
     return {
         "impactfem": impactfem.__version__,
-        "sources": sources(),
+        "sources": program_key(),
         "python": platform.python_version(),
         "system": f"{platform.system()} {platform.release()} {platform.machine()}",
         "command": ["impactfem", *sys.argv[1:]],

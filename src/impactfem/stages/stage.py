@@ -9,7 +9,7 @@ from pathlib import Path
 
 from impactfem.case import Case
 from impactfem.stages.check import Check
-from impactfem.stages.inputs import inputs_key, program_key
+from impactfem.stages.inputs import inputs_key
 from impactfem.system.log import Steps
 
 DRAWING = "tables and figures"
@@ -21,8 +21,8 @@ class Stage:
     """One stage of the study.
 
     A finished stage is computed again when its `key` changes: when a section of the case, a file,
-    the program that computes it or a stage that it needs does. Tables and figures are drawn again
-    from its stores when the program that draws them changes, or a published value.
+    the program or a stage that it needs does. Tables and figures are drawn again from its stores
+    when a published value changes.
     """
 
     name: str  #: its name on the command line, and of its folder in `impactfem.stages`
@@ -33,9 +33,6 @@ class Stage:
     steps: Mapping[str, float]  #: its steps and their share of its time; `DRAWING` is the last one
     #: Sections of the case file that it depends on, in addition to those of its needs.
     sections: tuple[str, ...]
-    computed_by: tuple[str, ...]  #: modules of its folder that compute it and write its stores
-    #: Modules that draw its tables and figures: of its folder, or with their package.
-    drawn_by: tuple[str, ...]
     #: Its files by the name under which `open_run` has them; the scalars are in the first.
     stores: Mapping[str, str]
     #: Computes and writes stores; gives the files that it wrote, on rank 0.
@@ -77,16 +74,6 @@ class Stage:
         return tuple(self.label(one) for one in self.cases(case))
 
     @property
-    def modules(self) -> tuple[str, ...]:
-        """Modules that compute it, by their names below the package."""
-        return self._of(self.computed_by)
-
-    @property
-    def drawing_modules(self) -> tuple[str, ...]:
-        """Modules that draw its tables and figures, by their names below the package."""
-        return self._of(self.drawn_by)
-
-    @property
     def store(self) -> str:
         """Its main file, with the scalars."""
         return next(iter(self.stores.values()))
@@ -96,19 +83,11 @@ class Stage:
         digest = hashlib.sha256()
         for one in self.cases(case) or (case,):
             needed = "".join(stage.key(one) for stage in self.needs(one))
-            own = inputs_key(one, self.sections, self.modules, self.files(one))
+            own = inputs_key(one, self.sections, self.files(one))
             digest.update(f"{own}{needed}{self.further(one)}".encode())
         return digest.hexdigest()
 
     def drawing_key(self, case: Case) -> str:
         """Hash of what its tables and figures depend on."""
-        drawn = inputs_key(case, ("published",), self.drawing_modules)
+        drawn = inputs_key(case, ("published",))
         return hashlib.sha256(f"{self.key(case)}{drawn}".encode()).hexdigest()
-
-    def _of(self, modules: tuple[str, ...]) -> tuple[str, ...]:
-        return tuple(m if "." in m else f"stages.{self.name}.{m}" for m in modules)
-
-    def freeze(self) -> None:
-        """Read the sources that it depends on now: a run goes by these from its start."""
-        program_key(self.modules)
-        program_key(self.drawing_modules)

@@ -1,4 +1,4 @@
-"""Folders for what later runs use again: compiled code, fonts, hashes of sources."""
+"""Folders for what later runs use again: compiled code and fonts."""
 
 import os
 import shutil

@@ -47,8 +47,6 @@ CALIBRATE = Stage(
     sections=("damping_cases", "calibration", "wall_impact", "pounding"),
     # The stick before the wall is fitted to the modes of other buildings, too.
     further=lambda case: "".join(stage.key(case.whole) for stage in target_models(case.whole)),
-    computed_by=("compute", "store"),
-    drawn_by=("figures", "tables"),
     stores={"calibrate": "calibrate.nc"},
     compute=_compute,
     draw=lambda case, folder: [

@@ -20,7 +20,6 @@ from impactfem.stages.design.products import (
 )
 from impactfem.stages.device.stage import DEVICE
 from impactfem.stages.ensemble.stage import ENSEMBLE
-from impactfem.stages.inputs import program_key
 from impactfem.stages.pounding.stage import POUNDING, motions_key
 from impactfem.stages.reduce.stage import REDUCE, model_key, models_of_run
 from impactfem.stages.stage import DRAWING, Stage
@@ -43,7 +42,7 @@ def _carried(case: Case) -> int:
 def members_key(case: Case) -> str:
     """Hash of what members depend on in addition to their motions."""
     sections = ("transient", "devices", "device_analysis", "structure")
-    keys = [program_key(DESIGN.modules), motions_key(case, sections), REDUCE.key(case)]
+    keys = [motions_key(case, sections), REDUCE.key(case)]
     # The impact on the wall spreads forces along the edges, whatever the contact laws take of it.
     if CALIBRATE in TRANSIENT.needs(case):
         keys.append(CALIBRATE.key(case))
@@ -182,8 +181,6 @@ DESIGN = Stage(
     },
     sections=(),
     further=lambda case: f"{_carried(case)} members",
-    computed_by=("compute", "store"),
-    drawn_by=("figures", "products"),
     stores={"design": "design.nc"},
     compute=_compute,
     draw=_draw,

@@ -212,8 +212,6 @@ DEVICE = Stage(
         "damping_cases",
     ),
     files=lambda case: transient_files(case.transient) if case.transient is not None else (),
-    computed_by=("compute", "store"),
-    drawn_by=("figures", "tables"),
     stores={"device": "device.nc"},
     compute=_compute,
     draw=lambda case, folder: [

@@ -111,8 +111,6 @@ POUNDING = Stage(
         "spectra",
     ),
     further=_facing,
-    computed_by=("compute", "store"),
-    drawn_by=("figures", "tables", "plot.floor_products"),
     stores={"pounding": "pounding.nc", "motion": "motion.nc", "forces": "forces.nc"},
     compute=_compute,
     draw=_draw,
@@ -136,5 +134,5 @@ def motions_key(case: Case, sections: tuple[str, ...] = ()) -> str:
     rest = tuple(section for section in POUNDING.sections if section != "motions")
     whole = case.whole
     needed = [stage.key(whole) for stage in _needs(whole)]
-    own = inputs_key(case, (*rest, *sections), POUNDING.modules)
+    own = inputs_key(case, (*rest, *sections))
     return "".join([own, *needed, _facing(whole)])

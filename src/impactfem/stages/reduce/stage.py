@@ -74,7 +74,7 @@ def model_key(case: Case) -> str:
     if covered and transient is not None:
         own += transient.model_dump_json(include={"probes"})
     # The matrices are those of the stage building.
-    rest = inputs_key(case, BUILDING.sections, REDUCE.modules, BUILDING.files(case))
+    rest = inputs_key(case, BUILDING.sections, BUILDING.files(case))
     return hashlib.sha256(f"{own}{rest}".encode()).hexdigest()
 
 
@@ -210,8 +210,6 @@ REDUCE = Stage(
     sections=("buildings", "damping"),
     files=_files,
     further=lambda case: f"{model_key(case)}{_wanted(case)}",
-    computed_by=("compute", "store"),
-    drawn_by=(),
     stores={"reduce": "reduce.nc"},
     compute=_compute,
     draw=lambda case, folder: [],

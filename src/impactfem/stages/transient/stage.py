@@ -119,8 +119,6 @@ TRANSIENT = Stage(
     },
     sections=("transient", "structure", "damping"),
     files=lambda case: transient_files(case.transient) if case.transient is not None else (),
-    computed_by=("compute", "store", "prepared", "export"),
-    drawn_by=("figures", "tables"),
     stores={"transient": "transient.nc", "maps": "transient_maps.nc"},
     compute=_compute,
     draw=_draw,
