@@ -32,6 +32,7 @@ from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 from impactfem.system.log import LOGGER
 from impactfem.system.parallel import all_blas_threads
+from impactfem.system.quantity import si
 
 AT_ONCE = 4
 """Block steps between two estimates of the error."""
@@ -144,8 +145,8 @@ class Accuracy:
     """Required accuracy of a basis."""
 
     damping: DampingLaw
-    maximum_frequency: float  #: up to which the transfer functions must be accurate [Hz]
-    tolerance: float  #: their largest relative error at the probes, as of `NestedModels.error`
+    maximum_frequency: float = si("Hz", "end of the band in which transfer functions are accurate")
+    tolerance: float = si("-", "largest relative error at the probes that is allowed")
     #: Remedy if it is not reached, in the words of the case.
     remedy: str = "allow more with transient.largest_basis, or lower transient.maximum_frequency"
 

@@ -61,6 +61,7 @@ from impactfem.system.arrays import Array, Index
 from impactfem.system.files import read_archive, write_archive
 from impactfem.system.log import LOGGER, Steps
 from impactfem.system.memory import give_back
+from impactfem.system.quantity import quantity, results, si
 
 STEPS = "loads", "factor", "basis", "contacts and anchors", "modes", "shapes"
 """Names of the steps of a reduction."""
@@ -170,14 +171,34 @@ class CompleteModel:
         return Φ if self.foundation is None else np.dstack([Φ, R])
 
 
-@dataclass(frozen=True, eq=False)
+@results
 class ReducedBuilding:
     """The reduced model of a building."""
 
     basis: ReducedBasis  #: the Krylov space as accurate as the first accuracy asks, at nodes
     complete: CompleteModel  #: Galerkin's model on all vectors
     fine: NestedModels  #: the whole Krylov space at the probes
-    errors: tuple[float, ...]  #: at each accuracy of its plan, as of `NestedModels.error`
+    errors: tuple[float, ...] = si(
+        "-", "estimated error, by nested models", dims="accuracy", name="error"
+    )
+
+    @property
+    @quantity("", "basis vectors for the first accuracy")
+    def vectors(self) -> int:
+        """Number of vectors of the basis."""
+        return len(self.basis.model.eigenvalue)
+
+    @property
+    @quantity("", "vectors of the largest Krylov basis")
+    def krylov_vectors(self) -> int:
+        """Number of vectors of the whole Krylov space."""
+        return len(self.fine.models[0].eigenvalue)
+
+    @property
+    @quantity("", "basis vectors with those of contacts and anchors")
+    def complete_vectors(self) -> int:
+        """Number of all vectors."""
+        return len(self.complete.eigenvalue)
 
     def serving(self, plan: ReductionPlan) -> tuple[ReducedBuilding | None, str]:
         """Return the reduced building for another plan, or None and the reason.
