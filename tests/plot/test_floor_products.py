@@ -8,7 +8,6 @@ from impactfem.plot.floor_products import read_floor_spectra, write_floor_produc
 from impactfem.spectra import FloorSpectrumSet, Station, broaden, rg_1_122_frequencies
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, with_scalars
 
 # Debian's h5py 3.7 calls what numpy 1.25 deprecates.
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
@@ -51,8 +50,7 @@ def store(path, motions=0, directions="xy", title="a pair", *, turns=False):
     if motions:
         names = np.array([f"seed {k}" for k in range(motions)], dtype=object)
         data = data.assign_coords(motion=("motion", names))
-    scalars = [Scalar("frs.points_per_cycle", 20.0, "-", "upsampled")]
-    write_netcdf(path, with_scalars(data, scalars))
+    write_netcdf(path, data.assign(points_per_cycle=20.0))
     return path
 
 

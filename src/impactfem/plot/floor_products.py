@@ -34,7 +34,7 @@ from impactfem.spectra.statistics import Statistic, statistic_words
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import atomic, write_netcdf
-from impactfem.system.scalar import scalars_of, words
+from impactfem.system.scalar import words
 
 FOLDER = "products"
 FRACTILES = (0.16, 0.5, 0.84)
@@ -188,10 +188,9 @@ def _spectra_of(data: xr.Dataset, prefix: str = "", along: str = "direction") ->
         psa, pfa = psa.expand_dims("motion"), pfa.expand_dims("motion")
     height = data.get("elevation", xr.full_like(data["station_floor"], np.nan, dtype=float))
     method = "pseudo-acceleration of oscillators on the floor, time histories with pounding"
-    scalars = {s.name: s for s in scalars_of(data)} if "result" in data.dims else {}
-    points = scalars.get("frs.points_per_cycle")
-    if points is not None and points.value is not None:
-        method += f", {points.value:.3g} points in a cycle {points.note}"
+    if "points_per_cycle" in data:
+        points = float(data["points_per_cycle"])
+        method += f", {points:.3g} points in a cycle of the highest frequency"
     stations = zip(
         data["station_building"].values, data["station_floor"].values, height.values, strict=True
     )
