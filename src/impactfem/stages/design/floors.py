@@ -41,12 +41,12 @@ NO_POINTS = pd.DataFrame(
 
 
 def read_probes(path: Path) -> xr.Dataset:
-    """Spectra of the probes under the case's own motion in `transient.nc`, and their floors.
+    """Read spectra of the probes under the case's own motion from `transient.nc`, and their floors.
 
-    `psa` and `pfa`, and those of rotations where there are some, with the labels of the store; over
+    `psa` and `pfa`, and those of rotations if there are some, with the labels of the store; over
     `station`, the floors from the lowest, `station_floor`, `elevation` [m] and `centre`, the place
-    of the probe at the mass centre; and `on_floor` over `probe` and `station`. ImpactfemError where
-    the file cannot be read, is no such store, or has no probe at a mass centre.
+    of the probe at the mass centre; and `on_floor` over `probe` and `station`. ImpactfemError: the
+    file cannot be read, is no such store, or has no probe at a mass centre.
     """
     with open_store(path) as store:
         try:
@@ -73,7 +73,7 @@ def read_probes(path: Path) -> xr.Dataset:
 
 
 def probe_points(probes: xr.Dataset) -> pd.DataFrame:
-    """The probes of the floors, each along x, y and z; `point` is the place among all probes."""
+    """List the probes of the floors along x, y and z; `point` is the place among all probes."""
     floor, probe = np.nonzero(probes["on_floor"].values.T)
     return pd.DataFrame(
         {
@@ -86,10 +86,10 @@ def probe_points(probes: xr.Dataset) -> pd.DataFrame:
 
 
 def enveloped(points: pd.DataFrame, values: Array, floors: int, axis: int = 0) -> Array:
-    """Envelope over the points of each floor along each direction.
+    """Envelope values over the points of each floor along each direction.
 
-    Of values that are not negative, with the points along `axis`, whose place is taken by axes of
-    the floors and of x, y, z.
+    The values are not negative, with the points along `axis`, which axes of the floors and of
+    x, y, z replace.
     """
     values = np.moveaxis(values, axis, 0)
     found = np.zeros((floors, 3, *values.shape[1:]))
@@ -98,7 +98,7 @@ def enveloped(points: pd.DataFrame, values: Array, floors: int, axis: int = 0) -
 
 
 def counted(points: pd.DataFrame, floors: int) -> Index:
-    """How many points each floor has along x, y, z, shape (n_floors, 3)."""
+    """Count the points of each floor along x, y, z, shape (n_floors, 3)."""
     places = 3 * points["floor"].to_numpy() + points["component"].to_numpy()
     return np.bincount(places, minlength=3 * floors).reshape(floors, 3)
 

@@ -3,7 +3,7 @@
 Into `products/`: `design_spectra.csv`, `.xlsx` and `.nc` under the case's own motion and
 `design_peaks.csv`; of the floors' rotations `design_rotations.*` and `design_rotation_peaks.csv`;
 with an ensemble that was carried through the 3D model `design_ensemble.csv`
-with its statistics, and a workbook and a store of each of them. Statistics are taken frequency by
+with its statistics, and a workbook and a store of each statistic. Statistics are taken frequency by
 frequency over the envelopes of the members, and broadened afterwards. Into `tables/`: what the
 points of each floor have of the envelope of all its vertices, the vertices that govern, and the
 members of the ensemble.
@@ -55,10 +55,10 @@ UNIT = "m/s2"
 
 
 def share_reached(store: xr.Dataset) -> xr.DataArray:
-    """What the vertices that govern have of the envelope of all vertices, both from the fields.
+    """Compute envelope of the vertices that govern / envelope of all vertices, from the fields [-].
 
-    Parts of the envelopes [-] over `station`, `direction` and `whole_frequency` [Hz], which ends
-    with infinity for the peak acceleration; nan where no vertex governs.
+    Over `station`, `direction` and `whole_frequency` [Hz], which ends with infinity for the peak
+    acceleration; nan if no vertex governs.
     """
     psa, zpa = (
         (store[f"reached_{name}"] / store[f"whole_{name}"]).where(store[f"whole_{name}"] > 0.0, 1.0)
@@ -82,7 +82,7 @@ class DesignProducts:
     statistics: dict[str, DesignFloorSpectra]
 
     def of_stick(self, place: Place) -> tuple[Array, Array] | None:
-        """Frequencies [Hz] and design spectrum [m/s2] as it pounded; None where there is none."""
+        """Frequencies [Hz] and design spectrum [m/s2] of the pounding model; None without one."""
         d, s, x = place
         there = {name: self.store[name].values[k] for name, k in (("station", s), ("direction", x))}
         try:
@@ -108,8 +108,8 @@ def design_products_of(
 ) -> DesignProducts:
     """Make the design spectra from the open `design.nc` and `pounding.nc` of the same case.
 
-    Peaks are broadened by a ratio to either side, or by one down and one up, narrow ones reduced
-    before where `clipping`. ImpactfemError where a store is not usable.
+    Peaks are broadened by a ratio to either side, or by one down and one up; with `clipping`,
+    narrow peaks are reduced before. ImpactfemError: a store is not usable.
     """
     of_sticks, *_ = read_floor_spectra(sticks)
     design = partial(FloorSpectrumSet.design, broadening=broadening, clipping=clipping)
@@ -123,7 +123,7 @@ def design_products_of(
 
 
 def _rotations(store: xr.Dataset) -> FloorSpectrumSet:
-    """The spectra of rotations, of those probes whose nodes' rotations are recorded."""
+    """Read the spectra of rotations, at the probes with recorded rotations."""
     moving = store["rotational_pfa"].max("station").values
     moves = np.flatnonzero(moving > STILL * moving.max())
     return _spectrum_set(
@@ -135,14 +135,14 @@ def _rotations(store: xr.Dataset) -> FloorSpectrumSet:
         motions=("that of the case",),
         method=(
             "pseudo-acceleration of oscillators that turn with the nodes of probes; 3D model of "
-            "shells and beams under ground motion and impact forces, meant up to "
+            "shells and beams under ground motion and impact forces, valid up to "
             f"{store.attrs['maximum_frequency']:g} Hz; envelope of the PROBES ALONE"
         ),
     )
 
 
 def _spectra(store: xr.Dataset, prefix: str, further: tuple[str, ...]) -> FloorSpectrumSet:
-    """The spectra whose variables have a prefix, of the probes and of further points in words."""
+    """Read the spectra whose variables have a prefix, with further points in words."""
     directions, points = names_of(store, "direction"), []
     psa, zpa = store[f"{prefix}psa"].values, store[f"{prefix}zpa"].values
     for probes, counts in zip(probes_of(store), store["vertex_count"].values, strict=True):
@@ -150,7 +150,7 @@ def _spectra(store: xr.Dataset, prefix: str, further: tuple[str, ...]) -> FloorS
         points.append((*probes, *(further if prefix else along)))
     method = (
         "pseudo-acceleration of oscillators at points of the floor; 3D model of shells and beams "
-        f"under ground motion and impact forces, meant up to {store.attrs['maximum_frequency']:g} "
+        f"under ground motion and impact forces, valid up to {store.attrs['maximum_frequency']:g} "
         f"Hz; {enveloped_words(store, members=bool(prefix))}"
     )
     if store.sizes["elsewhere"]:
@@ -177,7 +177,7 @@ def probes_of(store: xr.Dataset, flags: str = "station_probes") -> list[tuple[st
 def _spectrum_set(
     store: xr.Dataset, points: Sequence[tuple[str, ...]], **spectra: Any
 ) -> FloorSpectrumSet:
-    """Spectra at the floors of the store, and the points of each."""
+    """Make spectra at the floors of the store, with the points of each."""
     building, floors = str(store.attrs["building"]), store["station_floor"].values
     of_floors = zip(floors, points, store["elevation"].values, strict=True)
     return FloorSpectrumSet(
@@ -190,7 +190,7 @@ def _spectrum_set(
 
 
 def enveloped_words(store: xr.Dataset, *, members: bool) -> str:
-    """What is enveloped on each floor, in words: under the case's motion, or those of members."""
+    """Describe the envelope of each floor, under the case's motion or those of members."""
     if not store["vertex_count"].any():
         return ALONE
     if members:
@@ -212,9 +212,9 @@ def _vertices(count: int) -> str:
 
 
 def write_design_products(folder: Path, products: DesignProducts) -> list[Path]:
-    """Write tables, workbooks and stores into a run's folder; gives the files.
+    """Write tables, workbooks and stores into a run's folder; return the files.
 
-    ImpactfemError where a file cannot be written.
+    ImpactfemError: a file cannot be written.
     """
     target, others, store = folder / FOLDER, folder / "tables", products.store
     for one in (target, others):
@@ -313,7 +313,7 @@ def _curve_table(
 
 
 def _inside(curve: tuple[Array, Array] | None, wanted: Array) -> Array:
-    """A spectrum at the frequencies of another list; nan outside its own, and where it is None."""
+    """Interpolate a spectrum at other frequencies; nan outside of its own, and for None."""
     found = np.full(wanted.size, np.nan)
     if curve is not None:
         frequency, values = curve
@@ -323,7 +323,7 @@ def _inside(curve: tuple[Array, Array] | None, wanted: Array) -> Array:
 
 
 def coverage_table(products: DesignProducts) -> Table:
-    """Of each floor and direction, what its points have of the envelope of all its vertices."""
+    """Compare the points of each floor with the envelope of all its vertices, by direction."""
     store, share = products.store, share_reached(products.store)
     rows: list[tuple[Cell, ...]] = []
     for labels, place in labelled(products.case):
@@ -358,7 +358,7 @@ def coverage_table(products: DesignProducts) -> Table:
 
 
 def vertex_table(products: DesignProducts) -> Table:
-    """The vertices that govern: where they are, and where they are the largest."""
+    """List the vertices that govern, with places and parts of the frequencies."""
     store, stations = products.store, products.case.source.stations
     first = store.sizes["point"] - store.sizes["vertex"]
     rows: list[tuple[Cell, ...]] = []
@@ -381,7 +381,7 @@ def vertex_table(products: DesignProducts) -> Table:
 
 
 def member_table(store: xr.Dataset) -> Table:
-    """Each member: largest impact force, peaks of the floors' spectra, forces on the anchors."""
+    """List the members: largest impact force, spectral peaks of floors, forces on anchors."""
     axis = str(store.attrs["shown_direction"])
     psa = store["member_psa"].isel(damping=0).sel(direction=axis).max("frequency").values
     force = largest_impact(store["member_impact_force"].values)

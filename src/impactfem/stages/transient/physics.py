@@ -23,8 +23,8 @@ back to a free edge is up to twice as large."""
 NOTHING = 0.01
 """Part of the largest acceleration of all that counts as none."""
 LATEST = 1.5
-"""Crossings by hand after its peak at the first point up to which a wave is looked for: in the near
-half of the line, until its reflection comes back."""
+"""End of the search for a wave, in crossings (closed form) after its peak at the first point: its
+reflection then returns to the near half of the line."""
 FINER = 20
 """Steps of the interpolated histories in one of the response."""
 QUIET_STEPS = 6
@@ -38,11 +38,11 @@ RESOLUTION = 0.5
 
 
 def far_highest_below(near: Array, far: Array, frequency: Array) -> float | None:
-    """The frequency at which the spectrum near the impact overtakes that far from it [Hz].
+    """Find the frequency above which the spectrum near the impact exceeds that far from it [Hz].
 
-    Upwards from the frequency at which the far one is ahead the most, linear in log f between two
-    frequencies; the highest frequency where it is never overtaken, None when the far one is nowhere
-    higher. Of both halves of the line it takes the envelopes, shape (n_f,).
+    Upwards from the largest ratio far / near, linear in log f between two frequencies; the highest
+    frequency if the near one never exceeds the far one, None if the far one is nowhere higher.
+    Both are envelopes of a half of the line, shape (n_f,).
     """
     ahead = np.log(far / near)
     most = int(np.argmax(ahead))
@@ -55,9 +55,9 @@ def far_highest_below(near: Array, far: Array, frequency: Array) -> float | None
 
 
 def longest_above(first: Array, second: Array, frequency: Array) -> tuple[float, float] | None:
-    """The widest interval, in octaves, in which the first spectrum is above the second [Hz].
+    """Find the widest interval, in octaves, in which the first spectrum exceeds the second [Hz].
 
-    Its ends are linear in log f between two frequencies; None when it is nowhere above.
+    Its ends are linear in log f between two frequencies; None if there is no such interval.
     """
     ahead = np.log(first / second)
     above = np.concatenate([[False], ahead > 0.0, [False]])
@@ -72,7 +72,7 @@ def longest_above(first: Array, second: Array, frequency: Array) -> tuple[float,
 
 
 def _zero(frequency: Array, values: Array, k: int) -> float:
-    """Where values change their sign between k and k + 1, linear in log f."""
+    """Find the zero of values between k and k + 1, linear in log f [Hz]."""
     a, b = values[k], values[k + 1]
     share = a / (a - b) if a != b else 0.0
     return float(frequency[k] * (frequency[k + 1] / frequency[k]) ** share)
@@ -80,7 +80,7 @@ def _zero(frequency: Array, values: Array, k: int) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Arrivals:
-    """When the wave of an impact arrives at points, nan where nothing does."""
+    """Arrival times of the wave of an impact at points; nan without an arrival."""
 
     peak: Array  #: of its peak, shape (n_points,) [s]
     half: Array  #: of half of its peak, before it, shape (n_points,) [s]
@@ -93,22 +93,21 @@ def arrivals(
     impact: tuple[float, float],
     crossing: float | None = None,
 ) -> Arrivals:
-    """When the wave of an impact arrives at points, by its peak and by half of it.
+    """Find the arrival times of the wave of an impact at points, by its peak and by half of it.
 
-    Read from histories that are made finer by band-limited interpolation, as the acceleration along
-    the push beyond its value shortly before the impact. The peak is the first one that comes near
-    the largest in the window: a later one is that of a reflection. The window ends when the impact
-    has been over for as long as it lasted; at the points after the first one it ends one and a half
-    crossings after the peak there, where the speed is known by hand. The foot of the wave says
-    nothing of its speed: damping that grows with the frequency has no front, and resampled forces
-    push before an impact.
+    The histories are refined by band-limited interpolation: acceleration along the push, minus its
+    value shortly before the impact. The peak is the first one near the largest in the window; later
+    ones are reflections. The window ends after twice the duration of the impact; at the points
+    after the first one, one and a half crossings after the peak there, if the speed is known in
+    closed form. The foot of the wave does not show its speed: damping that grows with the frequency
+    has no front, and resampled forces push before an impact.
 
     Args:
         time: Equidistant, shape (n_t,) [s].
         acceleration: Shape (n_points, n_t) [m/s2].
         sense: 1 or −1, the sense in which the impact pushes.
         impact: Its start and end [s].
-        crossing: By hand, of a wave from the first point to the last [s]; None if not known.
+        crossing: Of a wave from the first point to the last, closed form [s]; None if not known.
     """
     step = float(time[1] - time[0])
     start = int(np.searchsorted(time, impact[0] - 1e-9 * step))
@@ -137,7 +136,7 @@ def arrivals(
 
 
 def crossing_time(distance: Array, arrival: Array) -> float | None:
-    """The time a wave takes from the first point of a line to the last [s].
+    """Compute the time a wave takes from the first point of a line to the last [s].
 
     The length of the line times the slope of the straight line through the arrivals, by least
     squares; nan is no arrival. None with fewer than two, or when they do not come later farther
@@ -153,7 +152,7 @@ def crossing_time(distance: Array, arrival: Array) -> float | None:
 
 
 def line_arrivals(response: xr.Dataset) -> Arrivals | None:
-    """Arrivals of the main impact's wave along the line; None where there is no such wave."""
+    """Find the arrivals of the wave of the main impact along the line; None without such a wave."""
     impact, sense = main_impact(response), inward(response)
     if impact is None or sense == 0.0:
         return None
@@ -173,7 +172,7 @@ class ForceSpectra:
 
 
 def power_spectrum(record: Array, time_step: float) -> tuple[Array, Array]:
-    """One-sided power spectral density by Welch's method, Hann windows that overlap by half.
+    """Compute the one-sided power spectral density by Welch's method, Hann windows, half overlap.
 
     Of records of shape (..., n): frequencies [Hz] and densities [their unit squared per Hz].
     """
@@ -188,7 +187,7 @@ def power_spectrum(record: Array, time_step: float) -> tuple[Array, Array]:
 
 
 def force_spectra(force: Array, time_step: float) -> ForceSpectra:
-    """Spectra of the main impact of each force, alone and over the same duration.
+    """Compute spectra of the main impact of each force, alone and over the same duration.
 
     S(f) = 2 |Δt Σ_n F_n e^(−2πi f n Δt)|² / T, with the duration T for which the longest of the
     impacts presses: so the densities of the forces, shape (n_t, n_forces) [N], can be compared. The

@@ -1,4 +1,4 @@
-"""What figures, tables and checks select from `transient.nc` and `pounding.nc`."""
+"""Selections from `transient.nc` and `pounding.nc` for figures, tables and checks."""
 
 import math
 
@@ -11,10 +11,10 @@ from impactfem.system.arrays import Array
 
 
 def shown(store: xr.Dataset) -> xr.Dataset:
-    """The store along the direction that is shown, at the first damping of its spectra.
+    """Select the shown direction and the first damping of the spectra.
 
     Loads are in the order of their floors. The probes of the line have their `distance` d from the
-    impact edge [m], the others nan; `ends` is that of the direction.
+    impact edge [m], the others nan; `ends` belongs to this direction.
     """
     response = store.sel(component=str(store.attrs["shown_direction"])).isel(damping=0)
     for loads in ("edge_floor", "transfer_load_floor"):
@@ -30,32 +30,32 @@ def shown(store: xr.Dataset) -> xr.Dataset:
 
 
 def of_kind(store: xr.Dataset, kind: str) -> xr.Dataset:
-    """The probes of a kind: "centre" and "edge" by floor, "line" from the edge, "point"."""
+    """Select the probes of a kind: "centre" and "edge" by floor, "line" from the edge, "point"."""
     return store.isel(probe=(store["probe_kind"] == kind).values)
 
 
 def at_floor(store: xr.Dataset, kind: str, floor: int) -> xr.Dataset:
-    """The mass centre of a floor ("centre"), or the middle of its impact edge ("edge").
+    """Select the mass centre of a floor ("centre"), or the middle of its impact edge ("edge").
 
-    An IndexError where there is no such probe.
+    IndexError: the store has no such probe.
     """
     probes = of_kind(store, kind)
     return probes.isel(probe=(probes["probe_floor"] == floor).values).isel(probe=0)
 
 
 def floors_of(store: xr.Dataset, kind: str) -> list[int]:
-    """Numbers of the floors with a probe of a kind, from the lowest."""
+    """Return the numbers of the floors with a probe of a kind, from the lowest."""
     return [int(floor) for floor in of_kind(store, kind)["probe_floor"].values]
 
 
 def struck(response: xr.Dataset) -> xr.Dataset:
-    """The sides that are struck, with the forces of contact alone."""
+    """Select the sides with contact forces."""
     hit = (response["impact_force"] != 0.0).any("time")
     return response.isel(edge=hit.values)
 
 
 def main_side(response: xr.Dataset) -> xr.Dataset:
-    """The floors that are struck on the side with the largest force, from the lowest, if any."""
+    """Select the struck floors on the side with the largest force, from the lowest."""
     response = struck(response)
     if not response.sizes["edge"]:
         return response
@@ -65,12 +65,12 @@ def main_side(response: xr.Dataset) -> xr.Dataset:
 
 
 def wave_floor(store: xr.Dataset) -> int:
-    """Number of the floor with the line: the highest that may be struck."""
+    """Return the number of the floor with the line: the highest that may be struck."""
     return int(store.attrs["wave_floor"])
 
 
 def known(store: xr.Dataset) -> xr.Dataset:
-    """The store at the frequencies of the spectra for which the 3D model is meant."""
+    """Select the frequencies of spectra for which the 3D model is valid."""
     highest = float(store.attrs["maximum_frequency"])
     return store.sel(frequency=slice(None, highest * (1.0 + 1e-9)))
 
@@ -82,13 +82,13 @@ def resolved(store: xr.Dataset) -> xr.Dataset:
 
 
 def main_impact(store: xr.Dataset) -> tuple[float, float] | None:
-    """Start and end of the impact with the largest force [s]; None without an impact."""
+    """Return start and end of the impact with the largest force [s]; None without an impact."""
     both = np.atleast_1d(store.attrs["main_impact"])
     return (float(both[0]), float(both[1])) if both.size == 2 else None
 
 
 def inward(response: xr.Dataset) -> float:
-    """1 or −1: the sense of the shown direction from the impact edge; 0 when it is across."""
+    """Return the sense of the shown direction from the impact edge, 1 or −1; 0 if it is across."""
     position = of_kind(response, "line")["probe_position"].isel(probe=slice(None, None, -1))
     if position.sizes["probe"] < 2:
         return 0.0
@@ -98,31 +98,30 @@ def inward(response: xr.Dataset) -> float:
 
 
 def line_ends(response: xr.Dataset) -> Array:
-    """Both ends of the line across a floor in plan, from the impact edge, shape (2, 2) [m]."""
+    """Return both ends of the line in plan, from the impact edge, shape (2, 2) [m]."""
     ends = of_kind(response, "line")["probe_position"].isel(probe=[0, -1])
     return ends.sel(xyz=["x", "y"]).transpose("probe", "xyz").values
 
 
 def shown_line(response: xr.Dataset) -> xr.Dataset:
-    """Every other probe of the line, its ends among them: as many as curves can be told apart."""
+    """Select at most five probes of the line, its ends included: curves stay distinguishable."""
     line = of_kind(response, "line")
     last = line.sizes["probe"] - 1
     return line.isel(probe=np.unique(np.rint(np.linspace(0.0, last, min(5, last + 1))).astype(int)))
 
 
 def between(store: xr.Dataset) -> xr.DataArray:
-    """Peak acceleration between the samples, of the histories as the oscillators saw them.
+    """Peak acceleration between the samples (interpolated histories) over that at the samples [-].
 
-    Over that at the samples, by probe and component [-]; nan where a point is at rest, or all are
-    beside what moves along other axes.
+    By probe and component; nan for points and directions at rest.
     """
     return _moving(store, store["pfa_interpolated"], store["pfa"])
 
 
 def ends(store: xr.Dataset) -> xr.DataArray:
-    """PSa at the highest known frequency, over the peak acceleration that it tends to.
+    """Ordinate at the highest valid frequency over the peak acceleration, its limit [-].
 
-    By probe and component [-]; nan where a point is at rest, as in `between`.
+    By probe and component; nan as in `between`.
     """
     last = known(store)["psa"].isel(damping=0, frequency=-1)
     return _moving(store, last, store["pfa_interpolated"])
@@ -135,7 +134,7 @@ def _moving(store: xr.Dataset, values: xr.DataArray, over: xr.DataArray) -> xr.D
 
 
 def transfer(response: xr.Dataset, floor: int) -> tuple[xr.DataArray, xr.DataArray]:
-    """|acceleration / force| over the load on a floor, and the rigorous bound on its error [1/kg].
+    """Return |acceleration / force| for the load on a floor, and the bound on its error [1/kg].
 
     By frequency and probe.
     """
@@ -146,7 +145,7 @@ def transfer(response: xr.Dataset, floor: int) -> tuple[xr.DataArray, xr.DataArr
 
 
 def beside_note(store: xr.Dataset) -> str:
-    """How forces off the middles of their sides are spread, as the end of a caption, or ""."""
+    """Return the spread of eccentric forces along their sides, as the end of a caption, or ""."""
     moment = abs(store["edge_moment"]).max("time")
     if not (moment > 0.0).any():
         return ""
@@ -166,7 +165,7 @@ def beside_note(store: xr.Dataset) -> str:
 
 
 def forces_note(store: xr.Dataset) -> str:
-    """Why a floor moves before it is hit, as the end of a caption; "" without an impact."""
+    """Return the cause of motion before the impact, as the end of a caption; "" without impact."""
     if main_impact(store) is None:
         return ""
     return (
@@ -175,9 +174,9 @@ def forces_note(store: xr.Dataset) -> str:
 
 
 def plates_note(response: xr.Dataset) -> str:
-    """Where base plates of devices are tied to the floor with the line, as the end of a caption.
+    """Return the places of base plates on the floor with the line, as the end of a caption, or "".
 
-    The nodes of each are one rigid body: fields over the floor are flat there. "" without any.
+    The nodes of each are one rigid body: fields over the floor are flat there.
     """
     if "base_plate" not in response.dims:
         return ""
@@ -199,17 +198,17 @@ def plates_note(response: xr.Dataset) -> str:
 
 
 def pounded(sticks: xr.Dataset, response: xr.Dataset) -> str:
-    """What pounded: "sticks", or of a building in 3D its model at the steps of the pounding."""
+    """Name the model that pounds: "sticks", or the 3D model with its time step."""
     if sticks["building_model"].sel(building=response.attrs["building"]).item() == "stick":
         return "sticks"
     return f"pounding, steps of {1e3 * time_step(sticks):.3g} ms"
 
 
 def of_pounding(sticks: xr.Dataset, name: str, response: xr.Dataset) -> xr.DataArray | None:
-    """A history, or a spectrum at its first damping, as it pounded, at the floor with the line.
+    """Select a history, or a spectrum at its first damping, of the pounding model.
 
-    Along the shown direction, a displacement relative to the ground under the building; None where
-    what pounded has no such floor, or does not move along it.
+    At the floor with the line, along the shown direction; displacements are relative to the ground
+    under the building. None if the pounding model lacks the floor or the direction.
     """
     axis = "direction" if "direction" in sticks[name].dims else "component"
     direction = response["component"].item()
