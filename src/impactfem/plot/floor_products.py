@@ -131,7 +131,7 @@ def floor_figures(folder: Path, design: DesignFloorSpectra, name: str) -> list[P
         )
         # The slope of a slab at a struck edge is many times that of other floors.
         if turned:
-            caption += " Each floor has a scale of its own."
+            caption += " Scales of the floors differ."
         page = floor_page(f"{name}_{building}", caption, panels, unit=source.unit, alike=not turned)
         files.append(page.write(folder))
     return files

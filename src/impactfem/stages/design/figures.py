@@ -48,10 +48,10 @@ def _case_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
     design = products.case
     caption = (
         f"under the case's motion: envelope of {_points(products)} of each floor of the 3D model "
-        "as computed and for design, beside that of all vertices of the floor, without samples "
-        "between, and the design spectrum of the mass centre in the pounding, where there is one; "
-        f"{design.broadening_text}. Dotted: zero-period acceleration. Each floor "
-        "has a scale of its own."
+        "as computed and for design; of all vertices of the floor, without samples between; design "
+        "spectrum of the mass centre in the pounding, if computed; "
+        f"{design.broadening_text}. Dotted: zero-period acceleration. Scales of "
+        "the floors differ."
     )
     floors = []
     for s in range(len(design.source.stations)):
@@ -77,9 +77,9 @@ def _ensemble_page(
     design = products.case
     caption = (
         f"over {len(members.motions)} motions, envelope of {_points(products)} of each floor of "
-        "the 3D model: design spectra of the mean and of the 84 % fractiles, beside that of the "
+        "the 3D model: design spectra of the mean, of the 84 % fractiles and of the "
         f"case's own motion; {design.broadening_text}. Grey: the members as computed. "
-        "Each floor has a scale of its own."
+        "Scales of the floors differ."
     )
     floors = []
     for s in range(len(design.source.stations)):
