@@ -142,13 +142,13 @@ TRANSIENTS = [
     ('"10 s"', '"0 s"', "duration", "greater_than 0"),
     ('"1 ms"', '"5.001 s"', "time_step", "step_within 10 s"),
     ("[8, 6, 7]", "[8, 6, 8]", "floors", "once"),
-    ("[8, 6, 7]", "[8, 9, 12]", "floors", "of_transient"),
-    ('"-2 m"', '"-23.2 m"', "eccentricity", "of_transient 23.1 m"),
+    ("[8, 6, 7]", "[8, 9, 12]", "floors", "transient_points"),
+    ('"-2 m"', '"-23.2 m"', "eccentricity", "transient_points 23.1 m"),
     ('["psa"]', '["psa", "psa"]', "fields", "once"),
     ('"20 Hz"]', '"10 Hz"]', "field_frequencies", "ascending"),
     ('["10 Hz", "20 Hz"]', "[]", "field_frequencies", "of_the_maps"),
     ('"both"', '"full"', "export", "all_nodes_known"),
-    ('"1 s"', '"10 s"', "export_start", "of_transient 10 s"),
+    ('"1 s"', '"10 s"', "export_start", "transient_times 10 s"),
     ('"5 ms"', '"0.5 ms"', "export_step", "a_step_or_more 0.001 s"),
     ('shift = "50 Hz"', 'shft = "50 Hz"', "shft", "extra_forbidden 'shift'"),
 ]  # fmt: skip
@@ -159,8 +159,8 @@ OF_POINT = [
     ('name = "corner"', 'name = "corner"\ngroup = "edge_8"', "group", "one_way"),
     ('name = "corner"', 'name = "corner"\ncount = 3', "count",
      "of_line"),
-    ('"15.6 m"', '"80 m"', "point", "of_transient"),
-    ('"3030 cm"', '"-2 m"', "point", "of_transient"),
+    ('"15.6 m"', '"80 m"', "point", "transient_points"),
+    ('"3030 cm"', '"-2 m"', "point", "transient_points"),
 ]  # fmt: skip
 
 OF_LINE = [
@@ -174,12 +174,12 @@ OF_LINE = [
     ("from", "frm", "frm", "extra_forbidden 'from'", "transient.probes[0].to"),
     ('["8 m", "1 m", "7 m"]', '["0 m", "100 cm", "3 m"]', "to", "away_from_start"),
     ("count = 5\n", "", "count", "of_line"),
-    ('["8 m", "1 m", "7 m"]', '["80 m", "1 m", "7 m"]', "to", "of_transient"),
+    ('["8 m", "1 m", "7 m"]', '["80 m", "1 m", "7 m"]', "to", "transient_points"),
 ]  # fmt: skip
 
 OF_GROUP = [
-    ("edge_8", "edge_9", "group", "of_transient"),
-    ("edge_8", "floor_10_parapet", "group", "of_transient"),
+    ("edge_8", "edge_9", "group", "transient_points"),
+    ("edge_8", "floor_10_parapet", "group", "transient_points"),
 ]  # fmt: skip
 
 PLACE = 'offset = ["0 m", "7.8 m", "0 m"]'

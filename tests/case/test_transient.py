@@ -96,24 +96,24 @@ def test_with_a_structure_at_fault(structured):
         (TRANSIENT, "16.79 s", None),
         (f'{TRANSIENT}duration = "16.79 s"\n', "16.79 s", None),
         (f'{TRANSIENT}duration = "16.8 s"\n', "16.79 s",
-         ("duration", "of_transient 16.79 s")),
+         ("duration", "transient_times 16.79 s")),
         # Forces of another program may last longer than the sticks are computed.
         (f'{TRANSIENT}duration = "20 s"\nforces = "others.nc"\n', "16.79 s", None),
         (f'{TRANSIENT.replace("1 ms", "0.2 s")}forces = "others.nc"\n', "0.39 s", None),
         # That of the longest motion, where the sticks have none of their own.
         (f'{TRANSIENT}duration = "16.8 s"\n', None,
-         ("duration", "of_transient 16.79 s")),
+         ("duration", "transient_times 16.79 s")),
         (TRANSIENT.replace("1 ms", "0.2 s"), "0.4 s", None),
         (f'{TRANSIENT}export_start = "17 s"\n', "16.79 s", None),
         (f'{TRANSIENT}compression = "negative"\nforces = "others.nc"\n', "16.79 s", None),
         (f'{TRANSIENT}compression = "negative"\n', "16.79 s",
          ("compression", "of_given_forces")),
         (f'{TRANSIENT}export = true\nexport_start = "16.79 s"\n', "16.79 s",
-         ("export_start", "of_transient 16.79 s")),
+         ("export_start", "transient_times 16.79 s")),
         (f'{TRANSIENT}export = true\nexport_start = "17 s"\nforces = "others.nc"\n', "16.79 s",
          None),
         (TRANSIENT.replace("1 ms", "0.2 s"), "0.39 s",
-         ("time_step", "of_transient 0.39 s")),
+         ("time_step", "transient_times 0.39 s")),
     ],
 )  # fmt: skip
 def test_against_what_is_computed_of_the_sticks(structured, section, pounding, fault):

@@ -116,8 +116,6 @@ def misalignments(contact: Contact, case: Case) -> Iterator[Misalignment]:
         _End(side, point, case.building(point.building))
         for side, (point, _) in zip("ab", contact.ends, strict=False)
     ]
-    if not all(end.building.floors for end in ends):
-        return  # their table has faults
     x, y, z = contact.normal
     flat = math.hypot(x, y)
     directions: list[tuple[str, Vector]] = [("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0))]

@@ -305,7 +305,7 @@ def _of_soil(case: Case, reading: Reading) -> Iterator[Finding]:
                 key = "radius" if soil.raft.radius is not None else what
                 expected = f"expected a raft as large as the building, {size:g} m in {what}"
                 yield (*place, "raft", key), expected
-        if isinstance(soil, TableSoil) and soil.file:
+        if isinstance(soil, TableSoil):
             low, high = BAND[0], min(case.spectra.frequency_values[-1], BAND[1])
             first, last = max(f[0] for f, *_ in soil.curves), min(f[-1] for f, *_ in soil.curves)
             if first > low * (1.0 + 1e-9) or last < high * (1.0 - 1e-9):
@@ -442,8 +442,8 @@ def _of_devices(case: Case, reading: Reading) -> Iterator[Finding]:
         yield ("device_analysis", "envelope_dampings"), expected
 
 
-def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
-    """Times and points of the response that contradict the sticks and the 3D models."""
+def _transient_times(case: Case, reading: Reading) -> Iterator[Finding]:
+    """Times of the response that contradict those of the pounding."""
     transient = case.transient
     if transient is None:
         return
@@ -467,7 +467,10 @@ def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
     lasting, start = transient.duration or computed, transient.export_start
     if transient.export and start is not None and lasting is not None and start >= lasting:
         yield ("transient", "export_start"), f"expected less than what is computed, {lasting:g} s"
-    # Each of the 3D models.
+
+
+def _transient_points(case: Case, reading: Reading) -> Iterator[Finding]:
+    """Floors and probes of the response that the 3D models do not have."""
     for view in case.views:
         transient, structure = view.transient, view.structure
         if transient is None or structure is None:
@@ -476,7 +479,7 @@ def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
         levels = (building.base, *building.elevations)
         of = building.name if case.further_structures else "the building"
         numbers = [floor.floor for floor in building.floors]
-        absent = [str(k) for k in transient.floors or () if numbers and k not in numbers]
+        absent = [str(k) for k in transient.floors or () if k not in numbers]
         if absent:
             expected = (
                 f"no floor {', '.join(absent)} in {building.name}; expected some of {numbers}"
@@ -484,8 +487,8 @@ def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
             yield ("transient", "floors"), expected
         for index, probe in view.numbered_probes:
             level = re.search("_([1-9][0-9]*)", probe.group or "")
-            if level is not None and 0 < len(levels) - 1 < int(level[1]):
-                expected = f"expected a number of 1 to {len(levels) - 1}, the floors of {of}"
+            if level is not None and int(level[1]) > len(numbers):
+                expected = f"expected a number of 1 to {len(numbers)}, the floors of {of}"
                 yield ("transient", "probes", index, "group"), expected
         if not isinstance(mesh, GeneratedMesh):
             continue
@@ -493,8 +496,6 @@ def _of_transient(case: Case, reading: Reading) -> Iterator[Finding]:
         if abs(transient.eccentricity) > edge / 2.0:
             expected = f"expected a distance within the edge, {edge / 2.0:g} m to either side"
             yield ("transient", "eccentricity"), expected
-        if len(levels) == 1:
-            continue
         # Probes away from the box around the building, whose nodes are not known yet, by more than
         # the stage may take the nearest node for the point.
         top = levels[-1] + (0.0 if mesh.parapet is None else mesh.parapet.height)
@@ -523,6 +524,7 @@ CHECKS = (
     _of_alignment,
     _of_motions,
     _of_devices,
-    _of_transient,
+    _transient_times,
+    _transient_points,
 )
 """Checks of the valid sections of a case."""

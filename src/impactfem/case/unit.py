@@ -61,11 +61,10 @@ KINDS = {
 """Kinds of quantity by the SI unit that all their values have inside the program."""
 
 SPELLED = (
-    *("Pa", "kPa", "MPa", "GPa", "N", "kN", "MN", "GN", "daN", "m", "mm", "cm", "dm", "km", "kg"),
-    *("g", "t", "kt", "s", "ms", "min", "h", "sec", "Hz", "kHz", "MHz", "J", "kJ", "MJ", "rad"),
-    *("deg", "kgf", "tf", "lb", "lbf", "kip", "kips", "psi", "ksi", "psf", "ksf", "pcf"),
-    *("ft", "in"),
-)
+    "Pa", "kPa", "MPa", "GPa", "N", "kN", "MN", "GN", "daN", "m", "mm", "cm", "dm", "km", "kg",
+    "g", "t", "kt", "s", "ms", "min", "h", "sec", "Hz", "kHz", "MHz", "J", "kJ", "MJ", "rad",
+    "deg", "kgf", "tf", "lb", "lbf", "kip", "kips", "psi", "ksi", "psf", "ksf", "pcf", "ft", "in",
+)  # fmt: skip
 """Units as they are spelled, of which another spelling may be meant: ``Gpa``, ``KN``."""
 
 _TON_FORCE = "'tf' (1000 kgf), or 'kip' (a US ton is 2 kip)"

@@ -10,9 +10,9 @@ from impactfem.case.source import Source
 from impactfem.system.errors import Fault
 
 OF_REDUCED = (
-    *("tolerance", "shift", "largest_basis", "band", "fields", "field_frequencies", "snapshots"),
+    "tolerance", "shift", "largest_basis", "band", "fields", "field_frequencies", "snapshots",
     "maximum_frequency",
-)
+)  # fmt: skip
 """Keys of [transient] that only the reduced solver uses."""
 OF_EXPORT = ("export_nodes", "export_start", "export_duration", "export_step")
 """Keys of [transient] that only an export uses."""
