@@ -32,7 +32,7 @@ from impactfem.system.parallel import (
     size,
     warn_of_separate_tasks,
 )
-from impactfem.system.stop import advise, signals_answered
+from impactfem.system.stop import advised, signals_answered
 
 RUN_CODES = "0 done, 1 a computation failed, 2 invalid input, 128 + n stopped by signal n."
 app = typer.Typer(
@@ -198,17 +198,17 @@ def sweep(
     """
     from impactfem import study
 
-    advise("run again to go on")
-    result = study.sweep(
-        case,
-        settings or (),
-        variants=variants,
-        stage=stage,
-        out=out,
-        show=[name.strip() for name in show.split(",") if name.strip()],
-        draw=not no_figures,
-        processes=processes,
-    )
+    with advised("run again to go on"):
+        result = study.sweep(
+            case,
+            settings or (),
+            variants=variants,
+            stage=stage,
+            out=out,
+            show=[name.strip() for name in show.split(",") if name.strip()],
+            draw=not no_figures,
+            processes=processes,
+        )
     if rank() == 0:
         for text in result.table.texts(result.shown, PIPE_WIDTH):
             _say(text)
@@ -236,8 +236,8 @@ def fit(
     """
     from impactfem import study
 
-    advise("run again to go on")
-    result = study.fit(case, targets, out=out, processes=processes)
+    with advised("run again to go on"):
+        result = study.fit(case, targets, out=out, processes=processes)
     if result is not None:
         for table in result.tables:
             _say(table.as_text(PIPE_WIDTH))

@@ -52,7 +52,7 @@ def verdict(file: Path, warnings: Sequence[str]) -> str:
 @contextmanager
 def judged(file: Path) -> Iterator[list[str]]:
     """Yield the warnings of a check; its errors end with the verdict on the file."""
-    with log.counted_warnings() as warnings:
+    with log.collected_warnings() as warnings:
         try:
             yield warnings
         except InputError as error:

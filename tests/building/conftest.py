@@ -17,7 +17,7 @@ from impactfem.building.parts import BuildingParts, floor_masses
 from impactfem.building.read_mesh import assemble, read_mesh, read_raw
 from impactfem.building.section import BeamSection, Material, Materials, Sections, ShellSection
 from impactfem.system.arrays import Array
-from impactfem.system.own_process import in_own_process
+from impactfem.system.executor import in_own_process
 from impactfem.verify.shells import ROTATION
 
 FRAME = Path(__file__).parents[2] / "geometry" / "frame.msh"

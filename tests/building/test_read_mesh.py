@@ -18,7 +18,7 @@ from impactfem.building.read_mesh import (
     read_raw,
 )
 from impactfem.system.errors import ImpactfemError, InputError
-from impactfem.system.own_process import in_own_process
+from impactfem.system.executor import in_own_process
 
 KINDS = {"Point": 15, "Line 3": 8, "Triangle 6": 9}
 

@@ -13,7 +13,7 @@ import pytest
 
 from impactfem.run.check import checked
 from impactfem.system.errors import InputError
-from impactfem.system.log import in_file_only
+from impactfem.system.log import collected_warnings
 
 from .mutation import outcome
 
@@ -248,7 +248,7 @@ def verdict_of(attack, folder):
             said.extend(map(str, error.faults))
             raise
 
-    with in_file_only() as warnings:
+    with collected_warnings("progress") as warnings:
         found = outcome(check, folder, InputError)
     warned = sorted(line for line in warnings if line.startswith("warning: "))
     verdict = "warned" if found == "good" and warned else {"good": "accepted"}.get(found, found)

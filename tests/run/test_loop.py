@@ -4,7 +4,6 @@ import json
 import math
 import multiprocessing
 import shutil
-import signal
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +18,6 @@ from impactfem.run.loop import run, write_summary
 from impactfem.stages.manifest import read_manifest
 from impactfem.system.errors import SolutionError
 from impactfem.system.files import write_netcdf
-from impactfem.system.own_process import OwnProcessError
 from impactfem.system.scalar import Scalar, scalars_of, values_of, with_scalars
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
@@ -61,45 +59,38 @@ def test_results_alone(finished, edited, tmp_path):
     assert again.scalars == other.scalars and (folder / "report.html").is_file()
 
 
-def test_drawn_while_others_compute(finished, tmp_path, monkeypatch, caplog):
-    """In a process of its own, with the same outcome; an error of it stops the run at its end."""
+@pytest.fixture
+def two_cores(monkeypatch):
+    """A second process in a run of any length."""
     monkeypatch.setattr(loop, "LONG", 0.0)
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
-    apart, own = [], loop.in_own_process
-    monkeypatch.setattr(
-        loop, "in_own_process", lambda f, name, *a: apart.append(name) or own(f, name, *a)
-    )
+
+
+def test_drawn_in_a_second_process(finished, tmp_path, two_cores, monkeypatch):
+    """The drawings are those of one process; an error of them stops the run at its end."""
     found = run(finished.case, out=tmp_path / "run")
-    assert apart == ["pounding"] and "pounding: tables and figures" in found.times
+    assert "pounding: tables and figures" in found.times
     one, other = (read_manifest(of.folder, "pounding") for of in (found, finished))
-    assert one.drawn_from == other.drawn_from
-    drawn, expected = (
-        # Workbooks tell when they were made.
-        {name: digest for name, digest in of.drawings.items() if not name.endswith(".xlsx")}
-        for of in (one, other)
-    )
-    assert drawn == expected and one.drawings.keys() == other.drawings.keys()
-    caplog.clear()
+    assert one.drawn_from == other.drawn_from and one.drawings.keys() == other.drawings.keys()
     assert run(finished.case, out=found.folder).reused == ["pounding"]
-    assert "drawn again" not in caplog.text and apart == ["pounding"]
+    assert read_manifest(found.folder, "pounding") == one
+    monkeypatch.setattr(loop, "_draw_named", _fail)
+    (found.folder / "pounding.stage.json").unlink()
+    with pytest.raises(SolutionError, match="no ink"):
+        run(finished.case, out=found.folder)
+    assert (found.folder / "pounding.nc").exists()
 
-    def fail(*_):
-        raise OwnProcessError("no ink")
 
-    monkeypatch.setattr(loop, "in_own_process", fail)
-    with pytest.raises(OwnProcessError, match="no ink"):
-        run(finished.case, out=tmp_path / "other")
-    assert (tmp_path / "other" / "pounding.nc").exists()
-    assert not (tmp_path / "other" / "report.html").exists()
+def _fail(*_, **__):
+    raise SolutionError("no ink")
 
 
 @pytest.mark.slow
-def test_computed_while_3d_models_are_made(edited, tmp_path, monkeypatch):
-    """In a second process, with the same outcome; an error elsewhere ends it at once."""
+def test_computed_while_3d_models_are_computed(edited, tmp_path, two_cores, monkeypatch):
+    """In a second process; an error elsewhere ends the process at once."""
     for name in ("frame.toml", "frame_floors.csv", "frame.msh"):
         shutil.copy(GEOMETRY / name, tmp_path)
     case, folder = edited(tmp_path / "frame.toml", *QUICK), tmp_path / "run"
-    run(case, out=tmp_path / "other", draw=False)
     checked = loop.checked
 
     def lasting(*arguments, **options):
@@ -109,7 +100,6 @@ def test_computed_while_3d_models_are_made(edited, tmp_path, monkeypatch):
         return found, replace(estimate, stages=stages)
 
     monkeypatch.setattr(loop, "checked", lasting)
-    monkeypatch.setenv("OMP_NUM_THREADS", "2")
     here, compute = [], loop._compute
 
     def failing(stage, *_):
@@ -118,30 +108,13 @@ def test_computed_while_3d_models_are_made(edited, tmp_path, monkeypatch):
     monkeypatch.setattr(loop, "_compute", failing)
     with pytest.raises(SolutionError, match="no building"):
         run(case, out=folder, draw=False)
-    for child in multiprocessing.active_children():
-        child.join(60.0)
-        assert child.exitcode == -signal.SIGTERM
-
+    assert not multiprocessing.active_children()
     monkeypatch.setattr(loop, "_compute", lambda one, *a: here.append(one.name) or compute(one, *a))
     found = run(case, out=folder, draw=False)
     assert here == ["building"] and not found.reused
     assert {name.partition(":")[0] for name in found.times} == {"building", "pounding"}
     assert "DEBUG   pounding: stores:" in (folder / "run.log").read_text(encoding="utf-8")
-    one, other = (results(tmp_path / of, ["pounding.nc"])[1] for of in ("run", "other"))
-    xr.testing.assert_allclose(one["pounding.nc"], other["pounding.nc"], rtol=1e-9)
     assert run(case, out=folder, draw=False).reused == ["building", "pounding"]
-    assert here == ["building"]
-    # On one core they come one after the other.
-    monkeypatch.setenv("OMP_NUM_THREADS", "1")
-    assert run(case, out=folder, draw=False, fresh=True).reused == []
-    assert here == ["building", "building", "pounding"]
-
-
-def _says(path, words):
-    try:
-        return path.read_text(encoding="utf-8").startswith(words)
-    except FileNotFoundError:
-        return False
 
 
 SCALARS = [

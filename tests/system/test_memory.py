@@ -12,7 +12,7 @@ import pytest
 from impactfem.building.read_mesh import read_raw
 from impactfem.system import memory
 from impactfem.system.errors import ImpactfemError, InputError
-from impactfem.system.own_process import OwnProcessError, in_own_process, read_in_own_process
+from impactfem.system.executor import OwnProcessError, in_own_process, read_in_own_process
 
 
 @pytest.fixture
@@ -130,14 +130,15 @@ def test_an_input_error_comes_with_its_faults(tmp_path):
     assert caught.value.faults[0].file == path
 
 
-@pytest.mark.parametrize(
-    ("call", "words"),
-    [((os.abort,), "exit code -6$"), ((os._exit, 3), "exit code 3$"), ((int, "x"), "invalid lite")],
-)
-def test_a_crash_is_reported_with_the_last_line_of_a_traceback(call, words):
-    with pytest.raises(OwnProcessError, match=words) as caught:
+@pytest.mark.parametrize("call", [(os.abort,), (os._exit, 3)])
+def test_a_crash_is_reported(call):
+    with pytest.raises(OwnProcessError, match=call[0].__name__):
         in_own_process(*call)
-    assert "Traceback" not in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_an_error_of_the_function_is_raised():
+    with pytest.raises(ValueError, match="invalid literal"):
+        in_own_process(int, "x")
 
 
 def test_a_file_in_the_working_folder_is_not_taken_for_a_module(tmp_path, monkeypatch):
@@ -148,7 +149,7 @@ def test_a_file_in_the_working_folder_is_not_taken_for_a_module(tmp_path, monkey
 
 def test_a_file_that_crashes_a_library_is_at_fault(tmp_path):
     path = tmp_path / "building.msh"
-    with pytest.raises(InputError, match=r"exit code 1: TypeError.*; expected a mesh") as caught:
+    with pytest.raises(InputError, match=r"TypeError.*expected a mesh") as caught:
         read_in_own_process(int, path, "a mesh")
     assert caught.value.faults[0].file == path
     assert read_in_own_process(os.path.basename, path, "a mesh") == "building.msh"

@@ -53,8 +53,7 @@ def test_packages_of_the_user_are_left_out(user):
 
 def test_they_are_left_out_of_new_processes(user):
     code = f"""{STARTED}
-from impactfem.system.own_process import in_own_process
-from impactfem.system.parallel import workers
+from impactfem.system.executor import in_own_process, workers
 import importlib.util
 if __name__ == "__main__":
     print(in_own_process(importlib.util.find_spec, "bottleneck"))

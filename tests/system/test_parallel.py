@@ -16,11 +16,13 @@ import pytest
 
 from impactfem.system import parallel
 from impactfem.system.errors import Fault, ImpactfemError, InputError
+from impactfem.system.executor import workers
 
 RANKS = """
 import sys
 from impactfem.system.errors import (Fault, InputError)
-from impactfem.system.parallel import (exit_code, on_root, rank, size, workers)
+from impactfem.system.executor import (workers)
+from impactfem.system.parallel import (exit_code, on_root, rank, size)
 
 assert on_root(lambda: 40 + rank()) == 40 and size() == int(sys.argv[1])
 try:
@@ -278,11 +280,11 @@ def test_exit_codes():
 
 def test_workers_of_one_process(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "2")
-    with parallel.workers() as executor:
+    with workers() as executor:
         assert list(executor.map(abs, [-1, 2, -3])) == [1, 2, 3]
         assert list(executor.map(os.getenv, ["OMP_NUM_THREADS"])) == ["1"]
         assert os.environ["OMP_NUM_THREADS"] == "2"  # this process may use both
-    with parallel.workers(1) as executor:
+    with workers(1) as executor:
         assert len(set(executor.map(eval, ["__import__('os').getpid()"] * 4))) == 1
 
 
@@ -295,7 +297,8 @@ def test_ranks(under_mpirun, tmp_path):
 
 
 WORK = """
-from impactfem.system.parallel import (alone, communicator, on_root, rank, size, workers, world)
+from impactfem.system.executor import (workers)
+from impactfem.system.parallel import (alone, communicator, on_root, rank, size, world)
 
 def work(value):
     from petsc4py import PETSc
@@ -309,7 +312,8 @@ def work(value):
     return *found, size()
 """
 ALONE_EACH = """
-from impactfem.system.parallel import (start_solvers, workers)
+from impactfem.system.executor import (workers)
+from impactfem.system.parallel import (start_solvers)
 from work import work
 
 start_solvers()
@@ -337,7 +341,7 @@ def test_alone_in_one_process(monkeypatch):
         with parallel.alone():
             assert parallel.world() is None
         assert parallel.world() is None and parallel.size() == 1
-        with parallel.workers() as executor:
+        with workers() as executor:
             assert list(executor.map(lambda value: (value, os.getpid()), [5])) == [(5, os.getpid())]
 
 
@@ -371,16 +375,13 @@ def test_a_rank_that_fails_ends_the_others(under_mpirun, tmp_path):
 
 WORKER = """
 import ctypes, os, sys, time
-from impactfem.system.own_process import (in_own_process)
-from impactfem.system.parallel import (workers)
+from impactfem.system.executor import (in_own_process, workers)
 
 def work(kind):
     print(os.getpid(), flush=True)
     if kind == "below":
         in_own_process(work, "busy")
     elif kind == "busy":
-        os.set_blocking(2, True)
-        print(os.getpid(), file=sys.stderr, flush=True)
         ctypes.PyDLL(None).sleep(10000)  # keeps Python's lock, as a library may
     else:
         time.sleep(10000.0)
@@ -426,18 +427,6 @@ def test_a_worker_ends_with_its_parent(parent):
     program.wait(timeout=600)
     for process in (worker, *below):
         ends(process)
-
-
-def test_a_worker_outlives_the_thread_that_asks_for_it():
-    """The kernel takes the end of the thread that starts a process for that of the parent."""
-    with parallel.workers(1) as executor:
-        numbers = []
-        thread = threading.Thread(
-            target=lambda: numbers.append(executor.submit(os.getpid).result())
-        )
-        thread.start()
-        thread.join()
-        assert [executor.submit(os.getpid).result()] == numbers
 
 
 @pytest.mark.parametrize("parent", ["idle"], indirect=True)

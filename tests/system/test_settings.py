@@ -129,9 +129,9 @@ def test_the_compiler_of_forms_has_no_options_of_the_folder(folder, tmp_path, pr
 
 
 WORKER = (
-    "from impactfem.system.parallel import workers\n"
+    "from impactfem.system.executor import workers\n"
     "if __name__ == '__main__':\n"
-    "    with workers(1, logging_here=True) as pool:\n"
+    "    with workers(1, logs=True) as pool:\n"
     "        print(pool.submit(abs, -1).result())\n"
 )
 

@@ -16,8 +16,8 @@ from impactfem.building.geometry import PARAPET, SIDES, Geometry, Wall
 from impactfem.building.mesh import NAME, Mark, Part, place
 from impactfem.building.read_mesh import gmsh_session
 from impactfem.system.errors import Fault, ImpactfemError, InputError
+from impactfem.system.executor import in_own_process
 from impactfem.system.files import atomic
-from impactfem.system.own_process import in_own_process
 
 Point = tuple[float, float, float]
 Entity = tuple[int, int]

@@ -27,8 +27,8 @@ from impactfem.building.mesh import (
 from impactfem.building.mesh_checks import check_mesh
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError
+from impactfem.system.executor import read_in_own_process
 from impactfem.system.files import LARGEST_MESH, private_copy, read_bytes
-from impactfem.system.own_process import read_in_own_process
 
 EXPECTED = "a mesh of gmsh (.msh, format 2 or 4)"
 _KINDS = {0: "points", 1: "lines", 2: "surfaces", 3: "volumes"}

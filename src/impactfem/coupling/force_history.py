@@ -39,8 +39,8 @@ from impactfem.case.table import name_and_unit, read_numbers, unit_of_column
 from impactfem.coupling.pounding import End, Pair, Response
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, InputError
+from impactfem.system.executor import read_in_own_process
 from impactfem.system.files import LARGEST_FORCES, atomic, unreadable, write_netcdf
-from impactfem.system.own_process import read_in_own_process
 from impactfem.system.scalar import words
 
 AXES = ["x", "y", "z"]

@@ -23,7 +23,7 @@ from impactfem.stages.stores import open_store
 from impactfem.sticks.modes import modes
 from impactfem.system.arrays import Array
 from impactfem.system.errors import SolutionError
-from impactfem.system.log import in_file_only
+from impactfem.system.log import collected_warnings
 from impactfem.system.parallel import alone
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ def evaluate(problem: Problem, u: Array, folder: Path, slopes: bool = False) -> 
         InputError: A target names no result, or one of another unit.
         SolutionError: A computation failed, or a result has no value.
     """
-    with alone(), in_file_only(), ExitStack() as held:
+    with alone(), collected_warnings("progress"), ExitStack() as held:
         case, pieces, views = problem.case(u), Pieces(), []
         _sticks(problem, case, pieces)
         if problem.level == "run":

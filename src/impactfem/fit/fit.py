@@ -27,6 +27,7 @@ from impactfem.fit.results import FITTED, Fit, write_results
 from impactfem.run.folder import open_folder
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault, ImpactfemError, InputError, SolutionError, file_errors
+from impactfem.system.executor import workers
 from impactfem.system.files import StrPath
 from impactfem.system.least_squares import (
     BLIND,
@@ -37,7 +38,7 @@ from impactfem.system.least_squares import (
     starts_within,
 )
 from impactfem.system.log import LOGGER, mirrored
-from impactfem.system.parallel import on_root, one_blas_thread, rank, start_solvers, workers, world
+from impactfem.system.parallel import on_root, one_blas_thread, rank, start_solvers, world
 
 LOG = "fit.log"  # distinguishes the folder of a fit from any other
 EVALUATIONS = "evaluations.jsonl"

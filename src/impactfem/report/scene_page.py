@@ -36,8 +36,8 @@ from impactfem.stages.device.model_figures import device_size
 from impactfem.stages.device.pictures import standing
 from impactfem.stages.device.selection import anchor_of
 from impactfem.stages.stores import names_of, open_store, open_stores
+from impactfem.system.executor import in_own_process
 from impactfem.system.files import atomic
-from impactfem.system.own_process import in_own_process
 
 WALL, OPACITY = "#8fb4d9", 0.25
 STEPS = 12

@@ -2,9 +2,9 @@
 
 import logging
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, wait
-from contextlib import ExitStack, contextmanager
+from collections.abc import Iterable, Mapping
+from concurrent.futures import Executor, Future, wait
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -38,10 +38,10 @@ from impactfem.stages.manifest import (
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import open_store, stores_kept_open
 from impactfem.system.errors import Fault, InputError, file_errors
+from impactfem.system.executor import workers
 from impactfem.system.files import write_json
 from impactfem.system.log import LOGGER, Steps, mirrored
 from impactfem.system.memory import available_memory, forget_peak, give_back, peak_memory
-from impactfem.system.own_process import in_own_process
 from impactfem.system.parallel import (
     on_root,
     one_blas_thread,
@@ -50,14 +50,13 @@ from impactfem.system.parallel import (
     start_solvers,
     threads,
     total,
-    workers,
     world,
 )
 from impactfem.system.scalar import Scalar, alone, of_building, scalars_of
 
 LONG = 60.0
-"""Estimated time of a run from which on stages are drawn by a second process while others compute,
-and of the 3D models from which on it computes sticks meanwhile [s]: it takes seconds to start."""
+"""Estimated time [s] of a run, or of its 3D models, from which on a second process draws stages, or
+computes sticks, at the same time: the process takes seconds to start."""
 
 
 @dataclass
@@ -156,76 +155,204 @@ def run(
         LOGGER.debug("case %s, hash %s", case.path.name, case.content_hash())  # as in CASE_LINE
         LOGGER.debug("%s", estimate.line)
         warn_of_implausible(case, estimate.longest)
-        drawer = _Drawer(bar, apart=estimate.seconds > LONG) if draw else None
-        if drawer is not None:
-            opened.callback(drawer.executor.shutdown, cancel_futures=True)
-        stages = asked_stages(case, stage)
-        result.announced = {one.name: one.announces(case) for one in stages}
+        requested = asked_stages(case, stage)
+        result.announced = {one.name: one.announces(case) for one in requested}
         for name, checks in result.announced.items():
             log_checks(name, checks)  # before the first stage takes its time
-        ahead = opened.enter_context(_computed_ahead(stages, case, folder, fresh, estimate))
-        done = [
-            work
-            for one in asked_stages(case, None)
-            for work in _run_stage(
-                one, result, one in stages, fresh, drawer, bar, case, estimate, ahead
-            )
-        ]
-        if drawer is not None:
-            result.times |= drawer.wait()
+        second = None
+        if estimate.seconds > LONG and world() is None and threads() > 1:
+            second = opened.enter_context(workers(1, logs=True))
+        context = _Context(case, estimate, result, requested, fresh, draw, bar, second)
+        context.compute_ahead()
+        done = [work for one in asked_stages(case, None) for work in context.run_stage(one)]
+        context.wait_for_drawings()
         changed = on_root(lambda: _write_results(case, result, done, started))
         if stage in (None, REPORT):
             on_root(lambda: _warn_of_published(case, result.scalars))
         if draw and stage in (None, REPORT):
             on_root(lambda: write_page(folder, bar=bar))
         elif changed and on_root((folder / PAGE).is_file):
-            LOGGER.info("%s showed other results and is removed", PAGE)
+            LOGGER.info("removed outdated %s", PAGE)
             on_root(lambda: remove_page(folder, [one.part for one in case.views if one.part]))
     return result
 
 
-class _Drawer:
-    """Draws the results of stages: at once, or one by one in a second process.
+@dataclass
+class _Context:
+    """A run at work: its case, its options, and what its second process does."""
 
-    `apart`: in a second process, where this one has two cores and no other ranks.
-    """
+    case: Case
+    estimate: Estimate
+    result: Record
+    requested: list[Stage]  #: Others that finished before with the same inputs are kept.
+    fresh: bool
+    draw: bool
+    bar: bool
+    #: Process that computes what needs no 3D model and draws, while this one computes 3D models.
+    second: Executor | None
+    ahead: dict[str, Future[None]] = field(default_factory=dict)  #: by the label of the stage
+    drawings: list[Future[dict[str, float]]] = field(default_factory=list)
 
-    def __init__(self, bar: bool, apart: bool) -> None:
-        self._bar, self._apart = bar, apart and world() is None and threads() > 1
-        self._drawn: list[Future[dict[str, float]]] = []
-        self.executor = ThreadPoolExecutor(1)
+    @property
+    def folder(self) -> Path:
+        """The folder of the run."""
+        return self.result.folder
 
-    def draw(self, stage: Stage, case: Case, folder: Path, drawing: str, now: bool) -> None:
-        """Draw a stage at once, or, in a long run, before `wait` returns. Not collective.
+    def compute_ahead(self) -> None:
+        """Start in the second process what needs no 3D model, while 3D models are computed.
 
-        Args:
-            stage: The stage, with its results in the folder.
-            case: The case, or the view of one of its buildings.
-            folder: The run's folder.
-            drawing: Key of the drawing.
-            now: At once in a long run, too.
+        These are stages that take less time on one core than the 3D models before them, where
+        there is memory for both.
         """
-        if now or not self._apart:
-            _draw(stage.name, case, folder, drawing, quiet=False, bar=self._bar)
+        ahead: list[Stage] = []
+        for stage in self.requested:
+            if not stage.each and set(stage.needs(self.case)) <= set(ahead):
+                ahead.append(stage)
+        if self.second is None or not (work := self._unfinished(ahead)):
+            return
+        before = self._unfinished(takewhile(lambda stage: stage not in ahead, self.requested))
+        costs = {one.name: one for one in self.estimate.stages}
+        own, rest = ([costs[label] for label in some if label in costs] for some in (work, before))
+        time = sum(one.seconds for one in rest)
+        memory = sum(max((one.memory for one in some), default=0.0) for some in (own, rest))
+        if time >= max(LONG, threads() * sum(one.seconds for one in own)) and (
+            memory <= available_memory()
+        ):
+            for label, (stage, view, key) in work.items():
+                self.ahead[label] = self.second.submit(
+                    _compute_named, stage.name, view, key, self.folder, quiet=True
+                )
+
+    def _unfinished(self, stages: Iterable[Stage]) -> dict[str, tuple[Stage, Case, str]]:
+        """Stages with their views and keys, by their labels, that are not finished."""
+        every = [(one, view, one.key(view)) for one in stages for view in one.cases(self.case)]
+        return {
+            stage.label(view): (stage, view, key)
+            for stage, view, key in every
+            if self.fresh or not is_finished(self.folder, stage.label(view), key)
+        }
+
+    def run_stage(self, stage: Stage) -> list[tuple[Stage, Case]]:
+        """Run a stage for the case, or for each view in the folder of its building. Collective.
+
+        A stage that was not requested is kept, without a message, where it and all that it needs
+        are finished: the record of the run in the folder stays whole. Returns what the run has.
+        """
+        requested = stage in self.requested
+        todo, kept, computed = dict[str, tuple[Case, str]](), [], set[str]()
+        for view in stage.cases(self.case):
+            label, key = stage.label(view), on_root(partial(stage.key, view))
+            if label in self.ahead:
+                if not self.ahead[label].done():
+                    LOGGER.info("stage %s: still running in a second process", label)
+                self.ahead[label].result()
+                kept.append(view)
+                computed.add(label)
+            elif on_root(partial(self._reusable, stage, view, key, requested)):
+                kept.append(view)
+                self.result.reused += [label] if requested else []
+            elif requested:
+                kept.append(view)
+                todo[label] = view, key
+        computed |= self._compute_side_by_side(stage, todo)
+        for view in kept:
+            label = stage.label(view)
+            if label in todo and label not in computed:
+                _compute(stage, *todo[label], self.folder, self.bar)
+            reused = label not in todo and label not in computed
+            self._finish_stage(stage, view, requested, reused)
+        return [(stage, view) for view in kept]
+
+    def _reusable(self, stage: Stage, view: Case, key: str, requested: bool) -> bool:
+        if requested:
+            return not self.fresh and is_finished(self.folder, stage.label(view), key)
+        needed = {name for one in stage.needs(view) for name in one.labels(view)}
+        known = needed <= set(self.result.checks)
+        return known and is_finished(self.folder, stage.label(view), key)
+
+    def _compute_side_by_side(self, stage: Stage, todo: Mapping[str, tuple[Case, str]]) -> set[str]:
+        """Compute views in parallel, if `side_by_side`; returns their labels. Collective."""
+        if not side_by_side([one for one in self.estimate.stages if one.name in todo]):
+            return set()
+        with workers(min(len(todo), threads()), logs=True) as executor:
+            futures = [
+                executor.submit(_compute_named, stage.name, case, key, self.folder)
+                for case, key in todo.values()
+                if executor is not None  # it is None on other ranks alone
+            ]
+            wait(futures)  # what one building has is kept where another fails
+            for future in futures:
+                future.result()
+        return set(todo)
+
+    def _finish_stage(self, stage: Stage, case: Case, requested: bool, reused: bool) -> None:
+        """Draw what a stage computed where it has to be, check it, read its results. Collective."""
+        folder, label, result = self.folder, stage.label(case), self.result
+        own = case.folder(folder)
+        drawing = on_root(lambda: stage.drawing_key(case))
+
+        def finish() -> tuple[list[Scalar], dict[str, float]]:
+            manifest = read_manifest(folder, label)
+            whole = reused and changed_file(folder, manifest.drawings) is None
+            if requested and self.draw and (not whole or manifest.drawn_from != drawing):
+                self._draw(stage, case, drawing, reused)
+                manifest = read_manifest(folder, label)
+            checks = result.checks[label] = stage.checks(case, own)
+            if requested:
+                announced = result.announced.get(stage.name, ())
+                log_checks(label, (check for check in checks if check not in announced))
+            result.memory[label] = manifest.peak_memory
+            with open_store(own / stage.store) as store:
+                scalars = scalars_of(store)
+            if case.part:
+                scalars = [replace(one, name=of_building(one.name, case.part)) for one in scalars]
+            return scalars, manifest.seconds
+
+        with stores_kept_open():
+            scalars, seconds = on_root(finish)
+        result.scalars += scalars
+        result.times |= seconds
+        if requested and rank() == 0:
+            _log_result(stage, case, result, sum(seconds.values()))
+        if not reused and stage is BUILDING:
+            on_root(lambda: _refuse_mesh(case, own))
+
+    def _draw(self, stage: Stage, case: Case, drawing: str, reused: bool) -> None:
+        """Draw a stage: at once, or in the second process before `wait_for_drawings` returns."""
+        if reused:
+            LOGGER.info("stage %s: tables and figures are drawn again", stage.label(case))
+        if reused or self.second is None:
+            _draw_named(stage.name, case, self.folder, drawing, quiet=False, bar=self.bar)
         else:
-            work = partial(in_own_process, _draw, stage.name, case, folder, drawing)
-            self._drawn.append(self.executor.submit(work))
+            work = self.second.submit(_draw_named, stage.name, case, self.folder, drawing)
+            self.drawings.append(work)
 
-    def wait(self) -> dict[str, float]:
-        """Wait for what is still to be drawn; gives the times [s], as of `Run`."""
-        return {name: t for one in self._drawn for name, t in one.result().items()}
+    def wait_for_drawings(self) -> None:
+        """Wait for the second process, and add the times of its drawings [s]."""
+        for work in self.drawings:
+            self.result.times |= work.result()
 
 
-def _draw(
+def _draw_named(
     name: str, case: Case, folder: Path, drawing: str, *, quiet: bool = True, bar: bool = False
 ) -> dict[str, float]:
-    """Draw the stage of this name and record it in its manifest; gives the time [s] by its step.
+    """Draw the stage of this name and record it in its manifest. Not collective.
 
-    `drawing` is the key of the drawing, `quiet` and `bar` are those of `Steps`. Not collective.
+    Args:
+        name: The stage, with its results in the folder.
+        case: The case, or the view of one of its buildings.
+        folder: The folder of the run.
+        drawing: Key of the drawing.
+        quiet: As of `Steps`.
+        bar: As of `Steps`.
+
+    Returns:
+        The time [s] by its step.
     """
     stage = next(one for one in STAGES if one.name == name)
     label = stage.label(case)
     with (
+        file_errors(),
         stores_kept_open(),
         Steps({DRAWING: 1.0}, f"stage {label}", quiet=quiet, bar=bar) as steps,
         steps.step(DRAWING),
@@ -239,99 +366,6 @@ def _draw(
     return took
 
 
-@contextmanager
-def _computed_ahead(
-    stages: Sequence[Stage], case: Case, folder: Path, fresh: bool, estimate: Estimate
-) -> Iterator[Mapping[str, Future[None]]]:
-    """Compute what needs no 3D model in a second process, while 3D models are made. Collective.
-
-    Gives the work by the label of its stage, if any: in one process with two cores, of stages that
-    take less time on one core than the 3D models before them, and where there is the memory.
-    """
-    ahead: list[Stage] = []
-    for stage in stages:
-        if not stage.each and set(stage.needs(case)) <= set(ahead):
-            ahead.append(stage)
-
-    def todo(some: Iterable[Stage]) -> dict[str, tuple[Stage, Case, str]]:
-        every = [(one, view, one.key(view)) for one in some for view in one.cases(case)]
-        labelled = {one.label(view): (one, view, key) for one, view, key in every}
-        return {
-            label: work
-            for label, work in labelled.items()
-            if fresh or not is_finished(folder, label, work[2])
-        }
-
-    costs = {one.name: one for one in estimate.stages}
-    work = todo(ahead) if world() is None and threads() > 1 else {}
-    before = todo(takewhile(lambda stage: stage not in ahead, stages)) if work else {}
-    own, rest = ([costs[label] for label in some if label in costs] for some in (work, before))
-    time = sum(one.seconds for one in rest)
-    memory = sum(max((one.memory for one in some), default=0.0) for some in (own, rest))
-    if (
-        not work
-        or time < max(LONG, threads() * sum(one.seconds for one in own))
-        or memory > available_memory()
-    ):
-        yield {}
-        return
-    with workers(1, logging_here=True, finish=False) as executor:
-        assert executor is not None
-        yield {
-            label: executor.submit(_compute_named, stage.name, view, key, folder, quiet=True)
-            for label, (stage, view, key) in work.items()
-        }
-
-
-def _run_stage(
-    stage: Stage,
-    result: Record,
-    asked: bool,
-    fresh: bool,
-    drawer: _Drawer | None,
-    bar: bool,
-    case: Case,
-    estimate: Estimate,
-    ahead: Mapping[str, Future[None]],
-) -> list[tuple[Stage, Case]]:
-    """Run a stage for the case, or for each view in the folder of its building. Collective.
-
-    What was not requested (`asked`) is kept, without a message, where it and all that it needs are
-    finished: the record of the run in the folder stays whole. What is computed `ahead` is waited
-    for. Gives what the run has.
-    """
-    folder, todo, kept, made = result.folder, dict[str, tuple[Case, str]](), [], set[str]()
-
-    def reusable(view: Case, key: str) -> bool:
-        if asked:
-            return not fresh and is_finished(folder, stage.label(view), key)
-        needed = {name for one in stage.needs(view) for name in one.labels(view)}
-        return needed <= set(result.checks) and is_finished(folder, stage.label(view), key)
-
-    for view in stage.cases(case):
-        label, key = stage.label(view), on_root(partial(stage.key, view))
-        if label in ahead:
-            if not ahead[label].done():
-                LOGGER.info("stage %s: still at work in a second process", label)
-            ahead[label].result()
-            kept.append(view)
-            made.add(label)
-        elif on_root(partial(reusable, view, key)):
-            kept.append(view)
-            result.reused += [label] if asked else []
-        elif asked:
-            kept.append(view)
-            todo[label] = view, key
-    made |= _compute_apart(stage, todo, folder, estimate)
-    for view in kept:
-        label = stage.label(view)
-        if label in todo and label not in made:
-            _compute(stage, *todo[label], folder, bar)
-        reused = label not in todo and label not in made
-        _finish_stage(stage, view, result, asked, reused, drawer)
-    return [(stage, view) for view in kept]
-
-
 def _compute(
     stage: Stage, case: Case, key: str, folder: Path, bar: bool, quiet: bool = False
 ) -> None:
@@ -341,7 +375,7 @@ def _compute(
     """
     label, own = stage.label(case), case.folder(folder)
     LOGGER.log(logging.DEBUG if quiet else logging.INFO, "stage %s: starts", label)
-    give_back()  # what the stage before had
+    give_back()  # memory of the stage before
     forget_peak()
     on_root(lambda: own.mkdir(exist_ok=True))
     names = {name: share for name, share in stage.steps.items() if name != DRAWING}
@@ -350,30 +384,12 @@ def _compute(
         files = compute() if stage.collective else on_root(compute)
         times = {f"{label}: {name}": round(t, 3) for name, t in steps.times.items()}
         memory = total(peak_memory())
-        on_root(lambda: remove_drawings(folder, label))  # they show what it had before
+        on_root(lambda: remove_drawings(folder, label))  # they show the results before
         on_root(lambda: mark_finished(folder, label, key, files, times, memory))
 
 
-def _compute_apart(
-    stage: Stage, todo: Mapping[str, tuple[Case, str]], folder: Path, estimate: Estimate
-) -> set[str]:
-    """Compute views side by side, if `side_by_side`; gives their labels. Collective."""
-    if not side_by_side([one for one in estimate.stages if one.name in todo]):
-        return set()
-    with workers(min(len(todo), threads()), logging_here=True) as executor:
-        futures = [
-            executor.submit(_compute_named, stage.name, case, key, folder)
-            for case, key in todo.values()
-            if executor is not None  # it is None on other ranks alone
-        ]
-        wait(futures)  # what one building has is kept where another fails
-        for future in futures:
-            future.result()
-    return set(todo)
-
-
 def _compute_named(name: str, case: Case, key: str, folder: Path, quiet: bool = False) -> None:
-    """`_compute` of the stage of this name, in a worker, whose details say whose they are."""
+    """Compute the stage of this name in a worker, whose details name the stage."""
     stage = next(one for one in STAGES if one.name == name)
 
     def labelled(record: logging.LogRecord) -> bool:
@@ -382,55 +398,23 @@ def _compute_named(name: str, case: Case, key: str, folder: Path, quiet: bool = 
         return True
 
     for handler in LOGGER.handlers:
-        handler.filters = [labelled]
-    with file_errors(), one_blas_thread():
-        _compute(stage, case, key, folder, bar=False, quiet=quiet)
+        handler.addFilter(labelled)
+    try:
+        with file_errors(), one_blas_thread():
+            _compute(stage, case, key, folder, bar=False, quiet=quiet)
+    finally:
+        for handler in LOGGER.handlers:
+            handler.removeFilter(labelled)
 
 
-def _finish_stage(
-    stage: Stage, case: Case, result: Record, asked: bool, reused: bool, drawer: _Drawer | None
-) -> None:
-    """Draw what a stage computed where it has to be, check it and read its results. Collective."""
-    folder, label = result.folder, stage.label(case)
-    own = case.folder(folder)
-    drawing = on_root(lambda: stage.drawing_key(case))
+def _refuse_mesh(case: Case, own: Path) -> None:
+    """Report now what stages after `building` would refuse of its mesh minutes later."""
+    from impactfem.stages.building.compute import mesh_of_run
 
-    def finish() -> tuple[list[Scalar], dict[str, float]]:
-        manifest = read_manifest(folder, label)
-        whole = reused and changed_file(folder, manifest.drawings) is None
-        if asked and drawer and (not whole or manifest.drawn_from != drawing):
-            if reused:
-                LOGGER.info("stage %s: tables and figures are drawn again", label)
-            drawer.draw(stage, case, folder, drawing, now=reused)
-            manifest = read_manifest(folder, label)
-        checks = result.checks[label] = stage.checks(case, own)
-        if asked:
-            announced = result.announced.get(stage.name, ())
-            log_checks(label, (check for check in checks if check not in announced))
-        result.memory[label] = manifest.peak_memory
-        with open_store(own / stage.store) as store:
-            scalars = scalars_of(store)
-        if case.part:
-            scalars = [replace(one, name=of_building(one.name, case.part)) for one in scalars]
-        return scalars, manifest.seconds
-
-    def refuse_mesh() -> None:
-        # What the stages after `building` would refuse of its mesh, minutes later.
-        from impactfem.stages.building.compute import mesh_of_run
-
-        faults: list[Fault] = []
-        check_mesh(case, mesh_of_run(case, own), faults)
-        if faults:
-            raise InputError(faults)
-
-    with stores_kept_open():
-        scalars, seconds = on_root(finish)
-    result.scalars += scalars
-    result.times |= seconds
-    if asked and rank() == 0:
-        _log_result(stage, case, result, sum(seconds.values()))
-    if not reused and stage is BUILDING:
-        on_root(refuse_mesh)
+    faults: list[Fault] = []
+    check_mesh(case, mesh_of_run(case, own), faults)
+    if faults:
+        raise InputError(faults)
 
 
 def _log_result(stage: Stage, case: Case, result: Record, seconds: float) -> None:

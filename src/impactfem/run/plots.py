@@ -23,7 +23,7 @@ from impactfem.stages.stores import names_of
 from impactfem.stages.transient.pictures import colour_scale, field_picture, plain_ticks
 from impactfem.stages.transient.selection import of_kind
 from impactfem.system.errors import Fault, InputError
-from impactfem.system.own_process import in_own_process
+from impactfem.system.executor import in_own_process
 
 
 class RunPlots:

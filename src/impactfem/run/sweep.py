@@ -38,11 +38,11 @@ from impactfem.run.variants import (
 from impactfem.stages.inputs import published_values
 from impactfem.stages.manifest import take_over
 from impactfem.stages.reduce.stage import REDUCE, take_model
-from impactfem.system import log
 from impactfem.system.errors import Fault, ImpactfemError, InputError, file_errors
+from impactfem.system.executor import workers
 from impactfem.system.files import StrPath, atomic, write_json
-from impactfem.system.log import LOGGER, Steps, in_file_only, mirrored
-from impactfem.system.parallel import alone, on_root, rank, start_solvers, workers, world
+from impactfem.system.log import LOGGER, Steps, collected_warnings, mirrored
+from impactfem.system.parallel import alone, on_root, rank, start_solvers, world
 from impactfem.system.scalar import Scalar
 
 VARIANTS = "variants"
@@ -361,9 +361,8 @@ def run_variant(
     path, target = variant.case_file(folder), variant.run_folder(folder)
     with ExitStack() as held:
         if apart:
-            held.enter_context(log.silent())
             held.enter_context(alone())
-        warnings = held.enter_context(in_file_only())
+        warnings = held.enter_context(collected_warnings("nothing" if apart else "progress"))
         try:
             with open_folder(target, resume=False), file_errors():
                 case = check(path)

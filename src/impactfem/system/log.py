@@ -1,4 +1,4 @@
-"""Logging and progress: on a terminal, in a pipe, and in the run's own file."""
+"""Logging and progress: on standard error, and in the file of a run."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from impactfem.system.errors import ImpactfemError, printable
-from impactfem.system.stop import recorded
+from impactfem.system.stop import Stopped, advised, stop_if_requested, stop_line
 
 LOGGER = logging.getLogger("impactfem")
 PROGRESS = LOGGER.getChild("progress")
@@ -78,18 +78,6 @@ def set_up(verbose: bool, rank: int = 0) -> None:
     LOGGER.addHandler(handler)
 
 
-@contextmanager
-def silent() -> Iterator[None]:
-    """Report to files only while the block runs, as one of several workers does."""
-    before, level = LOGGER.handlers[:], LOGGER.level
-    set_up(verbose=False, rank=1)
-    try:
-        yield
-    finally:
-        LOGGER.handlers[:] = before
-        LOGGER.setLevel(level)
-
-
 class _File(logging.FileHandler):
     """A log file whose failure is an `ImpactfemError`; `logging` would print a traceback."""
 
@@ -111,12 +99,10 @@ class _File(logging.FileHandler):
 def mirrored(path: Path, rank: int = 0) -> Iterator[None]:
     """Append the log of rank 0, details included, to a file while the block runs.
 
-    Other ranks write there only that a signal stopped them. ImpactfemError where the file cannot be
-    written; also by messages in the block.
+    ImpactfemError where the file cannot be written; also by messages in the block.
     """
     if rank != 0:
-        with recorded(path):
-            yield
+        yield
         return
     try:
         handler = _File(path, encoding="utf-8")
@@ -127,10 +113,12 @@ def mirrored(path: Path, rank: int = 0) -> Iterator[None]:
     LOGGER.setLevel(logging.DEBUG)
     LOGGER.addHandler(handler)
     try:
-        with recorded(path):
+        with advised():
             yield
-    except KeyboardInterrupt:  # in a program that uses this package; the command line has `stop`
-        LOGGER.debug("interrupted")
+    except (KeyboardInterrupt, Stopped) as stop:
+        line = stop_line(stop.number) if isinstance(stop, Stopped) else "interrupted"
+        entry = {"name": LOGGER.name, "msg": line, "levelno": logging.WARNING}
+        handler.handle(logging.makeLogRecord(entry | {"levelname": "WARNING"}))
         raise
     finally:
         LOGGER.removeHandler(handler)
@@ -140,7 +128,7 @@ def mirrored(path: Path, rank: int = 0) -> Iterator[None]:
 
 @contextmanager
 def quiet(*, warnings: bool = True) -> Iterator[None]:
-    """Only warnings while the block runs, or not even these, where they were given before."""
+    """Report warnings only while the block runs, or not even these."""
     level = LOGGER.level
     LOGGER.setLevel(logging.WARNING if warnings else logging.ERROR)
     try:
@@ -150,53 +138,40 @@ def quiet(*, warnings: bool = True) -> Iterator[None]:
 
 
 @contextmanager
-def counted_warnings() -> Iterator[list[str]]:
-    """Yield the warnings of the block, which are reported as usual."""
-    found: list[str] = []
+def collected_warnings(console: str = "all") -> Iterator[list[str]]:
+    """Yield the warnings of the block as they come, each once.
 
-    def collect(record: logging.LogRecord) -> bool:
-        found.append(record.getMessage())
-        return False
-
-    collector = logging.Handler(logging.WARNING)
-    collector.addFilter(collect)
-    LOGGER.addHandler(collector)
-    try:
-        yield found
-    finally:
-        LOGGER.removeHandler(collector)
-
-
-@contextmanager
-def in_file_only() -> Iterator[set[str]]:
-    """Reports go to files only while the block runs, but for lines of progress and for `-v`.
-
-    Yields the warnings of the block, each once.
+    Args:
+        console: What goes to standard error: "all", "progress" (with `-v` also the rest), or
+            "nothing".
     """
-    warnings: set[str] = set()
+    warnings: list[str] = []
 
     def collect(record: logging.LogRecord) -> bool:
-        if record.levelno >= logging.WARNING:
-            warnings.add(record.getMessage())
+        if record.levelno >= logging.WARNING and record.getMessage() not in warnings:
+            warnings.append(record.getMessage())
         return False
+
+    def shown(record: logging.LogRecord) -> bool:
+        return console == "progress" and record.name == PROGRESS.name
 
     collector = logging.Handler(logging.WARNING)
     collector.addFilter(collect)
-    progress = logging.Filter(PROGRESS.name)
-    handlers = [
+    hidden = [
         handler
         for handler in LOGGER.handlers
-        if not isinstance(handler, logging.FileHandler) and handler.level == logging.INFO
+        if not isinstance(handler, logging.FileHandler)
+        and (console == "nothing" or (console == "progress" and handler.level == logging.INFO))
     ]
     LOGGER.addHandler(collector)
-    for handler in handlers:
-        handler.addFilter(progress)
+    for handler in hidden:
+        handler.addFilter(shown)
     try:
         yield warnings
     finally:
         LOGGER.removeHandler(collector)
-        for handler in handlers:
-            handler.removeFilter(progress)
+        for handler in hidden:
+            handler.removeFilter(shown)
 
 
 class Steps:
@@ -253,7 +228,8 @@ class Steps:
 
     @contextmanager
     def step(self, name: str) -> Iterator[None]:
-        """One step: shown while it runs, its wall time [s] in `times`."""
+        """Show a step while it runs; its wall time [s] goes to `times`."""
+        stop_if_requested()
         self._progress.update(self._task, description=f"{self._title}: {name}")
         before, self._now = self._now, _Now(name, self._clock())
         start = self._now.start
@@ -268,6 +244,7 @@ class Steps:
 
     def within(self, name: str, part: float) -> None:
         """Show how far the current step is, as a part from 0 to 1."""
+        stop_if_requested()
         self._now.last = (part, self._clock())
         self._now.first = self._now.first or self._now.last
         self._progress.update(self._task, completed=self._before + part * self._shares[name])
@@ -275,17 +252,17 @@ class Steps:
     def report(self) -> None:
         """Log how far the current step is; to files only where a bar is shown."""
         now, names, time = self._now, list(self._shares), self._clock()
-        of = (
-            f" ({names.index(now.name) + 1} of {len(names)})" if len(names) > 1 and now.name else ""
-        )
-        step = f": {now.name}{of}" if now.name else ""
-        words = f"{self._title}{step}, at work for {_duration(time - now.start)}"
+        place = ""
+        if len(names) > 1 and now.name:
+            place = f" (step {names.index(now.name) + 1} of {len(names)})"
+        step = f": {now.name}{place}" if now.name else ""
+        words = f"{self._title}{step}, {_duration(time - now.start)} elapsed"
         if now.first is not None and now.last is not None:
             (part0, time0), (part, reported) = now.first, now.last
             words += f", {min(int(100.0 * part), 99)} %"  # it has not ended
             if part0 < part < 1.0:
                 left = (1.0 - part) * (reported - time0) / (part - part0) - (time - reported)
-                words += f", {_duration(max(left, 0.0))} left"
+                words += f", {_duration(max(left, 0.0))} remaining"
         PROGRESS.log(logging.DEBUG if self._bar else logging.INFO, "%s", words)
 
     def _report_on(self) -> None:

@@ -1,18 +1,12 @@
-"""Threads, processes and ranks: how many there are, and how they act as one program."""
+"""Threads and ranks: how many there are, and how they act as one program."""
 
-import ctypes
 import logging
-import multiprocessing
 import os
-import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import contextmanager
-from logging.handlers import QueueHandler, QueueListener
-from multiprocessing import resource_tracker
-from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any, NoReturn, TypeVar
 
 from impactfem.system.errors import ImpactfemError, InputError
@@ -22,7 +16,6 @@ _LOGGER = logging.getLogger("impactfem")  # as in `impactfem.system.log`
 THREADS = "OMP_NUM_THREADS"
 OPENBLAS_THREADS = ("OPENBLAS_NUM_THREADS", "GOTO_NUM_THREADS", THREADS)  # in its order
 IDLE = "OPENBLAS_THREAD_TIMEOUT"
-PR_SET_PDEATHSIG = 1  # of linux/prctl.h
 PATIENCE = 5.0  # time that a rank that failed waits for the others to fail, too [s]
 # Number of ranks by the launchers of Open MPI and MPICH.
 LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE")
@@ -40,7 +33,7 @@ _alone = False  # whether this process acts as a program of one
 
 @contextmanager
 def alone() -> Iterator[None]:
-    """This process is the only rank while the block runs, under `mpirun` too. Not collective."""
+    """Act as the only rank while the block runs, under `mpirun` too. Not collective."""
     global _alone
     before, _alone = _alone, True
     try:
@@ -49,8 +42,13 @@ def alone() -> Iterator[None]:
         _alone = before
 
 
+def acts_alone() -> bool:
+    """Return whether this process is in a block of `alone`."""
+    return _alone
+
+
 class OtherRankError(ImpactfemError):
-    """Raised on the other ranks where rank 0 failed; has no message."""
+    """An error on the other ranks where rank 0 failed; it has no message."""
 
     def __init__(self, exit_code: int) -> None:
         super().__init__("")
@@ -77,18 +75,18 @@ _polling: set[str] = set()  # files of the OpenBLAS that were loaded before IDLE
 
 
 def _number(*names: str) -> int:
-    """The first of these variables that holds a number; 1 where none does."""
+    """Return the first of these variables that holds a number; 1 where none does."""
     sizes = [os.environ.get(name, "") for name in names]
     return next((int(size) for size in sizes if size.isdigit()), 1)
 
 
 def _in_shell() -> bool:
-    """Whether this process is of a shell of `srun --pty`, whatever the tasks of its step are."""
+    """Return whether this process runs in a shell of `srun --pty`."""
     return "SLURM_PTY_PORT" in os.environ
 
 
 def launched() -> int:
-    """Number of ranks by the launcher's environment; MPI is not started for it."""
+    """Return the number of ranks by the environment of the launcher, without MPI."""
     sizes = [_number(name) for name in LAUNCHERS]
     # Slurm sets the number of tasks for a script of one process, too.
     if "PMIX_RANK" in os.environ and not _in_shell():
@@ -123,16 +121,16 @@ def warn_of_separate_tasks() -> None:
 
 
 def openblas() -> list[Any]:
-    """The copies of OpenBLAS in this process: NumPy's, and that of SciPy and PETSc."""
+    """Return the copies of OpenBLAS in this process: of NumPy, and of SciPy and PETSc."""
     from threadpoolctl import ThreadpoolController
 
-    found: list[Any] = ThreadpoolController().select(internal_api="openblas").lib_controllers
-    return found
+    copies: list[Any] = ThreadpoolController().select(internal_api="openblas").lib_controllers
+    return copies
 
 
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """OpenBLAS computes with one thread while the block runs, but in `all_blas_threads`.
+    """Let OpenBLAS compute with one thread while the block runs, but in `all_blas_threads`.
 
     Most of a run is many small products, for which a second thread gains nothing, or loses where
     another program keeps its core busy.
@@ -158,7 +156,7 @@ def one_blas_thread() -> Iterator[None]:
 
 @contextmanager
 def all_blas_threads() -> Iterator[None]:
-    """OpenBLAS has all threads again within a block of `one_blas_thread`.
+    """Give OpenBLAS all threads again within a block of `one_blas_thread`.
 
     With two cores a factorisation gains a seventh of its time, the orthogonalisation of a block of
     vectors a quarter, the product of large full matrices a half.
@@ -183,13 +181,13 @@ def _blas_threads(counts: list[tuple[Any, int]]) -> Iterator[None]:
 
 
 def threads() -> int:
-    """OMP_NUM_THREADS where it is set to a number, else the processors of this process."""
-    asked = os.environ.get(THREADS, "")
-    return max(1, int(asked)) if asked.isdigit() else len(os.sched_getaffinity(0))
+    """Return OMP_NUM_THREADS where it is a number, else the processors of this process."""
+    count = os.environ.get(THREADS, "")
+    return max(1, int(count)) if count.isdigit() else len(os.sched_getaffinity(0))
 
 
 def world() -> Any | None:
-    """The communicator of all ranks under `mpirun`; None, without MPI, in one process."""
+    """Return the communicator of all ranks under `mpirun`; None in one process."""
     if _alone or launched() == 1:
         return None
     from mpi4py import MPI
@@ -198,7 +196,7 @@ def world() -> Any | None:
 
 
 def communicator() -> Any:
-    """The communicator of all ranks under `mpirun`; that of this process alone otherwise."""
+    """Return the communicator of all ranks under `mpirun`, else of this process alone."""
     from mpi4py import MPI
 
     return world() or MPI.COMM_SELF
@@ -211,19 +209,19 @@ def start_solvers() -> None:
 
 
 def rank() -> int:
-    """Rank of this process; 0 in a program of one process."""
+    """Return the rank of this process; 0 in a program of one process."""
     comm = world()
     return 0 if comm is None else int(comm.rank)
 
 
 def size() -> int:
-    """Number of ranks."""
+    """Return the number of ranks."""
     comm = world()
     return 1 if comm is None else int(comm.size)
 
 
 def on_root(action: Callable[[], T]) -> T:
-    """Run an action on rank 0 and give its result, which is pickled, to all ranks. Collective.
+    """Run an action on rank 0 and return its result, pickled, on all ranks. Collective.
 
     ImpactfemError of the action on rank 0; `OtherRankError` on the others.
     """
@@ -246,14 +244,14 @@ def on_root(action: Callable[[], T]) -> T:
 
 
 def total(amount: float | None) -> float | None:
-    """Sum of an amount over all ranks; None when one of them has None. Collective."""
+    """Sum an amount over all ranks; None when one of them has None. Collective."""
     comm = world()
     amounts = [amount] if comm is None else comm.allgather(amount)
     return None if None in amounts else float(sum(amounts))
 
 
 def all_stop() -> bool:
-    """Whether all ranks come here within `PATIENCE`, as they do when all have the same error."""
+    """Wait for all ranks, up to `PATIENCE`; they all come where all have the same error."""
     comm = world()
     if comm is None:
         return True
@@ -277,34 +275,10 @@ def abort(code: int) -> NoReturn:
 
 
 def exit_code(error: BaseException) -> int:
-    """Exit code of a failure: 2 for an input that is not usable, else 1."""
+    """Return the exit code of a failure: 2 for an invalid input, else 1."""
     if isinstance(error, OtherRankError):
         return error.exit_code
     return 2 if isinstance(error, InputError) else 1
-
-
-def end_with_parent(parent: int) -> None:
-    """Let the kernel kill this process as soon as its parent ends, however that ends.
-
-    A thread could not do so: it waits for Python's lock, which a library may hold for seconds. The
-    kernel takes the end of the thread that started this process for the end of the parent.
-
-    Args:
-        parent: Number of the process that started this one.
-    """
-    ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, int(signal.SIGKILL), 0, 0, 0)
-    if os.getppid() != parent:  # it ended before
-        os._exit(1)
-
-
-def _follow_parent(parent: int, records: Any) -> None:
-    """End this worker with its parent, and not by Ctrl-C; log into the parent's queue, if any."""
-    end_with_parent(parent)
-    if records is not None:
-        _LOGGER.setLevel(logging.DEBUG)
-        _LOGGER.propagate = False
-        _LOGGER.handlers[:] = [QueueHandler(records)]
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent alone answers Ctrl-C
 
 
 @contextmanager
@@ -313,11 +287,11 @@ def meanwhile(work: Callable[[], T]) -> Iterator[Callable[[], T]]:
 
     Where there is none, and on several ranks, the work is done before: MPI may be used by one
     thread alone, so the block is not to use it on one rank either. The work holds Python's lock
-    rarely. Yields a function that waits for it, and gives its result or raises its error.
+    rarely. Yields a function that waits for the work, and returns its result or raises its error.
     """
     if world() is not None or threads() == 1:
-        done = work()
-        yield lambda: done
+        result = work()
+        yield lambda: result
     else:
         with ThreadPoolExecutor(1) as thread:
             future = thread.submit(work)
@@ -325,101 +299,6 @@ def meanwhile(work: Callable[[], T]) -> Iterator[Callable[[], T]]:
                 yield future.result
                 wait([future])
             finally:
-                # Once more where a signal stops the program while it waits: on its way out it
-                # frees what the work uses.
+                # Once more where a signal stops the program while it waits: on its way out the
+                # program frees what the work uses.
                 wait([future])
-
-
-@contextmanager
-def _environment(**variables: str) -> Iterator[None]:
-    """Environment variables of the processes that are started in the block."""
-    before = {name: os.environ.get(name) for name in variables}
-    os.environ.update(variables)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-
-
-_starter = ThreadPoolExecutor(1)
-"""The thread that starts the workers. It ends with this process (`end_with_parent`)."""
-
-
-class _OneThreaded(SpawnProcess):
-    """A worker whose libraries have one thread, and which takes no module of the working folder."""
-
-    def start(self) -> None:
-        """Start it, with its own environment."""
-        _starter.submit(self._start).result()
-
-    def _start(self) -> None:
-        with _environment(OMP_NUM_THREADS="1", PYTHONSAFEPATH="1"):
-            super().start()
-
-
-class _Context(SpawnContext):
-    """Workers are not forked: a fork of a process with threads and HDF5 open may hang."""
-
-    Process = _OneThreaded
-
-
-class _Passed(logging.Handler):
-    """Hands the records of a worker to the logger of their name in this process."""
-
-    def emit(self, record: logging.LogRecord) -> None:
-        logger = logging.getLogger(record.name)
-        if logger.isEnabledFor(record.levelno):
-            logger.handle(record)
-
-
-@contextmanager
-def workers(
-    count: int | None = None, *, logging_here: bool = False, finish: bool = True
-) -> Iterator[Executor | None]:
-    """An executor over all ranks, or over as many processes as there are threads. Collective.
-
-    Rank 0 gets the executor. The other ranks work inside this call until rank 0 leaves the block,
-    and get None: `mpirun -n 3` keeps two cores busy. In `alone` the executor is a thread. Without
-    ranks there are `count` processes, `threads` when None, whose logs come here on request. Where
-    the block fails, running work ends first (`finish`) or is stopped.
-    """
-    comm = world()
-    if _alone:
-        with ThreadPoolExecutor(1) as thread:
-            yield thread
-        return
-    if comm is not None:
-        from mpi4py.futures import MPICommExecutor
-
-        with MPICommExecutor(comm, root=0) as executor:
-            yield executor
-        return
-    others, number = set(multiprocessing.active_children()), count or threads()
-    context = _Context()
-    with _environment(PYTHONSAFEPATH="1"):
-        resource_tracker.ensure_running()  # a process, which the first queue would start
-    records = context.Queue() if logging_here else None
-    pool = ProcessPoolExecutor(
-        number, mp_context=context, initializer=_follow_parent, initargs=(os.getpid(), records)
-    )
-    listener = None if records is None else QueueListener(records, _Passed())
-    try:
-        if listener is not None:
-            listener.start()
-        with pool:
-            try:
-                yield pool
-            except BaseException as error:
-                pool.shutdown(wait=False, cancel_futures=True)  # waiting work does not start
-                # Where the block is interrupted, running work does not go on either.
-                if not (finish and isinstance(error, Exception)):
-                    for worker in set(multiprocessing.active_children()) - others:
-                        worker.terminate()
-                raise
-    finally:
-        if listener is not None:
-            listener.stop()

@@ -7,8 +7,8 @@ from PIL import Image
 
 from impactfem.stages.building.pictures import draw_pictures, open_side
 from impactfem.system.errors import ImpactfemError
+from impactfem.system.executor import in_own_process
 from impactfem.system.files import write_netcdf
-from impactfem.system.own_process import in_own_process
 
 
 def house(*, walls=True, lines=True, modes=2):

@@ -19,8 +19,8 @@ from impactfem.stages.device.model_figures import (
 )
 from impactfem.stages.device.pictures import Floor, draw_pictures
 from impactfem.stages.device.selection import input_variants
+from impactfem.system.executor import in_own_process
 from impactfem.system.files import write_netcdf
-from impactfem.system.own_process import in_own_process
 
 from ..figure_file import assert_drawn
 from .device_store import FREQUENCIES, HEIGHT, WantedDevice, device_folder, device_store

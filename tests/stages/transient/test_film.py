@@ -7,7 +7,7 @@ import xarray as xr
 
 from impactfem.stages.transient import film
 from impactfem.system.errors import ImpactfemError
-from impactfem.system.own_process import in_own_process
+from impactfem.system.executor import in_own_process
 
 GAP = 0.02
 

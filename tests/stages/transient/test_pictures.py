@@ -15,7 +15,7 @@ from impactfem.stages.transient.pictures import (
     draw_pictures,
 )
 from impactfem.system.errors import ImpactfemError
-from impactfem.system.own_process import in_own_process
+from impactfem.system.executor import in_own_process
 
 
 def inked(path):

@@ -17,8 +17,8 @@ from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
 from impactfem.stages.inputs import published_values
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.stages.stores import number_of, open_store
+from impactfem.system.executor import in_own_process
 from impactfem.system.log import Steps
-from impactfem.system.own_process import in_own_process
 from impactfem.system.parallel import communicator, on_root
 
 MASS = 1e-9

@@ -13,8 +13,9 @@ from impactfem.stages.design.envelopes import DesignStudy
 from impactfem.stages.design.floors import WholeFloors, read_probes, read_whole_floors
 from impactfem.stages.design.members import Members
 from impactfem.stages.design.store import write_design
+from impactfem.system.executor import workers
 from impactfem.system.log import LOGGER, Steps
-from impactfem.system.parallel import on_root, workers
+from impactfem.system.parallel import on_root
 
 
 def run_design(inputs: DesignInputs, folder: Path, steps: Steps, key: str) -> list[Path]:

@@ -49,7 +49,7 @@ from impactfem.stages.device.selection import (
 )
 from impactfem.stages.stores import damping_of, names_of, open_stores
 from impactfem.system.arrays import Array
-from impactfem.system.own_process import in_own_process
+from impactfem.system.executor import in_own_process
 from impactfem.system.parallel import meanwhile
 
 WINDOW = (0.05, 0.15)

@@ -14,8 +14,9 @@ from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING, motions_key
 from impactfem.stages.reduce.stage import models_of_run
 from impactfem.stages.stage import DRAWING, Stage
+from impactfem.system.executor import workers
 from impactfem.system.log import Steps
-from impactfem.system.parallel import on_root, workers
+from impactfem.system.parallel import on_root
 
 
 def _published(case: Case) -> dict[str, float]:

@@ -17,7 +17,7 @@ from impactfem.stages.transient.floor_figures import (
 )
 from impactfem.stages.transient.pictures import draw_pictures
 from impactfem.stages.transient.selection import main_impact, of_kind, shown
-from impactfem.system.own_process import in_own_process
+from impactfem.system.executor import in_own_process
 from impactfem.system.parallel import meanwhile
 
 FIELDS: tuple[str, ...] = Transient.model_fields["fields"].default

@@ -25,7 +25,7 @@ from impactfem.building.shell_model import (
     shell_model,
 )
 from impactfem.system.arrays import Array, Index
-from impactfem.system.own_process import in_own_process
+from impactfem.system.executor import in_own_process
 from impactfem.verify.row import Rows, benchmark
 from impactfem.verify.shells import (
     CONCRETE,
