@@ -1,4 +1,4 @@
-"""The loop over the stages: checks the case, computes what may not be reused, writes it down."""
+"""The loop over the stages: check the case, compute stages without results, write the run."""
 
 import logging
 import math
@@ -79,7 +79,7 @@ class Record:
 
     @property
     def key_results(self) -> list[tuple[str, str]]:
-        """Up to ten results with their units, each with what it is, read off the run's folder."""
+        """Up to ten results with their units and names, read from the folder of the run."""
         with stores_kept_open():
             return key_results(RunFiles(self.folder))
 
@@ -286,7 +286,7 @@ class _Context:
         return set(todo)
 
     def _finish_stage(self, stage: Stage, case: Case, requested: bool, reused: bool) -> None:
-        """Draw what a stage computed where it has to be, check it, read its results. Collective."""
+        """Draw the results of a stage if needed, check and read them. Collective."""
         folder, label, result = self.folder, stage.label(case), self.result
         own = case.folder(folder)
         drawing = on_root(lambda: stage.drawing_key(case))
@@ -408,7 +408,7 @@ def _compute_named(name: str, case: Case, key: str, folder: Path, quiet: bool = 
 
 
 def _refuse_mesh(case: Case, own: Path) -> None:
-    """Report now what stages after `building` would refuse of its mesh minutes later."""
+    """Raise the errors of a mesh that later stages would find minutes later."""
     from impactfem.stages.building.compute import mesh_of_run
 
     faults: list[Fault] = []
@@ -438,9 +438,9 @@ def _log_result(stage: Stage, case: Case, result: Record, seconds: float) -> Non
 def _write_results(
     case: Case, result: Record, done: list[tuple[Stage, Case]], started: str
 ) -> bool:
-    """Write the case as it was read, the checks of all stages, the scalars, and what made them.
+    """Write the case, the checks of all stages, the scalars, and their provenance.
 
-    Gives whether the scalars are others than before.
+    Returns whether the scalars differ from those before.
     """
     folder = result.folder
     before = (folder / SUMMARY).read_bytes() if (folder / SUMMARY).is_file() else b""

@@ -11,7 +11,7 @@ from impactfem.case import Case, motion_files
 
 @cache
 def program_key() -> str:
-    """Hash of the version and of all sources of the program: a changed program may change a result.
+    """Compute the hash of the version and all sources: a changed program may change a result.
 
     In a checkout the sources are those of the working tree. They are read once: their changes
     during a run are not seen.
@@ -23,20 +23,20 @@ def program_key() -> str:
 
 
 def inputs_key(case: Case, sections: tuple[str, ...], files: tuple[Path, ...] = ()) -> str:
-    """Hash of the program, of sections of the case, and of the content of files.
+    """Compute the hash of the program, of sections of the case, and of the content of files.
 
     With ``motions`` and ``loads`` the files that they name count too; without ``damping`` that of
     buildings and parts does not, without ``soil`` not the soil under buildings, and without
     ``contact_laws`` not the restitution of the damping cases.
     """
     digest = hashlib.sha256(program_key().encode())
-    # What is in a record or a mesh counts, not where it lies.
+    # The content of a record or a mesh counts, not its path.
     nowhere: dict[str, Any] = {
         "motions": {"__all__": {"file"}},
         "loads": {"__all__": {"file"}},
         "structure": {"mesh": {"file"}},
         "transient": {"forces"},
-        # How many members go on to the 3D model changes nothing of the members.
+        # The number of members for the 3D model changes none of the members.
         "ensemble": {"structure_motions"},
     }
     nowhere["buildings"] = {"__all__": {"damping", "soil"} - set(sections)}

@@ -1,4 +1,4 @@
-"""`<stage>.stage.json`: what a finished stage wrote, and whether it may be reused.
+"""`<stage>.stage.json`: the files of a finished stage, and the inputs for its reuse.
 
 `provenance.json`: the origin of a run, so that it can be made again.
 """
@@ -25,7 +25,7 @@ PACKAGES = (
     *("numpy", "scipy", "numba", "xarray", "netCDF4", "pydantic", "pint", "matplotlib"),
     *("fenics-dolfinx", "petsc4py", "slepc4py", "mpi4py", "gmsh", "pyvista"),
 )
-"""What the program stands on."""
+"""Packages whose versions a run records."""
 
 
 def _inner(name: str) -> str:
@@ -43,13 +43,13 @@ def _drawn(name: str) -> str:
 
 
 DRAWN = ("figures", "tables", "products")
-"""Folders of what is drawn: other files are not removed with the drawings of a stage."""
+"""Folders of tables and figures: other files are not removed with the drawings of a stage."""
 InnerName = Annotated[str, AfterValidator(_inner)]
 DrawnName = Annotated[InnerName, AfterValidator(_drawn)]
 
 
 def further_buildings(case: Mapping[str, Any], file: Path) -> list[str]:
-    """The names of further buildings with a 3D model in `case.json`, which name folders of the run.
+    """Return the further buildings with a 3D model in `case.json`, which name folders of the run.
 
     InputError where one is not the name of a folder.
     """
@@ -62,7 +62,7 @@ def further_buildings(case: Mapping[str, Any], file: Path) -> list[str]:
 
 
 class Manifest(BaseModel):
-    """What a finished stage wrote."""
+    """The files of a finished stage, and their inputs."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
@@ -81,17 +81,17 @@ class Manifest(BaseModel):
 
 
 def manifest_file(folder: Path, stage: str) -> Path:
-    """The manifest of a stage, by its label in a run: beside the files of its building."""
+    """Return the path of the manifest of a stage, by its label in a run."""
     return folder / f"{stage}.stage.json"
 
 
 def read_manifest(folder: Path, stage: str) -> Manifest:
-    """The manifest of a stage; OSError where it cannot be read, ValueError where it is damaged."""
+    """Read a manifest; OSError where it cannot be read, ValueError where it is damaged."""
     return Manifest.model_validate_json(manifest_file(folder, stage).read_bytes())
 
 
 def changed_file(folder: Path, files: Mapping[str, str]) -> Path | None:
-    """The first file of a folder that is missing or does not have its hash; None for none."""
+    """Return the first file of a folder that is missing or was changed; None for none."""
     for name, digest in files.items():
         path = folder / name
         try:
@@ -103,13 +103,13 @@ def changed_file(folder: Path, files: Mapping[str, str]) -> Path | None:
 
 
 def file_digest(path: Path) -> str:
-    """Hash of the content of a file."""
+    """Compute the hash of the content of a file."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def is_finished(folder: Path, stage: str, key: str) -> bool:
-    """Whether all files of a stage are there, whole, and made from inputs with the hash `key`."""
+    """Return whether all files of a stage exist, unchanged, from inputs with the hash `key`."""
     try:
         manifest = read_manifest(folder, stage)
     except FileNotFoundError:
@@ -154,7 +154,7 @@ def remove_drawings(folder: Path, stage: str) -> None:
 
 
 def digests(folder: Path, files: list[Path]) -> dict[str, str]:
-    """Hash of each file by its name, relative to the folder."""
+    """Compute the hash of each file by its name, relative to the folder."""
     return {str(path.relative_to(folder)): file_digest(path) for path in sorted(files)}
 
 
@@ -215,7 +215,7 @@ class Provenance(BaseModel):
 
 
 def provenance(**facts: Any) -> dict[str, Any]:
-    """Versions of the program and what it stands on, with the facts that a run adds to them."""
+    """Return the versions of the program and its packages, with the facts of a run."""
     versions = {}
     for name in PACKAGES:
         try:

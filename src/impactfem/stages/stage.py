@@ -1,4 +1,4 @@
-"""What a stage of the study is: all that the program knows of it is declared in one place."""
+"""The declaration of a stage: all that the program knows of it stands in one place."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Stage:
     each: bool = False
 
     def cases(self, case: Case) -> tuple[Case, ...]:
-        """What it is done for: the whole case, or views of it, of each building that asks for it.
+        """Return the whole case, or the views of the buildings that the stage is done for.
 
         Of a view that has what the stage needs, this alone.
         """
@@ -70,7 +70,7 @@ class Stage:
         return f"{case.part}/{self.name}" if case.part and self.each else self.name
 
     def labels(self, case: Case) -> tuple[str, ...]:
-        """The same of all that it is done for."""
+        """Return the labels of all `cases`."""
         return tuple(self.label(one) for one in self.cases(case))
 
     @property
@@ -79,7 +79,7 @@ class Stage:
         return next(iter(self.stores.values()))
 
     def key(self, case: Case) -> str:
-        """Hash of what its stores depend on; of a case with several views, of all of them."""
+        """Compute the hash of the inputs of its stores, of all views of a case."""
         digest = hashlib.sha256()
         for one in self.cases(case) or (case,):
             needed = "".join(stage.key(one) for stage in self.needs(one))
@@ -88,6 +88,6 @@ class Stage:
         return digest.hexdigest()
 
     def drawing_key(self, case: Case) -> str:
-        """Hash of what its tables and figures depend on."""
+        """Compute the hash of the inputs of its tables and figures."""
         drawn = inputs_key(case, ("published",))
         return hashlib.sha256(f"{self.key(case)}{drawn}".encode()).hexdigest()

@@ -21,7 +21,7 @@ from impactfem.system.stop import Stopped, advised, stop_if_requested, stop_line
 LOGGER = logging.getLogger("impactfem")
 PROGRESS = LOGGER.getChild("progress")
 Step = Callable[[str], AbstractContextManager[None]]
-"""`Steps.step`: what runs inside its context is the step of this name."""
+"""`Steps.step`: its block is the step of this name."""
 EVERY = 30.0  # time between two lines of progress [s]
 
 
@@ -243,14 +243,14 @@ class Steps:
         self._progress.update(self._task, completed=self._before)
 
     def within(self, name: str, part: float) -> None:
-        """Show how far the current step is, as a part from 0 to 1."""
+        """Show the progress of the current step, as a part from 0 to 1."""
         stop_if_requested()
         self._now.last = (part, self._clock())
         self._now.first = self._now.first or self._now.last
         self._progress.update(self._task, completed=self._before + part * self._shares[name])
 
     def report(self) -> None:
-        """Log how far the current step is; to files only where a bar is shown."""
+        """Log the progress of the current step; to files only where a bar is shown."""
         now, names, time = self._now, list(self._shares), self._clock()
         place = ""
         if len(names) > 1 and now.name:
