@@ -71,8 +71,7 @@ def house(*, walls=True, lines=True, modes=2):
     ("wanted", "names"),
     [
         ({}, ["figure_01_mesh.png", "figure_03_mode.png", "building_mode_2.png"]),
-        ({"walls": False, "modes": 0}, ["figure_01_mesh.png"]),
-        ({"lines": False, "modes": 1}, ["figure_01_mesh.png", "figure_03_mode.png"]),
+        ({"walls": False, "lines": False, "modes": 0}, ["figure_01_mesh.png"]),
     ],
 )
 def test_pictures(tmp_path, wanted, names):

@@ -35,11 +35,15 @@ ALL = [*PROBES, *IMPACTS, *WAVES, *TRANSFER, *MAPS]
 CASES = {
     "no impact": ({"loads": ()}, [*PROBES, *MAPS]),
     "full solver": ({"solver": "full", "maps": False}, [*PROBES, *IMPACTS]),
-    "maps without frames": ({"frames": False}, ALL),
-    "along x": ({"direction": "x"}, ALL),
-    "one floor": ({"floors": (1,), "loads": (1,)}, ALL),
-    "other numbers, two dampings, two frequencies": (
-        {"floors": (2, 5), "loads": (5,), "dampings": (0.02, 0.05), "frequencies": 2},
+    "one floor, along x": ({"floors": (1,), "loads": (1,), "direction": "x"}, ALL),
+    "two dampings, two frequencies, without frames": (
+        {
+            "floors": (2, 5),
+            "loads": (5,),
+            "dampings": (0.02, 0.05),
+            "frequencies": 2,
+            "frames": False,
+        },
         ALL,
     ),
 }

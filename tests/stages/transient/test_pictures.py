@@ -31,9 +31,8 @@ def inked(path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("direction", ["x", "y"])
-def test_a_building(transient_folder, direction):
-    folder = transient_folder(direction=direction)
+def test_a_building(transient_folder):
+    folder = transient_folder(direction="x")
     drawn = in_own_process(draw_pictures, folder)
     assert [path.name for path in drawn] == [PROBES, PEAKS, AMPLIFICATION]
     for path in drawn:
