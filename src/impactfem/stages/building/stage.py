@@ -1,6 +1,7 @@
 """The stage `building`: mesh, matrices and modes of the 3D model."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,6 @@ from impactfem.case.members import Bay
 from impactfem.case.plausibility import PERIOD_PER_STOREY
 from impactfem.stages.building.pictures import draw_pictures
 from impactfem.stages.building.tables import building_tables
-from impactfem.stages.building.targets import from_structure
 from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
 from impactfem.stages.inputs import published_values
 from impactfem.stages.stage import DRAWING, Stage
@@ -198,5 +198,13 @@ BUILDING = Stage(
 
 
 def target_models(case: Case) -> tuple[Stage, ...]:
-    """Return the stage `building` if the modes of 3D models are targets of the sticks."""
-    return (BUILDING,) if from_structure(case) else ()
+    """Return the stage `building` of the 3D models whose modes are targets of the sticks."""
+    if case.calibration is None or not case.calibration.from_structure:
+        return ()
+    targets = {target.building for target in case.calibration.targets}
+
+    def lacks(view: Case) -> str | None:
+        return None if targets.intersection(one.building for one in view.structures) else "targets"
+
+    # The sticks do not depend on other 3D models than those.
+    return (replace(BUILDING, lacks=lacks),)
