@@ -1,4 +1,4 @@
-"""Measures of the tests themselves: how many of them assert sentences."""
+"""Measures of the sources and of the tests: sizes of functions, splats, asserts on sentences."""
 
 import ast
 import re
@@ -18,6 +18,63 @@ SENTENCES = {
     "stages/test_check.py": "the one function that writes the sentence of a check",
 }
 """Files that may assert sentences, and the reason."""
+
+
+SOURCES = TESTS.parent / "src" / "impactfem"
+PARAMETERS, LINES = (8, 3), (80, 10)
+"""Most parameters of a function and lines of it, and how many functions may have more."""
+
+
+def functions():
+    """Each function of the sources with its place."""
+    for path in sorted(SOURCES.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+                yield f"{path.relative_to(SOURCES)}:{node.name}", node
+
+
+def parameters(function):
+    """Number of its parameters, without the instance or the class."""
+    given = function.args
+    names = [one.arg for one in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
+    return len(names) - (names[:1] in (["self"], ["cls"]))
+
+
+def splats(tree):
+    """Lines with a literal that is unpacked where it stands: f(*(a, b)), (*(a, b), *(c, d))."""
+    for node in ast.walk(tree):
+        given = node.args if isinstance(node, ast.Call) else getattr(node, "elts", ())
+        for one in given:
+            if isinstance(one, ast.Starred) and isinstance(one.value, ast.Tuple | ast.List):
+                yield one.lineno
+
+
+def test_functions_have_few_parameters():
+    most, allowed = PARAMETERS
+    found = [name for name, node in functions() if parameters(node) > most]
+    assert len(found) <= allowed, found
+
+
+def test_functions_are_short():
+    most, allowed = LINES
+    found = [name for name, node in functions() if node.end_lineno - node.lineno + 1 > most]
+    assert len(found) <= allowed, found
+
+
+def test_no_literal_is_unpacked_where_it_stands():
+    found = {
+        path.name: lines
+        for path in SOURCES.rglob("*.py")
+        if (lines := [*splats(ast.parse(path.read_text(encoding="utf-8")))])
+    }
+    assert found == {}
+
+
+@pytest.mark.parametrize(
+    ("line", "count"), [("f(*(a, b), c)", 1), ("x = (*(a, b), *[c])", 2), ("f(*a, *b())", 0)]
+)
+def test_splats(line, count):
+    assert len([*splats(ast.parse(line))]) == count
 
 
 def texts(node):

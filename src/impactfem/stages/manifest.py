@@ -22,8 +22,20 @@ from impactfem.system.files import atomic, write_json
 from impactfem.system.log import LOGGER
 
 PACKAGES = (
-    *("numpy", "scipy", "numba", "xarray", "netCDF4", "pydantic", "pint", "matplotlib"),
-    *("fenics-dolfinx", "petsc4py", "slepc4py", "mpi4py", "gmsh", "pyvista"),
+    "numpy",
+    "scipy",
+    "numba",
+    "xarray",
+    "netCDF4",
+    "pydantic",
+    "pint",
+    "matplotlib",
+    "fenics-dolfinx",
+    "petsc4py",
+    "slepc4py",
+    "mpi4py",
+    "gmsh",
+    "pyvista",
 )
 """Packages whose versions a run records."""
 

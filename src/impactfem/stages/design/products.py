@@ -274,7 +274,9 @@ def _spectrum_tables(products: DesignProducts) -> list[Table]:
             "design_spectra",
             "Design spectra of the 3D building under the case's motion",
             (
-                *("computed", "for design", "for design, mass centre in the pounding"),
+                "computed",
+                "for design",
+                "for design, mass centre in the pounding",
                 "computed, all vertices of the floor, without samples between",
             ),
             curves,
@@ -336,8 +338,11 @@ def coverage_table(products: DesignProducts) -> Table:
         worst = part.isel(whole_frequency=slice(-1))
         numbers = (
             *(store[name].values[d, s, x].max() for name in ("probes_psa", "psa")),
-            *(whole.max(), frequency[whole.argmax()]),
-            *(float(worst.min()), float(worst.idxmin()), float(part[-1])),
+            whole.max(),
+            frequency[whole.argmax()],
+            float(worst.min()),
+            float(worst.idxmin()),
+            float(part[-1]),
         )
         probes, every = (int(store[name].values[s]) for name in ("probe_count", "vertices"))
         rows.append((*labels, probes, count, every, *map(cell, numbers)))
