@@ -252,26 +252,24 @@ def _map_figures(case: Case, prepared: Prepared, basis: ReducedBasis) -> list[Fi
     run = ReducedRun(basis, loads, prepared.damping, case.spectra, highest)
     history = run.history
     maps, mapped = timed(lambda: floor_maps(prepared.parts, run, main_impact=None))
-    records = node_response(basis, history, loads, maps.nodes[:SAMPLE]).acceleration
+    nodes, frequency = maps["node_number"].values, maps["frequency"].values
+    records = node_response(basis, history, loads, nodes[:SAMPLE]).acceleration
     _, finer = timed(
         lambda: response_spectra(
             records.reshape(len(records), -1).T,
             loads.time_step,
-            maps.frequency,
-            [maps.damping],
+            frequency,
+            [case.spectra.damping[0]],
             points_per_cycle=20.0,
             threads=threads(),
             absolute=False,
         )
     )
-    count = len(maps.nodes)
-    name, loss = (
-        "spectra of every floor vertex",
-        np.interp(AMONG, maps.frequency, maps.sampling_loss),
-    )
+    count, name = len(nodes), "spectra of every floor vertex"
+    loss = np.interp(AMONG, frequency, maps["sampling_loss"].values)
     return [
         Figure(f"{name}, vertices", float(count), "-"),
-        Figure(f"{name}, frequencies", float(len(maps.frequency)), "-"),
+        Figure(f"{name}, frequencies", float(len(frequency)), "-"),
         Figure(name, mapped, "s", 180.0),
         Figure(f"bound of what a peak at {AMONG:g} Hz lacks there", float(loss), "-"),
         Figure("the same with 20 points a cycle, from a sample", finer * count / SAMPLE, "s"),
