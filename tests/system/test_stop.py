@@ -186,10 +186,10 @@ def wait_until_free(folder, patience=300.0):
 
 
 def test_a_signal_ends_all_ranks(under_mpirun, tmp_path):
-    """A signal of `mpirun` to both ranks: rank 0 reports it."""
+    """Rank 0 reports the stop; `mpirun` ends rank 1, which waits for rank 0."""
     script, out = tmp_path / "script.py", tmp_path / "run"
     script.write_text(RANKS, encoding="utf-8")
-    done = under_mpirun(2, sys.executable, script, "01", "SIGTERM", out)
+    done = under_mpirun(2, sys.executable, script, "0", "SIGTERM", out)
     assert done.returncode == 128 + signal.SIGTERM
     assert done.stderr.count("terminated; run again with --resume to go on\n") == 1
     assert "Traceback" not in done.stderr and "ignored" not in done.stderr
