@@ -12,6 +12,7 @@ import xarray as xr
 from numba.core.errors import TypingError
 
 from impactfem.case.base import Section
+from impactfem.case.load import section_adapter
 from impactfem.case.model import Case, CaseFile
 from impactfem.case.quantity import HertzStiffness
 from impactfem.coupling import restitution as relations
@@ -191,6 +192,7 @@ def open_case():
     for model, annotation in before.items():
         model.model_fields["contact_laws"].annotation = annotation
         model.model_rebuild(force=True)
+    section_adapter.cache_clear()
     LAWS.pop("test-soft")
 
 

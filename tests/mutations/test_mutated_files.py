@@ -170,10 +170,6 @@ def test_what_may_be_reused(finished, tmp_path, caplog):
     assert "is damaged" in caplog.text
 
 
-def test_at_least_a_thousand():
-    assert CASES + MESHES + STORES + REPORTS + ARCHIVES + MANIFESTS >= 1000
-
-
 def _warn():
     warnings.warn("overflow", RuntimeWarning, stacklevel=1)
 

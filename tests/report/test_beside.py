@@ -62,7 +62,7 @@ def test_the_worst_value_decides():
     summary = [entry("a", 1.0), entry("b", 2.0)]
     found = place(summary, values=[("a", 0.1, None), ("b", 0.1, None)])
     assert found.status == DIFFERS
-    assert [one.reason for one in found.compared] == ["", "no reason"]
+    assert [one.reason for one in found.compared] == ["", "no reason is given"]
 
 
 @pytest.mark.parametrize(

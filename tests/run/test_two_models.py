@@ -68,7 +68,7 @@ def test_floors_by_building(tmp_path, edited):
             "transient.probes[0].group",
             "floors of B",
         ),
-        ("", ("[transient]", "[transient]\nfloors = { C = 1 }"), "transient.floors", "'A' or 'B'"),
+        ("", ("[transient]", "[transient]\nfloors = { C = 1 }"), "transient.floors.C", "A"),
         ("", ("[transient]", "[transient]\nfloors = { B = 3 }"), "transient.floors", "in B"),
         ("", ("[transient]", "[transient]\nfloors = [3]"), "transient.floors", "in A"),
         ("", ('"B"', '"figures"'), "buildings[1].name", "a folder of the run"),

@@ -29,7 +29,8 @@ def stored(path, values=VALUES):
 
 def test_labels_units_and_names(tmp_path):
     with open_store(stored(tmp_path / "a.nc")) as store:
-        assert set(store.coords) == {"probe", "probe_floor", "result", "result_unit", "result_note"}
+        of_scalars = {"result", "result_unit", "result_note", "result_detail"}
+        assert set(store.coords) == {"probe", "probe_floor"} | of_scalars
         about = {"units": "m/s2", "long_name": "peak acceleration", "note": "of the samples"}
         assert store["pfa"].attrs == about
         assert store.isel(probe=store["probe_floor"] == 2)["pfa"].values == [2.5]

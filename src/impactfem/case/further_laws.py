@@ -7,6 +7,7 @@ from typing import Annotated, Union, get_args
 from pydantic import Field
 
 from impactfem.case.base import Section
+from impactfem.case.load import section_adapter
 from impactfem.case.model import Case, CaseFile
 
 
@@ -18,3 +19,4 @@ def add_law(keys: type[Section]) -> None:
         laws = Union[(*get_args(get_args(entry)[0]), keys)]  # type: ignore[valid-type]
         info.annotation = dict[name, Annotated[laws, Field(discriminator="type")]]  # type: ignore[valid-type]
         model.model_rebuild(force=True)
+    section_adapter.cache_clear()

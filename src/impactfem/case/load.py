@@ -107,7 +107,7 @@ def read_case(path: str | Path | Source) -> tuple[Case | None, list[Fault], set[
 
 
 @cache
-def _adapter(name: str, *, item: bool = False) -> TypeAdapter[Any]:
+def section_adapter(name: str, *, item: bool = False) -> TypeAdapter[Any]:
     """The validator of a section, or of an item of an array of tables."""
     info = CaseFile.model_fields[name]
     kind: Any = Annotated[info.annotation, info]
@@ -151,11 +151,11 @@ def _validate(reading: Reading) -> Iterator[ErrorDetails]:
         elif isinstance(given, dict) and form is dict:
             values[name] = {}
             for key, entry in given.items():
-                value, errors = _attempt(_adapter(name), {key: entry}, (name,), reading)
+                value, errors = _attempt(section_adapter(name), {key: entry}, (name,), reading)
                 yield from errors
                 values[name] |= value or {}
         else:
-            value, errors = _attempt(_adapter(name), given, (name,), reading)
+            value, errors = _attempt(section_adapter(name), given, (name,), reading)
             yield from errors
             values[name] = values[name] if errors else value
     for key in raw.keys() - CaseFile.model_fields.keys():
@@ -165,9 +165,9 @@ def _validate(reading: Reading) -> Iterator[ErrorDetails]:
 def _entry(name: str, k: int, raw: Any, reading: Reading) -> tuple[Any, list[ErrorDetails]]:
     """Validate a table of an array; the 3D model of a building by itself."""
     if name != "buildings" or not isinstance(raw, dict) or "structure" not in raw:
-        return _attempt(_adapter(name, item=True), raw, (name, k), reading)
+        return _attempt(section_adapter(name, item=True), raw, (name, k), reading)
     outside = {key: value for key, value in raw.items() if key != "structure"}
-    building, errors = _attempt(_adapter(name, item=True), outside, (name, k), reading)
+    building, errors = _attempt(section_adapter(name, item=True), outside, (name, k), reading)
     with reading.model_of(str(raw.get("name", ""))):
         place = (name, k, "structure")
         structure, further = _attempt(TypeAdapter(Structure), raw["structure"], place, reading)

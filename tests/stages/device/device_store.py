@@ -38,7 +38,8 @@ FLAGS = [{}, {"rotations": True}, {"broadened": True}, {"rotations": True, "broa
 KNOWN = {
     choice.label: choice
     for kind, flags in product(KINDS, FLAGS)
-    for choice in (SpectrumChoice("srss", **kind, **flags),)
+    for modal in ("srss", "cqc")
+    for choice in (SpectrumChoice(modal, **kind, **flags),)
 }
 COMPONENTS = ["x", "y", "z", "rx", "ry", "rz"]
 MASSES = (1219.0, 327.0)

@@ -100,9 +100,10 @@ class Frame:
     def full(self, loads, damping, folder, nodes=None, **options):
         """The full model, its checkpoints in the folder: without an interruption the last alone."""
         probes = Displacements(self.model, self.nodes if nodes is None else nodes)
-        C, progress = options.pop("C", None), options.pop("progress", lambda part: None)
+        progress = options.pop("progress", lambda part: None)
+        more = {name: options.pop(name) for name in ("C", "modal") if name in options}
         resumption = Resumption(folder, **{"key": "frame", "every": 10**6} | options)
-        model = FullModel(self.model, self.K, damping, C)
+        model = FullModel(self.model, self.K, damping, **more)
         return run_full(model, loads, self.patterns(loads), probes, resumption, progress)
 
     def basis(self, loads, **changes):
