@@ -65,7 +65,7 @@ class TestFinished:
         assert values == {name: x for name, x in scalars(finished.run).items() if name in listed}
         names = [f"sticks.{b}.{q}.{k}" for b in ("west", "east") for k in (1, 2, 3, 4) for q in (
             "frequency", "effective_mass")]  # fmt: skip
-        for quantity in ("peak_force", "peak_acceleration"):
+        for quantity in ("peak_force",):
             names.append(f"pounding.{quantity}.floor_3")
         for quantity in ("peak", "pfa"):
             names.append(f"frs.floor_3.{quantity}")

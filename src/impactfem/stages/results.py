@@ -50,12 +50,15 @@ def values(kind: type, items: Iterable[Any], prefix: str = "") -> dict[str, list
     return {name: _column(rows, attribute) for name, attribute, _ in _variables(kind, prefix)}
 
 
-def value(item: Any, prefix: str = "") -> dict[str, Any]:
-    """Return the values of one instance of a dataclass, by output; those that are None missing."""
+def value(item: Any, prefix: str = "", *, known_only: bool = True) -> dict[str, Any]:
+    """Return the values of one instance of a dataclass, by output.
+
+    Those that are None are left out if `known_only`, else nan.
+    """
     return {
-        name: result
+        name: math.nan if result is None else result
         for name, attribute, _ in _variables(type(item), prefix)
-        if (result := getattr(item, attribute)) is not None
+        if (result := getattr(item, attribute)) is not None or not known_only
     }
 
 

@@ -82,7 +82,7 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
         **values(WallImpact, impacts),
         "impacts": [floor.number for floor in cases[0].impacts],
         **value(study),
-        **value(study.comparison),
+        **value(study.comparison, known_only=False),
     }
     attributes = {
         "title": study.case.title,
@@ -115,5 +115,6 @@ def calibration_scalars(store: xr.Dataset) -> list[Scalar]:
         *scalars(store, "calibration.floor_{floor}.{variable}", "impacts"),
         *scalars(store, "calibration.{variable}", "stick_delay second_impulse second_impact_time"),
         *scalars(store, "calibration.{variable}", "energy_dissipated basis_error"),
-        *scalars(further, "calibration.{variable}.{case}", "epsilon K_Ceq"),
+        *scalars(further, "calibration.{variable}.{case}", "epsilon"),
+        *scalars(further, "calibration.{variable}.{case}", "K_Ceq", detail=True),
     ]

@@ -33,6 +33,7 @@ MOTION_DETAILS = "pgd end_velocity end_displacement misfit_largest misfit_smalle
 BENDING = "frequency=bending_frequency effective_mass=bending_mass"
 CALIBRATED = "stiffness_factor rigid_below=rigid_depth_below rigid_above=rigid_depth_above"
 PASSAGE = "delay=passage_delay apart=passage_apart left=passage_left"
+FLOOR_DETAILS = "pfa_no_contact peak_frequency peak_over_pfa"
 RATIOS = "force_over_acceleration penetration_over_force"
 SOIL_MODES = (
     "frequency=foundation_frequency period_ratio=foundation_period_ratio damping=foundation_ratio"
@@ -72,7 +73,7 @@ def selected_scalars(store: xr.Dataset, motion: xr.Dataset) -> list[Scalar]:
         *scalars(later, "motion.passage.{building}.{variable}", PASSAGE),
         *scalars(touching, "pounding.{variable}.{station}", "peak_force"),
         *scalars(touching, "pounding.{variable}.{station}", "penetration", detail=True),
-        *scalars(own, "pounding.{variable}.{station}", "peak_acceleration"),
+        *scalars(own, "pounding.{variable}.{station}", "peak_acceleration", detail=True),
         *scalars(pressed, "pounding.{variable}.{station}", RATIOS, detail=True),
         *scalars(store, "pounding.{variable}.{building}", "peak_displacement"),
         *scalars(store, "pounding.{variable}.{building}", "peak_displacement_no_contact"),
@@ -107,7 +108,7 @@ def mode_scalars(store: xr.Dataset) -> list[Scalar]:
     return [
         *scalars(first[0], *names),
         *scalars(first[1], *names, detail=True),
-        *scalars(store, "sticks.{building}.{variable}", "mass=total_mass"),
+        *scalars(store, "sticks.{building}.{variable}", "mass=total_mass", detail=True),
     ]
 
 
@@ -161,8 +162,8 @@ def _spectra(floors: xr.Dataset) -> list[Scalar]:
     note = f"{at['station_building'].item()}, floor {at['station_floor'].item()}, direction "
     note += f"{at['direction'].item()}; of all floors, in the resolved band"
     return [
-        *scalars(first, "frs.{station}.{variable}", "peak pfa peak_no_contact pfa_no_contact"),
-        *scalars(first, "frs.{station}.{variable}", "peak_frequency peak_over_pfa", detail=True),
+        *scalars(first, "frs.{station}.{variable}", "peak pfa peak_no_contact"),
+        *scalars(first, "frs.{station}.{variable}", FLOOR_DETAILS, detail=True),
         *scalars(
             peaks.isel(station=np.logical_not(own)),
             "frs.{station}.{variable}",
