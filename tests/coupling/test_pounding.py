@@ -6,7 +6,7 @@ import scipy.integrate
 import scipy.linalg
 
 from impactfem.coupling.impacts import impacts
-from impactfem.coupling.laws import HertzDamp, KelvinVoigt, effective_mass
+from impactfem.coupling.laws import HertzDamp, KelvinVoigt, Unilateral, effective_mass
 from impactfem.coupling.pounding import End, Load, Pair, System, simulate
 from impactfem.dynamics.damping import RatioTable, Rayleigh
 from impactfem.sticks.stick import mass_on_spring
@@ -350,3 +350,11 @@ def test_an_eccentric_force_turns_a_floor():
     v = simulate(System((mass,), ()), np.zeros((11, 3)), 0.1, loads=[load]).v[-1]
     # Momentum P t, moment of momentum x P t, with an inertia of m · 1 m².
     assert v == pytest.approx([0.0, 0.5, 0.0, 0.0, 0.0, 1.5])
+
+
+def test_sticks_have_no_unilateral_contact():
+    left, right = (mass_on_spring(name, 1e3, frequency=2.0) for name in ("a", "b"))
+    ends = End.of_floor(left, 1), End.of_floor(right, 1)
+    pair = Pair("a-b", *ends, np.array([0.0, 1.0, 0.0]), 0.01, Unilateral(mass=500.0))
+    with pytest.raises(ImpactfemError, match="a-b"):
+        simulate(System((left, right), (pair,)), np.zeros((5, 3)), 1e-3)

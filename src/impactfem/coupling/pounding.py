@@ -419,10 +419,15 @@ def simulate(
         loads: External forces in addition to the ground motion.
 
     Raises:
-        ImpactfemError: Shapes of the ground motion or of a load do not fit.
+        ImpactfemError: Shapes of the ground motion or of a load do not fit, or a law is unilateral.
         SolutionError: The start already penetrates, the response is not finite, or the contact
             forces do not converge.
     """
+    if rigid := [pair.name for pair in system.pairs if pair.law.unilateral]:
+        raise ImpactfemError(
+            f"contact pair {rigid[0]}: sticks have no unilateral contact; give the pair a contact "
+            "law with a stiffness, or let 3D models pound ([pounding] models)"
+        )
     n = system.M.shape[0]
     ground = as_ground(ground)
     a_g = ground.acceleration
