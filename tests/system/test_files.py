@@ -8,6 +8,7 @@ import resource
 import signal
 import subprocess
 import sys
+import zipfile
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import (
     atomic,
     in_source_tree,
+    kept_in_one_file,
     read_archive,
     remove_parts,
     write_archive,
@@ -254,3 +256,40 @@ def test_full_disk(old, kind, room):
     assert old.read_text() == "old" and only(old)
     WRITERS[kind](old, values)
     assert old.stat().st_size > room
+
+
+def test_files_of_a_folder_in_one_file(tmp_path):
+    """A block that fails leaves the folder; the next one goes on with its files and the archive."""
+    folder = tmp_path / "members"
+    with kept_in_one_file(folder) as given:
+        (given / "a.npz").write_bytes(b"first")
+    assert [path.name for path in tmp_path.iterdir()] == ["members.zip"]
+    with pytest.raises(KeyError), kept_in_one_file(folder) as given:
+        (given / "b.npz").write_bytes(b"second")
+        raise KeyError
+    assert (folder / "b.npz").is_file()
+    with kept_in_one_file(folder) as given:
+        assert sorted(path.name for path in given.iterdir()) == ["a.npz", "b.npz"]
+        assert (given / "a.npz").read_bytes() == b"first"
+    assert [path.name for path in tmp_path.iterdir()] == ["members.zip"]
+
+
+def test_a_damaged_archive_of_files(tmp_path, caplog):
+    folder = tmp_path / "members"
+    with kept_in_one_file(folder) as given:
+        (given / "a.npz").write_bytes(bytes(1000))
+    archive = tmp_path / "members.zip"
+    content = bytearray(archive.read_bytes())
+    content[500] ^= 1
+    archive.write_bytes(content)
+    with kept_in_one_file(folder) as given:
+        assert not list(given.iterdir())
+    assert "damaged" in caplog.text
+
+
+def test_names_in_an_archive_stay_in_the_folder(tmp_path):
+    with zipfile.ZipFile(tmp_path / "members.zip", "w") as archive:
+        archive.writestr("../../outside.npz", "x")
+    with kept_in_one_file(tmp_path / "members") as given:
+        assert [path.name for path in given.iterdir()] == ["outside.npz"]
+    assert not (tmp_path.parent / "outside.npz").exists()

@@ -10,9 +10,11 @@ import errno
 import json
 import os
 import re
+import shutil
 import stat
 import sys
 import zipfile
+import zlib
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -150,6 +152,37 @@ def read_archive(path: Path, key: str) -> dict[str, Any] | None:
     except Exception as error:  # NumPy and zipfile raise many kinds for a damaged file
         LOGGER.warning("warning: %s is damaged (%s); computed again", path, error)
         return None
+
+
+@contextmanager
+def kept_in_one_file(folder: Path) -> Iterator[Path]:
+    """Give a folder with the files of the archive `FOLDER.zip`, which replaces it at the end.
+
+    After a failure or a kill the folder stays, and the next block continues with its files. A
+    damaged file of the archive is left out, with a warning. ImpactfemError where the archive cannot
+    be written.
+    """
+    whole = folder.with_suffix(".zip")
+    folder.mkdir(parents=True, exist_ok=True)
+    try:
+        with zipfile.ZipFile(whole) as archive:
+            for name in archive.namelist():
+                path = folder / Path(name).name
+                if not path.exists():
+                    path.write_bytes(archive.read(name))
+    except FileNotFoundError:
+        pass
+    except (OSError, ValueError, zipfile.BadZipFile, zlib.error) as error:
+        LOGGER.warning("warning: %s is damaged (%s); computed again", whole, error)
+    yield folder
+    with (
+        atomic(whole) as temporary,
+        temporary.open("wb") as stream,
+        zipfile.ZipFile(stream, "w") as archive,
+    ):
+        for path in sorted(folder.iterdir()):
+            archive.write(path, path.name)
+    shutil.rmtree(folder)
 
 
 def read_bytes(path: Path, what: str, largest: float = LARGEST_FILE) -> bytes | Fault:

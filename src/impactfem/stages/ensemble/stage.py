@@ -15,6 +15,7 @@ from impactfem.stages.pounding.stage import POUNDING, motions_key
 from impactfem.stages.reduce.stage import models_of_run
 from impactfem.stages.stage import DRAWING, Stage
 from impactfem.system.executor import workers
+from impactfem.system.files import kept_in_one_file
 from impactfem.system.log import Steps
 from impactfem.system.parallel import on_root
 
@@ -35,11 +36,14 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     with workers() as executor:
         if executor is None:
             return []  # this rank has worked for rank 0 until now
-        with steps.step("members"):
+        with (
+            steps.step("members"),
+            kept_in_one_file(folder / "ensemble" / "members") as members,
+        ):
             result = run_ensemble(
                 case,
                 ready,
-                folder / "ensemble" / "members",
+                members,
                 members_key,
                 executor,
                 lambda done, of: steps.within("members", done / of),
