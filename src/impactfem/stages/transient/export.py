@@ -101,8 +101,13 @@ def write_motion(
     with h5py.File(memory, "w") as file:
         file.attrs.update(title=study.case.title, inputs=key, case_hash=study.case.content_hash())
         _fill(file.create_group("VTKHDF"), grid, loads.time_step * steps, fields)
-    with atomic(path) as temporary:
-        temporary.write_bytes(memory.getbuffer())
+    # The view is released even if the disk is full; else the memory could not be freed.
+    with (
+        atomic(path) as temporary,
+        temporary.open("wb") as stream,
+        memory.getbuffer() as content,
+    ):
+        stream.write(content)
     LOGGER.debug(
         "transient: motion of %d nodes at %d times, %g to %g s, written for ParaView: %.0f MB",
         len(grid.nodes),
