@@ -1,6 +1,6 @@
 """Plausibility warnings: valid values outside of their usual range, and a few that contradict.
 
-The ranges stand in `usual.csv`. Most reach about twice as far as what is usual, so that a warning
+`usual.csv` holds the ranges. Most are about twice as wide as the usual values, so that a warning
 is worth reading: they hold buildings from sheds to reactors.
 """
 

@@ -32,7 +32,7 @@ class Reading:
     faults: list[Fault] = field(default_factory=list)  #: what is wrong in the files that it names
     #: Their bytes, by their name in the case file.
     contents: dict[str, bytes] = field(default_factory=dict)
-    #: Values of the sections that are validated already, without what is not valid.
+    #: Values of the sections that are validated already, without invalid parts.
     values: dict[str, Any] = field(default_factory=dict)
     #: Valid tables of the arrays of tables, by their index in the file.
     entries: dict[str, dict[int, Any]] = field(default_factory=dict)

@@ -29,7 +29,7 @@ from impactfem.system.parallel import threads, world
 BASE, PER_DOF, SCENES = 0.35e9, 6.9e3, 0.6e9
 """Memory of the program, of a degree of freedom, and of a stage that draws the 3D model [byte]."""
 COPIES, APART, DAY = 1.1, 20.0, 86400.0
-"""Copies of the vectors of a basis; least time of a building for a process of its own [s]."""
+"""Copies of the vectors of a basis; least time of a building for a separate process [s]."""
 NODE = 130.0  # of a mesh file [byte]
 TRIANGLES = 2.95  # in a square of the element size
 
@@ -81,7 +81,7 @@ class Estimate:
 
 
 def side_by_side(costs: Sequence[StageCost]) -> bool:
-    """Whether a stage is computed for several buildings at a time, each on a core of its own."""
+    """Whether a stage is computed for several buildings at a time, one core for each."""
     several = len(costs) > 1 and world() is None and threads() > 1
     room = sum(one.memory for one in costs) <= available_memory()
     return several and room and min(one.seconds for one in costs) >= APART

@@ -38,7 +38,7 @@ _LONGEST = 120  # letters of a name, with room for endings
 
 @dataclass(frozen=True)
 class Key:
-    """A changed key as it is written, and its place in the case."""
+    """A changed key: its text, and its place in the case."""
 
     name: str
     place: Place

@@ -2,7 +2,7 @@
 
 All processes are those of `concurrent.futures`, started anew (spawn): a fork of a process with open
 threads and HDF5 files may hang. gmsh and VTK need a process without PETSc and MPI. The wheel of
-gmsh brings an MPI and a PETSc of its own, which clash with those of Debian and would take the
+gmsh brings a second MPI and a second PETSc, which clash with those of Debian and would take the
 variables of `mpirun` for their own. The wheel of VTK crashes together with dolfinx where both use
 the regular expressions of the C++ library, and without a usable OpenGL.
 """

@@ -154,26 +154,42 @@ def read_archive(path: Path, key: str) -> dict[str, Any] | None:
         return None
 
 
+def _files_of(whole: Path) -> Iterator[tuple[str, bytes]]:
+    """Names and contents of the files of an archive; none without it, and none that is damaged."""
+    try:
+        archive = zipfile.ZipFile(whole)
+    except FileNotFoundError:
+        return
+    except zipfile.BadZipFile as error:
+        LOGGER.warning("warning: %s is damaged (%s); computed again", whole, error)
+        return
+    with archive:
+        for name in archive.namelist():
+            try:
+                content = archive.read(name)
+            except (zipfile.BadZipFile, zlib.error) as error:
+                LOGGER.warning(
+                    "warning: %s in %s is damaged (%s); computed again", name, whole, error
+                )
+            else:
+                yield name, content
+
+
 @contextmanager
 def kept_in_one_file(folder: Path) -> Iterator[Path]:
     """Give a folder with the files of the archive `FOLDER.zip`, which replaces it at the end.
 
     After a failure or a kill the folder stays, and the next block continues with its files. A
-    damaged file of the archive is left out, with a warning. ImpactfemError where the archive cannot
-    be written.
+    damaged file of the archive is left out, with a warning. ImpactfemError if a file cannot be
+    written.
     """
     whole = folder.with_suffix(".zip")
     folder.mkdir(parents=True, exist_ok=True)
-    try:
-        with zipfile.ZipFile(whole) as archive:
-            for name in archive.namelist():
-                path = folder / Path(name).name
-                if not path.exists():
-                    path.write_bytes(archive.read(name))
-    except FileNotFoundError:
-        pass
-    except (OSError, ValueError, zipfile.BadZipFile, zlib.error) as error:
-        LOGGER.warning("warning: %s is damaged (%s); computed again", whole, error)
+    for name, content in _files_of(whole):
+        path = folder / Path(name).name
+        if not path.exists():
+            with atomic(path) as temporary:
+                temporary.write_bytes(content)
     yield folder
     with (
         atomic(whole) as temporary,

@@ -1,6 +1,6 @@
 """An ensemble of motions through the sticks, the 3D building and the devices.
 
-Each result is stored as soon as it is computed, so that an interrupted run is resumed.
+Each result is stored when it is computed. An interrupted run resumes with the stored results.
 """
 
 from __future__ import annotations

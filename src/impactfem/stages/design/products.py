@@ -315,7 +315,7 @@ def _curve_table(
 
 
 def _inside(curve: tuple[Array, Array] | None, wanted: Array) -> Array:
-    """Interpolate a spectrum at other frequencies; nan outside of its own, and for None."""
+    """Interpolate a spectrum at other frequencies; nan outside its range, and for None."""
     found = np.full(wanted.size, np.nan)
     if curve is not None:
         frequency, values = curve

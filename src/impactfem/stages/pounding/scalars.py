@@ -49,7 +49,7 @@ def selected_scalars(store: xr.Dataset, motion: xr.Dataset) -> list[Scalar]:
     """Select the scalars of the stage from `pounding.nc` and `motion.nc`.
 
     Names without a building are those of the first building of the case file, the one that is
-    studied; `floor_k` in `pounding.*` stands for the pairs on its floor k.
+    studied; `floor_k` in `pounding.*` covers the contact pairs on its floor k.
     """
     studied = str(store.attrs["studied_building"])
     stations = [

@@ -143,7 +143,7 @@ def _sides(store: xr.Dataset) -> Table:
 
 
 def _physics(store: xr.Dataset, published: Mapping[str, float]) -> Table:
-    """Findings beside the paper's, after the other scalars with a published value."""
+    """Table of findings compared with the paper's, after the other published values."""
     findings = finding_scalars(store)
     names = {scalar.name for scalar in findings}
     others = [s for s in scalars_of(store) if s.name in published and s.name not in names]
