@@ -18,7 +18,7 @@ from impactfem.run.loop import run, write_summary
 from impactfem.stages.manifest import read_manifest
 from impactfem.system.errors import SolutionError
 from impactfem.system.files import write_netcdf
-from impactfem.system.scalar import Scalar, scalars_of, values_of, with_scalars
+from impactfem.system.scalar import Scalar, scalars_of, with_scalars
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 PROGRAM = Path(sys.executable).parent / "impactfem"
@@ -147,7 +147,6 @@ def test_scalars_through_a_store(tmp_path):
         # What is not a number does not exist.
         assert scalars_of(found) == [*SCALARS[:2], replace(SCALARS[2], value=None)]
         assert found["result_value"].sel(result=SCALARS[0].name) == SCALARS[0].value
-        assert values_of(found) == {s.name: s.value for s in SCALARS[:2] if s.value is not None}
     assert scalars_of(with_scalars(store, [])) == []
     with pytest.raises(KeyError, match="result"):
         scalars_of(xr.Dataset())

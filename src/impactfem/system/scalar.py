@@ -43,11 +43,6 @@ def scalars_of(store: xr.Dataset) -> list[Scalar]:
     return [Scalar(name, None if math.isnan(v) else v, *of) for name, v, *of in rows]
 
 
-def values_of(store: xr.Dataset) -> dict[str, float]:
-    """Values of the scalars of a store by name, without those that have none."""
-    return {s.name: s.value for s in scalars_of(store) if s.value is not None}
-
-
 def words(values: Iterable[str]) -> np.ndarray[tuple[int], np.dtype[np.object_]]:
     """Texts as an array that NetCDF takes."""
     return np.array([str(value) for value in values], dtype=object)
