@@ -140,6 +140,14 @@ def test_entries(tmp_path, named):
     assert json.loads(path.read_text()) == []
 
 
+def test_details_are_listed_if_they_are_published(tmp_path):
+    path = tmp_path / "summary.json"
+    theirs = Published(value=2.0, unit="N", source="table 1")
+    details = [Scalar(name, 1.0, "N", detail=True) for name in ("a", "b")]
+    write_summary(path, details, {"b": theirs})
+    assert [entry["name"] for entry in json.loads(path.read_text())] == ["b"]
+
+
 def test_scalars_through_a_store(tmp_path):
     store = with_scalars(xr.Dataset({"other": ("time", [1.0])}), SCALARS)
     write_netcdf(tmp_path / "store.nc", with_scalars(store, SCALARS[:3]))

@@ -20,6 +20,8 @@ def test_scalars(finished):
         told = {scalar.name: scalar for scalar in finished.run.scalars if not scalar.detail}
         assert list(run.summary) == list(told)
         assert run.value("motion.pga") == told["motion.pga"].value
+        (detail,) = (s for s in finished.run.scalars if s.name == "motion.pgd")
+        assert detail.detail and run.value("motion.pgd") == detail.value
         entry = run.summary["motion.pga"]
         assert (entry.unit, entry.paper) == ("m/s2", pytest.approx(3.0))
         table = run.table("pounding.peak_force.*", "motion.pga")
