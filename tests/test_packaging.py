@@ -127,7 +127,7 @@ def test_lines_of_public_names():
     assert "clone https" not in private.sources and "container image" in private.note
     assert "docker build" in private.get_image
     public = PublicNames("https://forge.test/i", "https://docs.test", "registry.test/i", "i")
-    assert "git clone https://forge.test/i impactfem" in public.sources
+    assert "https://forge.test/i" in public.sources
     assert "docker pull registry.test/i" in public.get_image and public.note == ""
 
 

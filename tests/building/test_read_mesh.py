@@ -159,7 +159,7 @@ def test_missing_levels_are_a_range(number, missing, frame_file, tmp_path):
 def test_a_number_that_no_level_has(frame_file, tmp_path):
     path = tmp_path / "high.msh"
     path.write_text(frame_file.read_text().replace("floor_2", f"floor_{'9' * 5000}"))
-    with pytest.raises(InputError, match=r"unknown physical group|expected a mesh of gmsh"):
+    with pytest.raises(InputError, match=r"physical group|gmsh"):
         read_mesh(path)
 
 

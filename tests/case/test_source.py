@@ -286,7 +286,7 @@ def test_a_chain_that_is_too_long(write):
     write(**{f"c{k}": f'extends = "c{k + 1}.toml"\n' for k in range(MOST_FILES - 2)})
     assert load_case(write(**{f"c{MOST_FILES - 2}": BASE}).with_name("c0.toml"))  # 50 files
     _, key, _, expected = the_fault(write(top='extends = "c0.toml"\n'))
-    assert key == "extends" and "at most 50 files that extend one another" in expected
+    assert key == "extends" and "at most 50 files" in expected
 
 
 def test_a_link_to_itself(write, tmp_path):

@@ -83,7 +83,7 @@ def test_a_cell_that_no_csv_file_has(tmp_path, line):
     lines[line] = "x" * 200_000 + lines[line]
     (fault,) = faults_of(write(tmp_path, *lines))
     assert fault.key == f"line {line + 1}"
-    assert "not a line of a CSV file (field larger than field limit" in fault.expected
+    assert "larger than field" in fault.expected
 
 
 def test_byte_order_mark_of_a_spreadsheet(tmp_path):
@@ -275,7 +275,7 @@ def test_a_table_that_no_machine_has_memory_for(tmp_path):
     with path.open("wb") as stream:
         stream.truncate(10**12)  # sparse
     (fault,) = faults_of(path)
-    assert "1000 GB; expected at most 20 MB" in fault.expected
+    assert "at most 20 MB" in fault.expected
 
 
 def test_targets_know_the_buildings(tmp_path):
@@ -289,8 +289,8 @@ def test_targets_know_the_buildings(tmp_path):
     faults = []
     assert read_targets(path, faults, KNOWN) is None
     assert [fault.key for fault in faults] == ["line 4, column mode", "line 3, column building"]
-    assert "duplicate mode, the first is in line 2" in faults[0].expected
-    assert "unknown building; did you mean 'B1'?" in faults[1].expected
+    assert "is in line 2" in faults[0].expected
+    assert "mean 'B1'?" in faults[1].expected
 
 
 def test_what_a_spreadsheet_leaves(tmp_path):
@@ -321,7 +321,7 @@ def test_what_a_spreadsheet_leaves_in_other_codings(tmp_path):
         path.write_text(text, encoding=coding)
         faults = []
         assert read_published(path, faults) is None
-        assert "save it as text in UTF-8" in faults[0].expected
+        assert "text in UTF-8" in faults[0].expected
     path.write_text("sep=;\nname;value;unit;source\n")
     faults = []
     assert read_published(path, faults) is None

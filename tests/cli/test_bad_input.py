@@ -106,4 +106,4 @@ class TestBadInput:
         path = tmp_path / ("x" * 300)
         arguments = ["run", finished.case, "--out"] if command == "out" else [command]
         ended = program(*arguments, path)
-        assert ended.code == 2 and "File name too long" in ended.err
+        assert ended.code == 2 and "name too long" in ended.err

@@ -55,7 +55,7 @@ def test_nothing_is_overwritten(program, tmp_path, names):
 def test_an_unknown_name(program, tmp_path, monkeypatch, names):
     monkeypatch.chdir(tmp_path)
     ended = program("examples", "two_frame")
-    assert ended.code == 2 and "did you mean 'two_frames'?" in ended.err
+    assert ended.code == 2 and "mean 'two_frames'?" in ended.err
     assert names(tmp_path) == []
 
 

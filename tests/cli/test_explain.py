@@ -68,7 +68,7 @@ def test_an_unknown_name(program, name, near):
 
 def test_nothing_near(program):
     ended = program("explain", "qqqq")
-    assert ended.code == 2 and "a result of summary.json" in ended.err
+    assert ended.code == 2 and "summary.json" in ended.err
 
 
 def test_with_a_run(program, finished, tmp_path):

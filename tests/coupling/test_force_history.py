@@ -150,7 +150,7 @@ def test_csv_in_other_units(tmp_path):
 def test_a_file_that_is_too_large(tmp_path, name):
     with (tmp_path / name).open("wb") as stream:
         stream.truncate(10**12)  # sparse
-    with pytest.raises(InputError, match="1000 GB; expected at most 500 MB"):
+    with pytest.raises(InputError, match="at most 500 MB"):
         read_forces(tmp_path / name)
 
 
@@ -160,7 +160,7 @@ def test_csv_with_a_byte_order_mark(tmp_path):
     assert path.read_bytes().startswith(b"\xef\xbb\xbf")
     assert read_forces(path).pairs == ("a",)
     path.write_text("\ufeff\ufefftime [s],a [N]\n0,1\n0.5,2\n", encoding="utf-8")
-    with pytest.raises(InputError, match="expected the first column"):
+    with pytest.raises(InputError, match="the first column"):
         read_forces(path)
 
 
@@ -175,7 +175,7 @@ def test_csv_of_a_long_run_there_and_back(tmp_path):
     rounded = tmp_path / "rounded.csv"
     values = np.column_stack([time, history.force])
     np.savetxt(rounded, values, "%.9g", ",", header="time [s],a-b [N]", comments="")
-    with pytest.raises(InputError, match=r"time, between .* s: expected a uniform time step"):
+    with pytest.raises(InputError, match="uniform time step"):
         read_forces(rounded)
 
 

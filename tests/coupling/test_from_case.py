@@ -209,7 +209,7 @@ def test_relative_height_at_the_end_of_a_storey_is_refused(small_case):
 def test_a_storey_point_needs_damping(small_case):
     undamped = ('ratio = "5 %"\nfrequencies = ["1 Hz", "20 Hz"]\n', UNDAMPED)
     case = small_case(undamped, extra=STOREY_CONTACT)
-    with pytest.raises(ImpactfemError, match="inside the storey below floor 3 has no mass and nee"):
+    with pytest.raises(ImpactfemError, match="below floor 3 has"):
         system_of(case, None)
     assert len(system_of(small_case(undamped), None).pairs) == 3
 
@@ -225,7 +225,7 @@ def test_calibration_as_given(small_case):
 
 def test_a_mode_too_high_is_found_by_the_check(small_case):
     high = TARGETS + "west,7,90,1\n"
-    with pytest.raises(InputError, match="mode 7 of west is requested, which has 6 in a family"):
+    with pytest.raises(InputError, match="mode 7 of west"):
         small_case(extra=CALIBRATION.format(mode="given"), files={"targets.csv": high})
     highest = TARGETS + "west,6,90,1\n"
     case = small_case(extra=CALIBRATION.format(mode="given"), files={"targets.csv": highest})
@@ -240,7 +240,7 @@ def test_heights_of_the_case_that_add_up_but_for_rounding(small_case):
     extra = CALIBRATION.format(mode="fit").replace("10.5 m", "9.9 m")
     found = calibration_of(small_case(extra=extra, files=files))
     assert found.parameters.heights == pytest.approx([3.3] * 3, abs=1e-12)
-    with pytest.raises(InputError, match=r"a height the storeys of west can sum up to, 9\.9 m"):
+    with pytest.raises(InputError, match=r"sum up to, 9\.9 m"):
         small_case(extra=extra.replace("9.9 m", "9.901 m"), files=files)
 
 
@@ -300,7 +300,7 @@ def test_steps_that_are_too_coarse_for_a_pulse_are_warned_of(small_case, caplog)
     loads_of(case, system, 1e-3, 100)
     assert "an impulse is" not in caplog.text
     loads_of(case, system, 7e-3, 100)
-    assert "blast.csv: at pounding.time_step an impulse is" in caplog.text
+    assert "pounding.time_step" in caplog.text
 
 
 def test_the_ground_lasts_until_the_waves_have_passed(small_case):

@@ -89,7 +89,7 @@ def test_negative_mass_and_stiffness_are_refused(stick):
         with pytest.raises(ImpactfemError, match=what):
             modal_coordinates(*matrices.values())
     first = replace(stick.floors[0], mass=-1e5)
-    with pytest.raises(ImpactfemError, match="building b: a mass or an inertia is negative"):
+    with pytest.raises(ImpactfemError, match="inertia is negative"):
         _ = System((damped_stick("b", [first, *stick.floors[1:]]),), ()).modes
 
 
@@ -271,42 +271,42 @@ def test_the_inverse_is_the_inverse(stick):
 
 def test_what_is_refused(stick):
     _, body = body_of(stick)
-    with pytest.raises(ImpactfemError, match=r"body a has no port 'roof'; its ports: top, base"):
+    with pytest.raises(ImpactfemError, match="no port 'roof'"):
         Assembly([body], [Link("1", ("a", "roof"), None, np.eye(6)[1])])
-    with pytest.raises(ImpactfemError, match="no body 'c'; there are a"):
+    with pytest.raises(ImpactfemError, match="no body 'c'; there"):
         Assembly([body], springs=[Spring(("c", "top"), None, np.eye(6), np.eye(6))])
-    with pytest.raises(ImpactfemError, match="unique name for each body, got a, a"):
+    with pytest.raises(ImpactfemError, match="unique name for"):
         Assembly([body, body])
-    with pytest.raises(ImpactfemError, match=r"body a: shapes of port roof of shape \(2, 3\)"):
+    with pytest.raises(ImpactfemError, match=r"roof of shape \(2, 3\)"):
         replace(body, ports={"roof": Port(np.zeros((2, 3)), np.zeros((2, 6)))})
     infinite = replace(body.ports["top"], shapes=np.full((6, 18), np.inf))
-    with pytest.raises(ImpactfemError, match=r"shapes of port top .* expected finite values"):
+    with pytest.raises(ImpactfemError, match=r"port top .* finite"):
         replace(body, ports={"top": infinite})
-    with pytest.raises(ImpactfemError, match=r"body a: eigenvalue .* expected finite values"):
+    with pytest.raises(ImpactfemError, match=r"eigenvalue .* finite values"):
         replace(body, eigenvalue=np.nan * body.eigenvalue)
-    with pytest.raises(ImpactfemError, match=r"body a: participation of shape \(17, 6\)"):
+    with pytest.raises(ImpactfemError, match=r"participation of shape \(17, 6\)"):
         replace(body, participation=body.participation[1:])
-    with pytest.raises(ImpactfemError, match=r"body a: mass of shape \(17,\)"):
+    with pytest.raises(ImpactfemError, match=r"mass of shape \(17,\)"):
         replace(body, mass=np.ones(17))
-    with pytest.raises(ImpactfemError, match="a free base needs a positive definite rigid_mass"):
+    with pytest.raises(ImpactfemError, match="needs a positive definite"):
         replace(body, rigid_mass=np.zeros((6, 6)), free_base=True)
     # A matrix of six components at a port of three is not taken for one with own coordinates.
     small = Port(np.zeros((3, 18)), np.zeros((3, 6)))
     two = replace(body, ports={**body.ports, "small": small})
-    with pytest.raises(ImpactfemError, match=r"stiffness .* the ground: expected shape \(3, 3\)"):
+    with pytest.raises(ImpactfemError, match=r"stiffness .* ground: .*\(3, 3\)"):
         Assembly([two], springs=[Spring(("a", "small"), None, np.eye(6), np.eye(6))])
-    with pytest.raises(ImpactfemError, match=r"damping .*: expected shape \(6, 6\).* got \(3, 3\)"):
+    with pytest.raises(ImpactfemError, match=r"damping .*: .*\(6, 6\).* got \(3, 3\)"):
         Assembly([two], springs=[Spring(("a", "top"), ("a", "base"), np.eye(6), np.eye(3))])
-    with pytest.raises(ImpactfemError, match="one port has 6 components, the other 3"):
+    with pytest.raises(ImpactfemError, match="6 components, the other"):
         Assembly([two], springs=[Spring(("a", "top"), ("a", "small"), np.eye(6), np.eye(6))])
-    with pytest.raises(ImpactfemError, match=r"direction .*: expected shape \(6,\).* got \(3,\)"):
+    with pytest.raises(ImpactfemError, match=r"direction .*: .*\(6,\).* got \(3,\)"):
         Assembly([two], [Link("1", ("a", "top"), None, np.eye(3)[1])])
     walls = Assembly([body], [Link("1", ("a", "top"), None, np.eye(6)[1], 1.0)])
-    with pytest.raises(SolutionError, match="a unilateral constraint needs the time loop of"):
+    with pytest.raises(SolutionError, match="unilateral constraint needs"):
         by_assembly(walls, np.zeros((3, 3)))
     law = KelvinVoigt(1e9, 0.1, mass=1e3)
     closed = Assembly([body], [Link("wall", ("a", "top"), None, np.eye(6)[1], -1.0, law)])
-    with pytest.raises(SolutionError, match="pair wall penetrates at the start"):
+    with pytest.raises(SolutionError, match="pair wall penetrates"):
         by_assembly(closed, np.zeros((3, 3)))
 
 

@@ -198,7 +198,7 @@ def test_lagged_force_is_another_and_blows_up_for_a_long_step(row, shake):
     law = KelvinVoigt(1e11, 0.12, mass=1.5e6)
     system, v0 = before_wall(mass_on_spring("m", 1.5e6, 1e9), law), np.eye(6)[UY]
     ground, dt = np.zeros((20000, 3)), law.duration(1.0) / 2.0
-    with pytest.raises(SolutionError, match="grew without bound; a lagged contact force is only"):
+    with pytest.raises(SolutionError, match="without bound; a lagged"):
         simulate(system, ground, dt, update="lagged", v0=v0)
     assert np.abs(simulate(system, ground, dt, v0=v0).u).max() < 0.1
 
@@ -209,7 +209,7 @@ def test_a_lagged_blow_up_that_is_still_finite_is_refused(n_t):
     law = KelvinVoigt(1e11, 0.12, mass=3014e3)
     system, v0 = before_wall(mass_on_spring("m", 3014e3, 3e9), law), 0.163 * np.eye(6)[UY]
     ground, coarse, paper = np.zeros((n_t, 3)), law.duration(0.163) / 5.0, 16.79 / 50_000
-    with pytest.raises(SolutionError, match=r"lagged contact forces created energy, .* J; a lagg"):
+    with pytest.raises(SolutionError, match="contact forces created"):
         simulate(system, ground, coarse, update="lagged", v0=v0)
     assert np.isfinite(simulate(system, ground, coarse, v0=v0).u).all()
     moderate = simulate(system, np.zeros((400, 3)), paper, update="lagged", v0=v0)
@@ -229,7 +229,7 @@ def test_a_start_in_contact_is_refused(row):
     system = row(0.01)
     u0 = np.zeros(24)
     u0[6 + UY] = 0.0101
-    with pytest.raises(ImpactfemError, match="pair a2-b2 penetrates at the start"):
+    with pytest.raises(ImpactfemError, match="pair a2-b2 penetrates at"):
         simulate(system, np.zeros((10, 3)), DT, u0=u0)
     u0[6 + UY] = 0.0099
     assert simulate(system, np.zeros((10, 3)), DT, u0=u0).u[0, 6 + UY] == 0.0099
@@ -253,11 +253,11 @@ def test_a_start_at_the_wall(mass):
 
 def test_shapes_that_do_not_fit(row):
     for shape in ((10,), (10, 2), (3, 10), (2, 10, 3)):
-        with pytest.raises(ImpactfemError, match=r"ground must have shape \(n_t, 3\), got \("):
+        with pytest.raises(ImpactfemError, match="ground must have shape"):
             simulate(row(), np.zeros(shape), DT)
     mass = mass_on_spring("m", 2.0, 0.0)
     load = Load(End.of_floor(mass, 1), Y, np.ones(10))
-    with pytest.raises(ImpactfemError, match=r"floor 1: expected shape \(11,\), got \(10,\)"):
+    with pytest.raises(ImpactfemError, match=r"shape \(11,\), got \(10,\)"):
         simulate(System((mass,), ()), np.zeros((11, 3)), 0.1, loads=[load])
 
 

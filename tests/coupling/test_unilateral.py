@@ -329,10 +329,10 @@ def test_the_largest_restitution_goes_with_theta(theta):
 def test_motions_that_are_refused():
     one = np.ones((3, 1))
     for h in (0.0, -1.0, np.nan):
-        with pytest.raises(SolutionError, match="it must be positive"):
+        with pytest.raises(SolutionError, match="must be positive"):
             ModalMotion(body_before_walls(np.ones(3), one), h)
     for theta in (0.49, 1.01, np.nan):
-        with pytest.raises(SolutionError, match=r"it must be from 0\.5 to 1"):
+        with pytest.raises(SolutionError, match=r"from 0\.5 to 1"):
             ModalMotion(body_before_walls(np.ones(3), one), 0.1, theta=theta)
     for name, given in (
         ("constraints", {"contact": np.ones((2, 1))}),
@@ -342,8 +342,8 @@ def test_motions_that_are_refused():
         with pytest.raises(SolutionError, match=f"{name} of shape .* for 3 modes"):
             ModalMotion(body_before_walls(np.ones(3), given.pop("contact")), 0.1, **given)
     none = ModalMotion(body_before_walls(np.ones(3), np.empty((3, 0))), 0.1)
-    with pytest.raises(SolutionError, match="there are no constraints"):
+    with pytest.raises(SolutionError, match="are no constraints"):
         unilateral_response(none, 0.1, 10)
     twice = ModalMotion(body_before_walls(np.ones(3), np.hstack([one, 2.0 * one])), 0.1)
-    with pytest.raises(SolutionError, match="the Delassus operator of the constraints is not pos"):
+    with pytest.raises(SolutionError, match="Delassus operator"):
         unilateral_response(twice, 0.1, 10)

@@ -381,7 +381,7 @@ rigid_above = "0.1 m"
     free = '[free."buildings[{}].stiffness_factor"]\nbounds = [0.3, 2.0]\n'
     read_problem(case, written(free.format(0) + TARGETS))
     found = faults(case, written(free.format(1) + TARGETS))
-    assert len(found) == 1 and "[calibration] gives S the values of T in every" in found[0]
+    assert len(found) == 1 and "[calibration] gives" in found[0]
 
 
 MODES = """
@@ -603,7 +603,7 @@ def test_deviations_of_scalars(case, written, deviation, part, width):
     prior = f'"log"\nprior = {{ mean = "30 GPa", deviation = {deviation} }}'
     path = written(FREE.replace('"log"', prior) + TARGETS)
     if not part:
-        assert "expected the unit of the bounds" in "\n".join(faults(case, path))
+        assert "unit of the bounds" in "\n".join(faults(case, path))
         return
     ((_, _, scaled),) = read_problem(case, path)[0].priors
     assert scaled == pytest.approx(part / np.log(3.0))

@@ -73,9 +73,7 @@ def test_samples_beyond_the_largest_number_are_a_fault(tmp_path, fmt):
     text = (
         text.replace("1.5", "1e308") if fmt == "csv" else text.replace("3.0000000E+00", "3e308  ")
     )
-    with pytest.raises(
-        InputError, match=r"sample \d of an accelerogram is not a finite number|fin"
-    ):
+    with pytest.raises(InputError, match=r"sample \d of an accelerogram|finite"):
         read_record(written(tmp_path, text, "a.csv"), fmt)
 
 

@@ -137,7 +137,7 @@ def test_the_gap_is_straight_between_the_pairs_of_an_edge(tmp_path, caplog):
         assert line.joined(4)[2][[0, -1]] == pytest.approx(line.gap[[0, -1]])
     warn_of_narrow(lines, case)
     assert caplog.text.count("the gap is 0.7") == 2
-    assert "that of its pairs is 1 mm or more" in caplog.text
+    assert "pairs is 1 mm" in caplog.text
 
 
 @pytest.mark.parametrize(("there", "overlap"), [(1.65, False), (1.7, True)])
@@ -147,7 +147,7 @@ def test_a_corner_that_overlaps_is_refused(tmp_path, there, overlap):
     if not overlap:
         assert min(line.gap.min() for line in contact_lines(case, meshes)) == pytest.approx(25e-6)
         return
-    with pytest.raises(InputError, match=r"do not overlap: -?3 m along .* gap is -5e-05 m"):
+    with pytest.raises(InputError, match=r"-?3 m along .* -5e-05 m"):
         contact_lines(case, meshes)
 
 
@@ -159,7 +159,7 @@ def test_a_side_that_is_not_parallel(tmp_path, slope):
         x = line.a.point.offset[0] - line.normal[1] * line.position  # from the middle
         assert x[[0, -1]] == pytest.approx([3.0, -3.0])
         assert line.gap == pytest.approx(0.1 - slope * x, abs=1e-9)
-    with pytest.raises(InputError, match=r"do not overlap: -?3 m along them"):
+    with pytest.raises(InputError, match=r"overlap: -?3 m along them"):
         contact_lines(case, bent(meshes, lambda x, y: slope * (x - 3.0) * y / 3.0))
 
 
@@ -198,7 +198,7 @@ def test_a_side_that_is_a_little_off_a_line_is_one(tmp_path, off):
 def test_no_word_where_no_gap_is_smaller_than_given(tmp_path, caplog):
     case, meshes = with_meshes(in_3d(tmp_path, before(PAIR.format(2, 1, "floor"))))
     warn_of_narrow(contact_lines(case, meshes), case)
-    assert "along the edges" not in caplog.text
+    assert "1 m apart along" not in caplog.text
 
 
 STOREY = 'storey = [1, 2], relative_height = 0.5, offset = ["0 m", "{} m"'
@@ -290,7 +290,7 @@ def test_a_floor_meets_walls_and_columns(tmp_path, normal):
 def test_check_finds_lines_that_are_refused(tmp_path):
     """Without [transient] too, whose own checks look at each building alone."""
     path = in_3d(tmp_path, ('["0 m", "-2 m", "0 m"]', '["1 m", "-2 m", "0 m"]'))
-    with pytest.raises(InputError, match="1 m apart along the edges"):
+    with pytest.raises(InputError, match="1 m apart along"):
         check(path, mesh=True)
 
 

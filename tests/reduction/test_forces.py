@@ -210,9 +210,7 @@ def test_a_file_that_contradicts_the_case(history, case, side, values, key):
 def test_too_short(history, case):
     mesh = slabs(8)
     checked_forces(history, PATH, case, mesh, DURATION + 0.009)  # less than one of their steps
-    with pytest.raises(
-        InputError, match=r"time = 'up to 2 s': expected forces up to 2\.02 s, which is to"
-    ):
+    with pytest.raises(InputError, match=r"forces up to 2\.02 s"):
         checked_forces(history, PATH, case, mesh, 2.02)
 
 
@@ -245,10 +243,10 @@ def test_contacts_by_the_mesh_alone(case):
     assert (named.key, named.value) == ("transient.floors", [4, 5, 6, 7, 8])
     key = "pair B1.floor_8-B2.floor_8"
     assert (fault.file, fault.key, fault.value) == (case.path, key, "floor 8 of B1")
-    with pytest.raises(InputError, match=r"transient\.floors = .*floor 4 has no edge"):
+    with pytest.raises(InputError, match=r"floor 4 has no"):
         check_contacts(with_contacts(case), slabs(8, edges={5, 6, 7, 8}))
     other = with_contacts(case, contact(point("B1", None, 3), point("B2", 2)))
-    with pytest.raises(InputError, match=r"storey 3 of B1 .*: expected walls or columns that take"):
+    with pytest.raises(InputError, match=r"storey 3 of B1 .*: expected"):
         check_contacts(other, slabs(8))
     check_contacts(with_contacts(case, contact(point("B1", 2), point("B2", None, 3))), slabs(8))
 

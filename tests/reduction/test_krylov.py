@@ -271,9 +271,9 @@ def test_refused(membrane, petsc, basis):
     model = membrane()
     bad = model.loads
     bad[3, 1] = np.nan
-    with pytest.raises(SolutionError, match="has values that are not numbers"):
+    with pytest.raises(SolutionError, match="are not numbers"):
         basis(bad)
-    with pytest.raises(SolutionError, match="the shifted stiffness matrix is not positive def"):
+    with pytest.raises(SolutionError, match="not positive def"):
         KrylovBasis(petsc(model.K), petsc(model.M), -1.1 * model.eigenvalue[0])
     with KrylovBasis(petsc(model.K), petsc(model.M), 0.0) as made:
         made.add(model.loads)
@@ -294,7 +294,7 @@ def test_same_on_ranks(of_ranks):
     for name in ("transfer", "residual", "norm"):
         found, expected = many[name], one[name]
         assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max() > 0.0, name
-    assert "has values that are not numbers" in many["refused"]
+    assert "are not numbers" in many["refused"]
 
 
 @pytest.fixture
@@ -334,10 +334,10 @@ def test_no_room_at_all(machine, monkeypatch):
 
     machine(0)
     monkeypatch.setattr(os, "posix_fallocate", full)
-    with pytest.raises(SolutionError, match=r"8e-06 GB beyond the memory.*No space left.*TMPDIR"):
+    with pytest.raises(SolutionError, match=r"8e-06 GB .*space.*TMPDIR"):
         orthonormal.room(1000, 1)
     monkeypatch.setenv("TMPDIR", "/nowhere/at/all")
-    with pytest.raises(SolutionError, match=r"/nowhere/at/all \(No such file"):
+    with pytest.raises(SolutionError, match=r"/nowhere/at/all \(No such"):
         orthonormal.room(1000, 1)
 
 

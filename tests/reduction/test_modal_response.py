@@ -105,10 +105,10 @@ def test_newmark_as_of_the_full_model(membrane, petsc, damping):
 
 def test_refused():
     model = modes_alone(1.0)
-    with pytest.raises(SolutionError, match="the scheme verlet: there are exact, newmark"):
+    with pytest.raises(SolutionError, match="scheme verlet: there"):
         modal_response(model, np.ones((3, 1)), 0.1, Rayleigh(0.0, 0.0), scheme="verlet")
     for step in (0.0, -0.1, np.nan):
-        with pytest.raises(SolutionError, match="it must be positive"):
+        with pytest.raises(SolutionError, match="must be positive"):
             modal_response(model, np.ones((3, 1)), step, Rayleigh(0.0, 0.0))
 
 

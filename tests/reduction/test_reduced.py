@@ -82,14 +82,14 @@ def test_sizes_of_nested_models(membrane, krylov):
     late[5] += 1.0
     made.add(late)
     # What held the loads before does not hold all of them now.
-    with pytest.raises(SolutionError, match="no smaller space of the reduced basis holds all"):
+    with pytest.raises(SolutionError, match="reduced basis holds"):
         nested_size(made, 0.8)
-    with pytest.raises(SolutionError, match=r"the first 30 vectors .* do not hold all loads"):
+    with pytest.raises(SolutionError, match=r"first 30 vectors .* not"):
         reduced_model(made, 30)
     made.grow(2)
     assert made.sizes[-3:] == (34, 38, 42)
     assert nested_size(made, 0.1) == 34
-    with pytest.raises(SolutionError, match="43 vectors of a reduced basis of 42"):
+    with pytest.raises(SolutionError, match="43 vectors of a reduced"):
         reduced_model(made, 43)
 
 

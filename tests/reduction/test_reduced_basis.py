@@ -108,7 +108,7 @@ def test_nodes(frame, basis):
     assert basis.of(basis.model, twice[:0]).shape == (0, 3, len(basis.model.eigenvalue))
     inside = np.setdiff1d(np.arange(len(frame.parts.mesh.nodes)), basis.nodes)
     for node in (inside[0], inside[-1], 10**6):
-        with pytest.raises(KeyError, match="a node that the basis was not made for"):
+        with pytest.raises(KeyError, match="not made for"):
             basis.of(basis.model, np.array([basis.nodes[0], node]))
 
 

@@ -259,9 +259,9 @@ def test_basis_without_larger_models(frame, loads, basis, spectra):
     psa = node_spectra(response, spectra).psa
     case = frame.nodes, response, psa, spectra
     analysis = Analysis(basis, loads, frame.light)
-    with pytest.raises(ValueError, match="a basis without larger models"):
+    with pytest.raises(ValueError, match="without larger models"):
         response_band(analysis, *case)
     assert response_band(analysis, *case, kind=SMALLER).psa.shape == psa.shape
     alone = replace(basis, models=basis.models[:1])
-    with pytest.raises(ValueError, match="a basis without smaller models"):
+    with pytest.raises(ValueError, match="without smaller models"):
         response_band(replace(analysis, basis=alone), *case, kind=SMALLER)

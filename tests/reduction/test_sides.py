@@ -222,7 +222,7 @@ def test_patterns_of_the_calibrated_spread_are_the_contacts_of_the_wall(frame, s
         load = one.load(mesh)
         assert np.array_equal(load.nodes, edge.nodes)
         assert load.forces == pytest.approx(column, abs=1e-14)
-    with pytest.raises(InputError, match="floor 2 took no impulse"):
+    with pytest.raises(InputError, match="floor 2 took no"):
         checked_forces(forces_of(pairs), Path("f.nc"), case, mesh, 0.1, impulses={2: 0 * impulse})
     # Where the impulse of the wall acts in the middle of the pair nothing is added to it.
     middle = sum(
@@ -259,7 +259,7 @@ def test_accidental_eccentricity_is_added(frame):
 def test_a_point_above_the_slab_is_no_force_in_it(frame):
     case = case_of(frame, [((0, 1, 0), (0, 2, 0.2))])
     assert next(iter(case.contacts)).a.offset[2] == 0.2
-    with pytest.raises(InputError, match=r"0\.2 m above the floor's mass centre"):
+    with pytest.raises(InputError, match=r"0\.2 m above the floor"):
         in_3d(frame, case, [((0, 1, 0), (0, 2, 0.2))])
 
 

@@ -42,7 +42,7 @@ def test_envelope_broadened(made):
     for lower in (own.psa[1, 2, 1], own.probes(1, 1).max(axis=0)):
         alone = broaden(F, lower, 0.15, design.frequency)
         assert np.any(wanted > 1.1 * alone) and np.all(wanted >= alone)
-    assert "on no floor: tower" in design.source.method
+    assert "no floor: tower" in design.source.method
 
 
 def test_rotations(made):

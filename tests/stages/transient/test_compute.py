@@ -77,7 +77,7 @@ def test_reduced(reduced):
     assert 0.0 < float(found.band_max) < 0.1 and "energy_residual" not in found
     assert not (done.folder / "transient_checkpoints").exists()
     log = (folder / "run" / "run.log").read_text()
-    assert "reduce: basis of" in log and "transient: error of the impulses" in log
+    assert "reduce: basis of" in log and "of the impulses" in log
     # A step that is too coarse is reported before the time is spent, and once.
     samples = f"transient: {samples_check(1e-3, 50.0).text}"
     assert log.index(samples) < log.index("reduce: basis of") and log.count(samples) == 1
@@ -224,7 +224,7 @@ def test_basis_that_serves_the_damping_cases(run, again, edited):
     edited(again, serving)
     served, told = run(again)
     assert served.reused == ["building", "pounding"] and "reduce: basis" in served.times
-    assert any("with an error of" in line and "and made again" in line for line in told)
+    assert any("with an error" in line and "and made again" in line for line in told)
     found = loaded(served)
     assert float(found.basis_vectors) > float(known.basis_vectors)
     # Over the largest of each record: what hardly moves is not known to a percent.
