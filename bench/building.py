@@ -38,16 +38,16 @@ def building_figures(case_file: str = "geometry/npp_pair_fine.toml") -> list[Fig
     Raises:
         ImpactfemError: The source tree with the shipped cases is missing.
     """
-    case = load_case(in_source_tree(case_file))
+    building = next(iter(load_case(in_source_tree(case_file)).modelled.values()))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "building.msh"
-        _, generated = timed(lambda: generate(geometry_of(case), path, source=str(case.path)))
-        (parts, _), read = timed(lambda: read_parts(case, path))
+        _, generated = timed(lambda: generate(geometry_of(building), path, source=case_file))
+        (parts, _), read = timed(lambda: read_parts(building, path))
     load_forms()
     model, assembled = timed(lambda: assemble_building(communicator(), parts))
     mesh = parts.mesh
     elements = len(mesh.triangles) + len(mesh.lines)
-    K = model.take_stiffness(case.structure.storey_stiffness_factor if case.structure else 1.0)
+    K = model.take_stiffness(building.structure.storey_stiffness_factor)
     factorisation, factored = timed(lambda: Factorisation(K))
     b, x = K.createVecs()
     b.setArray(np.ones(b.getLocalSize()))
@@ -71,8 +71,8 @@ def building_figures(case_file: str = "geometry/npp_pair_fine.toml") -> list[Fig
 
 def load_forms() -> None:
     """Compile the forms, or load them: a small building has the same."""
-    case = load_case(in_source_tree("geometry/frame.toml"))
-    parts, _ = read_parts(case, in_source_tree("geometry/frame.msh"))
+    frame = load_case(in_source_tree("geometry/frame.toml")).modelled["F"]
+    parts, _ = read_parts(frame, in_source_tree("geometry/frame.msh"))
     assemble_building(communicator(), parts)
 
 
@@ -88,13 +88,11 @@ def wall_figures(case_file: str = "geometry/npp_pair.toml") -> list[Figure]:
     Raises:
         ImpactfemError: The source tree with the shipped cases is missing.
     """
-    case = load_case(in_source_tree(case_file))
-    if case.structure is None:
-        raise ValueError(f"{case.path} has no structure")
+    [building] = load_case(in_source_tree(case_file)).at_wall
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "building.msh"
-        generate(geometry_of(case), path, source=str(case.path))
-        prepared, factor = prepare(case, path), case.structure.storey_stiffness_factor
+        generate(geometry_of(building), path, source=case_file)
+        prepared, factor = prepare(building, path), building.structure.storey_stiffness_factor
     load_forms()
     experiment, mesh = prepared.experiment, prepared.parts.mesh
     floors, damping = experiment.floors, next(iter(prepared.dampings.values()))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -15,7 +16,7 @@ from bench.suite import Figure, Watch, best_time, timed
 from impactfem.building.from_case import geometry_of
 from impactfem.building.generate import generate
 from impactfem.building.model import BuildingModel, assemble_building
-from impactfem.case import Case, load_case
+from impactfem.case import BuildingInTime, load_case
 from impactfem.dynamics.factorisation import Factorisation
 from impactfem.dynamics.newmark import Newmark
 from impactfem.motion.from_case import ground_motions
@@ -36,7 +37,7 @@ from impactfem.reduction.response import (
 from impactfem.spectra import response_spectra
 from impactfem.stages.reduce.compute import accuracies, prepare
 from impactfem.stages.transient.maps import floor_maps
-from impactfem.stages.transient.prepared import Prepared, transient_of
+from impactfem.stages.transient.prepared import Prepared
 from impactfem.stages.transient.reduced_run import ReducedRun
 from impactfem.system.arrays import Array
 from impactfem.system.files import in_source_tree
@@ -69,12 +70,12 @@ def transient_figures(every_damping: bool = False, case_file: str = PAPER_SIZE) 
     Raises:
         ImpactfemError: The source tree with the shipped cases is missing.
     """
-    case = load_case(in_source_tree(case_file))
-    transient = transient_of(case)
+    building = load_case(in_source_tree(case_file)).in_time[0]
+    case, transient = building.case, building.transient
     longest = max((m.accelerogram.duration for m in ground_motions(case.motions)), default=0.0)
     with tempfile.TemporaryDirectory() as folder:
         duration = transient.duration or case.pounding.duration or longest
-        prepared = prepared_building(case, Path(folder), duration)
+        prepared = prepared_building(building, Path(folder), duration)
     loads, damping, mesh = prepared.loads, prepared.damping, prepared.parts.mesh
     load_forms()
     model = assemble_building(communicator(), prepared.parts)
@@ -90,7 +91,7 @@ def transient_figures(every_damping: bool = False, case_file: str = PAPER_SIZE) 
         loads=loads.names,
         probes=nodes,
         nodes=recorded_nodes(mesh, nodes),
-        accuracies=accuracies(case.model_copy(update={"transient": asked}))[:1],
+        accuracies=accuracies(replace(building, transient=asked))[:1],
         shift=transient.shift,
         largest=transient.largest_basis,
         larger=True,
@@ -128,7 +129,7 @@ def transient_figures(every_damping: bool = False, case_file: str = PAPER_SIZE) 
         Figure(f"{reduced}with error band and bound", certain, "s"),
         Figure(f"{reduced}full loop over that", loop / certain, "-"),
         Figure(again, responded + banded, "s", 5.0),
-        *_map_figures(case, prepared, basis),
+        *_map_figures(building, prepared, basis),
         Figure("peak memory", peak_memory(), "GB", 16.0),
     ]
 
@@ -144,13 +145,11 @@ def basis_figures(case_file: str = DEFAULT) -> list[Figure]:
     for a product, also for what Galerkin's model is seen through. A block step that takes rounding
     off does so while the next one is solved for: both count as one.
     """
-    case = load_case(in_source_tree(case_file))
-    if case.structure is None:
-        raise ValueError(f"{case.path} has no structure")
+    modelled = next(iter(load_case(in_source_tree(case_file)).modelled.values()))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "building.msh"
-        generate(geometry_of(case), path, source=str(case.path))
-        prepared = prepare(case, path, case.structure.storey_stiffness_factor)
+        generate(geometry_of(modelled), path, source=case_file)
+        prepared = prepare(modelled, path, modelled.structure.storey_stiffness_factor)
     load_forms()
     building = assemble_building(communicator(), prepared.parts)
     watch, degrees = Watch(), building.n_free
@@ -246,10 +245,10 @@ def _full_figures(
     ]
 
 
-def _map_figures(case: Case, prepared: Prepared, basis: ReducedBasis) -> list[Figure]:
+def _map_figures(building: BuildingInTime, prepared: Prepared, basis: ReducedBasis) -> list[Figure]:
     """Spectra of every floor vertex."""
-    loads, highest = prepared.loads, transient_of(case).maximum_frequency
-    run = ReducedRun(basis, loads, prepared.damping, case.spectra, highest)
+    loads, highest = prepared.loads, building.transient.maximum_frequency
+    run = ReducedRun(basis, loads, prepared.damping, building.case.spectra, highest)
     history = run.history
     maps, mapped = timed(lambda: floor_maps(prepared.parts, run, main_impact=None))
     nodes, frequency = maps["node_number"].values, maps["frequency"].values
@@ -259,7 +258,7 @@ def _map_figures(case: Case, prepared: Prepared, basis: ReducedBasis) -> list[Fi
             records.reshape(len(records), -1).T,
             loads.time_step,
             frequency,
-            [case.spectra.damping[0]],
+            [building.case.spectra.damping[0]],
             points_per_cycle=20.0,
             threads=threads(),
             absolute=False,

@@ -8,10 +8,9 @@ floors of its stick.
 """
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 from PIL import Image
@@ -19,7 +18,7 @@ from PIL import Image
 from impactfem.building.from_case import geometry_of
 from impactfem.building.generate import generate
 from impactfem.building.read_mesh import read_mesh
-from impactfem.case import Case
+from impactfem.case import Building3D, Case
 from impactfem.case.buildings import Building, GeneratedMesh
 from impactfem.run.editable_case import EditableCase
 from impactfem.system.arrays import Array, Index
@@ -60,13 +59,13 @@ def bodies(path: Path) -> list[Body]:
     case = EditableCase(path).check()
     drawn = []
     for building in case.buildings:
-        structures = [one for one in case.structures if one.building == building.name]
-        drawn.append(_mesh(case, building, structures[0]) if structures else _stick(case, building))
+        modelled = case.modelled.get(building.name)
+        drawn.append(_mesh(modelled) if modelled else _stick(case, building))
     return drawn
 
 
-def _mesh(case: Case, building: Building, structure: Any) -> Body:
-    own = case.model_copy(update={"structure": structure})
+def _mesh(modelled: Building3D) -> Body:
+    building, structure = modelled.entry, modelled.structure
     with TemporaryDirectory() as folder:
         if isinstance(structure.mesh, GeneratedMesh):
             size = {"size": 1.5, "floor_size": None, "storey_size": None}
@@ -74,7 +73,7 @@ def _mesh(case: Case, building: Building, structure: Any) -> Body:
             coarse = structure.mesh.model_copy(update=size)
             structure = structure.model_copy(update={"mesh": coarse})
             path = Path(folder) / "building.msh"
-            generate(geometry_of(own.model_copy(update={"structure": structure})), path)
+            generate(geometry_of(replace(modelled, structure=structure)), path)
         else:
             path = structure.mesh.file
         mesh = read_mesh(path)

@@ -23,7 +23,7 @@ GEOMETRY = Path(__file__).parents[2] / "geometry"
 def frame_numbers(comm):
     """The numbers as a dictionary of lists. Collective."""
     case = load_case(GEOMETRY / "frame.toml")
-    parts = read_parts(case, GEOMETRY / "frame.msh")[0] if comm.rank == 0 else None
+    parts = read_parts(case.modelled["F"], GEOMETRY / "frame.msh")[0] if comm.rank == 0 else None
     parts = comm.bcast(parts)
     model = assemble_building(comm, parts)
     K = model.stiffness(0.5)

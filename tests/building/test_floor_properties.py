@@ -11,6 +11,7 @@ from impactfem.building.generate import generate
 from impactfem.building.geometry import Bay, Column, Geometry, MeshSize, Wall
 from impactfem.building.section import Material
 from impactfem.case import load_case
+from one_building import building_of
 
 
 @pytest.fixture(scope="module")
@@ -70,11 +71,11 @@ def test_the_paper_s_building_read_again(tmp_path):
     mesh = case.structure.mesh.model_copy(update={"size": 1.5})  # J_x of floor 3 is 4.95 % off
     structure, rows = case.structure.model_copy(update={"mesh": mesh}), case.buildings[0].floors
     file = tmp_path / "building.msh"
-    generate(geometry_of(case.model_copy(update={"structure": structure})), file)
+    generate(geometry_of(building_of(case.model_copy(update={"structure": structure}))), file)
 
     def beyond(**changes):
         own = structure.model_copy(update=changes)
-        parts, masses = read_parts(case.model_copy(update={"structure": own}), file)
+        parts, masses = read_parts(building_of(case.model_copy(update={"structure": own})), file)
         found = floor_properties(parts, masses)
         off = {q: found[q] / np.array([getattr(row, q) for row in rows]) - 1.0 for q in UNITS}
         far = {q: (np.flatnonzero(abs(x) > 0.05) + 1).tolist() for q, x in off.items()}

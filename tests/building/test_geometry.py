@@ -8,6 +8,7 @@ from impactfem.building.geometry import Bay, Column, Geometry, MeshSize, Wall, s
 from impactfem.building.mesh import Part
 from impactfem.building.section import BeamSection, ShellSection
 from impactfem.case import load_case
+from one_building import building_of
 
 
 def test_every_part_has_its_section(small_geometry, small_mesh):
@@ -128,7 +129,7 @@ def paper():
 
 def test_paper_s_building_against_appendix_a(paper):
     """As far as Table 1 allows; what does not agree is said in npp_building_bays.csv."""
-    sections = storey_sections(geometry_of(paper))
+    sections = storey_sections(geometry_of(building_of(paper)))
     floors = {floor.floor: floor for floor in paper.building("B1").floors}
     for k, section in sections.items():
         ratio = section.A / floors[k].A
@@ -143,7 +144,7 @@ def test_paper_s_building_against_appendix_a(paper):
 
 
 def test_the_table_in_the_file_is_ours(paper):
-    sections = storey_sections(geometry_of(paper))
+    sections = storey_sections(geometry_of(building_of(paper)))
     text = (paper.path.parent / "npp_building_bays.csv").read_text(encoding="utf-8")
     rows = [line for line in text.splitlines() if line.startswith("#   ")][1:]
     assert [int(row.split()[1]) for row in rows] == list(sections)

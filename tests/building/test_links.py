@@ -212,7 +212,7 @@ def test_over_a_hole(frame):
 def wanted(*devices):
     """What a case says of where devices stand: a name and anchors, each a point and a radius."""
     return SimpleNamespace(
-        path=Path("case.toml"),
+        case=SimpleNamespace(path=Path("case.toml")),
         numbered_devices=[
             (
                 index,

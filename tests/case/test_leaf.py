@@ -13,6 +13,7 @@ from impactfem.case.model import CaseFile
 from impactfem.case.place import key_fault, read_key
 from impactfem.case.reading import Reading
 from impactfem.case.source import Source
+from one_building import building_of
 
 FILE = Reading()  # the context of a case file, in which units must be stated
 
@@ -249,15 +250,10 @@ def test_without_a_motion_along_the_pounding_the_first_one_is_given(frames):
 
 
 def test_waves_are_evaluated_where_the_building_may_be_struck(frames):
-    assert frames.wave_floor == 5
-    assert frames.model_copy(update={"contacts": frames.contacts[1:]}).wave_floor == 4
-    assert turned(frames).wave_floor == 6
-    assert load_case(GEOMETRY / "npp_pair.toml").wave_floor == 8
-
-
-def test_without_a_structure_there_are_no_waves(frames):
-    with pytest.raises(ValueError, match="no structure"):
-        _ = frames.model_copy(update={"structure": None}).wave_floor
+    fewer = frames.model_copy(update={"contacts": frames.contacts[1:]})
+    paper = load_case(GEOMETRY / "npp_pair.toml")
+    cases = (frames, fewer, turned(frames), paper)
+    assert [building_of(case).wave_floor for case in cases] == [5, 4, 6, 8]
 
 
 def test_levels_that_no_building_has():

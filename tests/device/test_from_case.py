@@ -13,6 +13,7 @@ from impactfem.device.combination import Gupta, LindleyYow, Rules
 from impactfem.device.from_case import checked_devices, device_of, rules_of
 from impactfem.device.modes import device_modes
 from impactfem.system.errors import InputError
+from one_building import building_of
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 RIGID = dict.fromkeys(("x", "y", "z", "rx", "ry", "rz"), "rigid")
@@ -45,7 +46,7 @@ def of_modes(*rows, **keys):
 
 
 def test_paper_s_device_has_the_modes_of_table_6(paper):
-    (pump,) = checked_devices(paper)
+    (pump,) = checked_devices(building_of(paper))
     modes = device_modes(pump).below(paper.devices[0].maximum_frequency)
     for i in range(4):
         frequency, mass = (
@@ -139,14 +140,17 @@ def test_rules():
 
 
 def with_devices(paper, *devices, **analysis):
-    asked = DeviceAnalysis(**analysis)
-    return paper.model_copy(update={"devices": devices, "device_analysis": asked})
+    """The building of the paper with other devices."""
+    own = {"building": paper.structure.building}
+    update = {"devices": tuple(device.model_copy(update=own) for device in devices)}
+    update["device_analysis"] = DeviceAnalysis(**analysis)
+    return building_of(paper.model_copy(update=update))
 
 
-def faults_of(case):
+def faults_of(building):
     with pytest.raises(InputError) as caught:
-        checked_devices(case)
-    assert {fault.file for fault in caught.value.faults} == {case.path}
+        checked_devices(building)
+    assert {fault.file for fault in caught.value.faults} == {building.case.path}
     return {fault.key: f"{fault.value} {fault.expected}" for fault in caught.value.faults}
 
 
@@ -243,8 +247,8 @@ def test_given_spectra_must_reach_the_modes(paper, frequency, acceleration, word
         )
         for support in (1, 2)
     ]
-    case = with_devices(paper, pipe(spectra=tuple(spectra)))
+    building = with_devices(paper, pipe(spectra=tuple(spectra)))
     if words is None:
-        assert len(checked_devices(case)) == 1
+        assert len(checked_devices(building)) == 1
     else:
-        assert words in faults_of(case)["devices[0].spectra"]
+        assert words in faults_of(building)["devices[0].spectra"]

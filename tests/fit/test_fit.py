@@ -31,6 +31,7 @@ from impactfem.system.errors import Fault, InputError, SolutionError
 from impactfem.system.log import LOGGER
 from impactfem.system.scalar import Scalar
 from no_pictures import no_pictures
+from one_building import building_of
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 MODES = """
@@ -572,7 +573,9 @@ def test_the_storey_factor_of_the_stage(tmp_path):
     """One key to the first bending mode: the factor that the stage `building` fits by itself."""
     case = load_case(GEOMETRY / "frame.toml")
     (tmp_path / "mesh").mkdir()
-    study_of_stage, model, _ = analysed(case, tmp_path / "mesh", MPI.COMM_SELF, nullcontext)
+    study_of_stage, model, _ = analysed(
+        building_of(case), tmp_path / "mesh", MPI.COMM_SELF, nullcontext
+    )
     model.mass.destroy()
     free = '[free."buildings[0].structure.storey_stiffness_factor"]\nbounds = [0.05, 2]\n'
     target = '[[targets]]\nresult = "building.frequency.1"\nvalue = "4 Hz"\ndeviation = "1e-6 Hz"\n'

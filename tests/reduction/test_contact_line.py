@@ -33,10 +33,10 @@ def test_what_varies_smoothly_along_lines_of_points():
 def with_meshes(path):
     """A case with the meshes of its buildings by name."""
     case, meshes = load_case(path), {}
-    for view in case.views:
-        file = path.with_name(f"{view.structure.building}.msh")
-        generate(geometry_of(view), file, source=str(path))
-        meshes[file.stem] = read_mesh(file)
+    for name, building in case.modelled.items():
+        file = path.with_name(f"{name}.msh")
+        generate(geometry_of(building), file, source=str(path))
+        meshes[name] = read_mesh(file)
     return case, meshes
 
 

@@ -11,6 +11,7 @@ from impactfem.reduction.forces import with_floor_forces
 from impactfem.reduction.loads import make_loads
 from impactfem.stages.transient.compute import main_impact
 from impactfem.system.errors import InputError
+from one_building import building_of
 
 UY = 1
 STEP = 1e-3
@@ -35,7 +36,7 @@ def alone(frame, case, steps):
     """The loads of the case, without a motion and without contacts."""
     time = 0.25e-3 * np.arange(4 * steps + 1)
     still = ForceHistory(time, (), np.zeros((len(time), 0)))
-    forces, edges = with_floor_forces(case, frame.parts.mesh, still, [])
+    forces, edges = with_floor_forces(building_of(case), frame.parts.mesh, still, [])
     return make_loads([(UY, STEP, np.zeros(2))], forces, edges, STEP, steps, len(edges))
 
 
@@ -53,7 +54,9 @@ def test_they_are_added_to_the_impacts_and_stay_without_them(frame, tmp_path):
     case = blasted(frame, tmp_path / "blast.csv", (0.0, -1.0, 0.0), pulse())
     time = np.linspace(0.0, 0.05, 201)
     impact = ForceHistory(time, ("pair",), np.full((201, 1), 1e5))
-    forces, edges = with_floor_forces(case, frame.parts.mesh, impact, [((EVEN[2], 1.0),)])
+    forces, edges = with_floor_forces(
+        building_of(case), frame.parts.mesh, impact, [((EVEN[2], 1.0),)]
+    )
     assert forces.pairs == ("pair", "load 0, floor 1", "load 0, floor 2")
     both = make_loads([(UY, STEP, np.zeros(2))], forces, edges, STEP, 50, 2)
     quiet = both.without_impacts()
@@ -77,7 +80,7 @@ def test_a_direction_along_the_edge_is_refused(frame, tmp_path):
     case = blasted(frame, tmp_path / "blast.csv", (1.0, 0.0, 0.0), pulse())
     history = ForceHistory(np.array([0.0, 1.0]), (), np.zeros((2, 0)))
     with pytest.raises(InputError) as caught:
-        with_floor_forces(case, frame.parts.mesh, history, [])
+        with_floor_forces(building_of(case), frame.parts.mesh, history, [])
     assert [fault.key for fault in caught.value.faults] == ["loads[0].direction"] * 2
     assert "edge of floor 1, (0, 1, 0)" in caught.value.faults[0].expected
 

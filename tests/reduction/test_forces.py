@@ -13,6 +13,7 @@ from impactfem.coupling.force_history import ForceHistory, PairEnds, read_forces
 from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.forces import check_contacts, checked_forces, pair_ends
 from impactfem.system.errors import InputError
+from one_building import building_of
 
 from .conftest import slabs
 
@@ -91,13 +92,13 @@ def forces_of(case, duration=DURATION):
 
 def faults_of(history, case, mesh):
     with pytest.raises(InputError) as caught:
-        checked_forces(history, PATH, case, mesh, DURATION)
+        checked_forces(history, PATH, building_of(case), mesh, DURATION)
     assert {fault.file for fault in caught.value.faults} == {PATH}
     return [(fault.key, fault.value) for fault in caught.value.faults]
 
 
 def test_forces_of_the_sticks(history, case, caplog):
-    found, edges = checked_forces(history, PATH, case, slabs(8), DURATION, "the same")
+    found, edges = checked_forces(history, PATH, building_of(case), slabs(8), DURATION, "the same")
     assert found.pairs == history.pairs
     assert np.array_equal(found.force, history.force)
     # A feels −F n: it is pushed away from its neighbour.
@@ -109,7 +110,7 @@ def test_a_csv_file_names_the_pairs_only(history, case, tmp_path):
     path = tmp_path / "forces.csv"
     backwards = history.of(range(7, -1, -1))
     backwards.write_csv(path)
-    found, edges = checked_forces(read_forces(path), path, case, slabs(8), DURATION)
+    found, edges = checked_forces(read_forces(path), path, building_of(case), slabs(8), DURATION)
     assert found.ends == PairEnds()
     assert [edge.floor for ((edge, _),) in edges] == list(range(8, 0, -1))
     assert found.force == pytest.approx(backwards.force, rel=1e-8)
@@ -119,7 +120,9 @@ def test_the_second_building_of_a_pair(case):
     """B feels +F n; here B1 is b, and a lies beyond its edge at y = 0."""
     other = with_contacts(case, contact(point("B2", 3), point("B1", 3)))
     for side, name in (("y-", ""), ("y+", "y-")):
-        _, (shares,) = checked_forces(forces_of(other), PATH, other, slabs(8, side), DURATION)
+        _, (shares,) = checked_forces(
+            forces_of(other), PATH, building_of(other), slabs(8, side), DURATION
+        )
         ((edge, factor),) = shares
         assert (edge.floor, edge.side, edge.direction, factor) == (3, name, (0.0, 1.0, 0.0), 1.0)
 
@@ -131,10 +134,12 @@ def test_pairs_of_others_do_not_act(case):
         contact(point("B1", 2), point("B2", 2)),
     )
     history = forces_of(other)
-    found, (((edge, _),),) = checked_forces(history, PATH, other, slabs(8), DURATION)
+    found, (((edge, _),),) = checked_forces(history, PATH, building_of(other), slabs(8), DURATION)
     assert (found.pairs, edge.floor) == (("B1.floor_2-B2.floor_2",), 2)
     # And they may be left out.
-    _, (((edge, _),),) = checked_forces(history.of([1]), PATH, other, slabs(8), DURATION)
+    _, (((edge, _),),) = checked_forces(
+        history.of([1]), PATH, building_of(other), slabs(8), DURATION
+    )
     assert edge.floor == 2
 
 
@@ -143,24 +148,21 @@ def test_two_pairs_on_one_edge_are_the_same_load(case):
     first = contact(point("B1", 2), point("B2", 2))
     second = first.model_copy(update={"name": f"{first.name}#2", "normal": (1e-5, 1.0, 0.0)})
     both = with_contacts(case, first, second)
-    _, (one, other) = checked_forces(forces_of(both), PATH, both, slabs(8), DURATION)
+    _, (one, other) = checked_forces(forces_of(both), PATH, building_of(both), slabs(8), DURATION)
     assert one == other
 
 
 def test_no_pairs(case):
     none = with_contacts(case)
-    found, edges = checked_forces(forces_of(none), PATH, none, slabs(8), DURATION)
+    found, edges = checked_forces(forces_of(none), PATH, building_of(none), slabs(8), DURATION)
     assert (found.pairs, found.force.shape, edges) == ((), (2, 0), [])
 
 
 def test_wrong_and_missing_pairs(history, case):
-    without = case.model_copy(update={"structure": None})
-    with pytest.raises(ValueError, match="has no structure"):
-        checked_forces(history, PATH, without, slabs(8), DURATION)
     pairs = ("B1.floor_1-B2.flor_1", *history.pairs[1:7])
     wrong = replace(history.of(range(7)), pairs=pairs)
     with pytest.raises(InputError) as caught:
-        checked_forces(wrong, PATH, case, slabs(8), DURATION)
+        checked_forces(wrong, PATH, building_of(case), slabs(8), DURATION)
     first, second, third = map(str, caught.value.faults)
     assert first == (
         "forces.nc: pair = 'B1.floor_1-B2.flor_1': expected a pair of the case; "
@@ -178,13 +180,13 @@ def test_points_of_lines_without_their_places(history, case):
     first, *others = history.pairs
     points = [f"{first} at {x:.4f} m" for x in (-1.0, 1.0)]
     given = replace(history, pairs=(*points, *others[1:]), ends=PairEnds())
-    (fault,) = pair_ends(given, PATH, case, DURATION)[1]
+    (fault,) = pair_ends(given, PATH, building_of(case), DURATION)[1]
     assert (fault.key, fault.value) == ("pair", points[0])
     assert fault.expected.startswith("expected forces.nc of that run")
     # Of pairs of points a CSV says enough, and a name of no pair is none of a line.
-    assert pair_ends(replace(history, ends=PairEnds()), PATH, case, DURATION)[1] == []
+    assert pair_ends(replace(history, ends=PairEnds()), PATH, building_of(case), DURATION)[1] == []
     strange = replace(history, pairs=("left at 1.0 m", *others), ends=PairEnds())
-    faults = pair_ends(strange, PATH, case, DURATION)[1]
+    faults = pair_ends(strange, PATH, building_of(case), DURATION)[1]
     assert all("forces.nc" not in fault.expected for fault in faults)
 
 
@@ -209,16 +211,17 @@ def test_a_file_that_contradicts_the_case(history, case, side, values, key):
 
 def test_too_short(history, case):
     mesh = slabs(8)
-    checked_forces(history, PATH, case, mesh, DURATION + 0.009)  # less than one of their steps
+    # Less than one of their steps.
+    checked_forces(history, PATH, building_of(case), mesh, DURATION + 0.009)
     with pytest.raises(InputError, match=r"forces up to 2\.02 s"):
-        checked_forces(history, PATH, case, mesh, 2.02)
+        checked_forces(history, PATH, building_of(case), mesh, 2.02)
 
 
 def test_every_fault_at_once(history, case):
     wrong = replace(history.of(range(7)), pairs=("left", *history.pairs[1:7]))
     mesh = slabs(5)
     with pytest.raises(InputError) as caught:
-        checked_forces(wrong, PATH, case, mesh, 3.0)
+        checked_forces(wrong, PATH, building_of(case), mesh, 3.0)
     found = [(fault.key, fault.value) for fault in caught.value.faults]
     assert found == [
         ("pair", "left"),
@@ -233,22 +236,24 @@ def test_every_fault_at_once(history, case):
 def test_contacts_by_the_mesh_alone(case):
     """As `check` sees them, before there are forces."""
     named = [f"floor {k}" for k in range(4, 9)]
-    assert [one.name for one in check_contacts(case, slabs(8))] == named
+    assert [one.name for one in check_contacts(building_of(case), slabs(8))] == named
     # Without groups of edges the sides of the slabs are known all the same.
-    bare = check_contacts(case, slabs(8, edges={7, 8}))
+    bare = check_contacts(building_of(case), slabs(8, edges={7, 8}))
     assert [one.name for one in bare] == [f"{k} y+" for k in named[:3]] + named[3:]
     with pytest.raises(InputError) as caught:
-        check_contacts(case, slabs(7))
+        check_contacts(building_of(case), slabs(7))
     fault, named = caught.value.faults
     assert (named.key, named.value) == ("transient.floors", [4, 5, 6, 7, 8])
     key = "pair B1.floor_8-B2.floor_8"
     assert (fault.file, fault.key, fault.value) == (case.path, key, "floor 8 of B1")
     with pytest.raises(InputError, match=r"floor 4 has no"):
-        check_contacts(with_contacts(case), slabs(8, edges={5, 6, 7, 8}))
+        check_contacts(building_of(with_contacts(case)), slabs(8, edges={5, 6, 7, 8}))
     other = with_contacts(case, contact(point("B1", None, 3), point("B2", 2)))
     with pytest.raises(InputError, match=r"storey 3 of B1 .*: expected"):
-        check_contacts(other, slabs(8))
-    check_contacts(with_contacts(case, contact(point("B1", 2), point("B2", None, 3))), slabs(8))
+        check_contacts(building_of(other), slabs(8))
+    check_contacts(
+        building_of(with_contacts(case, contact(point("B1", 2), point("B2", None, 3)))), slabs(8)
+    )
 
 
 @pytest.mark.parametrize(
@@ -258,7 +263,7 @@ def test_contacts_by_the_mesh_alone(case):
 def test_normals_that_are_not_horizontal(case, normal, expected):
     other = with_contacts(case, contact(point("B1", 2), point("B2", 2), normal))
     with pytest.raises(InputError) as caught:
-        checked_forces(forces_of(other), PATH, other, slabs(8), DURATION)
+        checked_forces(forces_of(other), PATH, building_of(other), slabs(8), DURATION)
     (fault,) = caught.value.faults
     assert expected in fault.expected
     assert fault.key == "pair B1.floor_2-B2.floor_2, normal out of B1"
@@ -283,12 +288,14 @@ def test_where_the_edge_is_struck(case, offset, axis, found):
         update={"buildings": (first, *case.buildings[1:])}
     )
     if isinstance(found, float):
-        _, (shares,) = checked_forces(forces_of(other), PATH, other, slabs(8), DURATION)
+        _, (shares,) = checked_forces(
+            forces_of(other), PATH, building_of(other), slabs(8), DURATION
+        )
         assert sum(factor * one.moment for one, factor in shares) == pytest.approx(found)
-        assert {one for one, _ in shares} <= set(check_contacts(other, slabs(8)))
+        assert {one for one, _ in shares} <= set(check_contacts(building_of(other), slabs(8)))
         return
     with pytest.raises(InputError) as caught:
-        check_contacts(other, slabs(8))
+        check_contacts(building_of(other), slabs(8))
     (fault,) = caught.value.faults
     assert fault.key == "pair B1.floor_5-B2.floor_5, offset on B1"
     assert found in fault.expected
@@ -310,7 +317,7 @@ def test_where_the_edge_is_struck(case, offset, axis, found):
 def test_another_case(history, case, caplog, change, inputs, warned):
     other = replace(history, **change)
     with caplog.at_level(logging.WARNING, "impactfem"):
-        found, _ = checked_forces(other, PATH, case, slabs(8), DURATION, inputs)
+        found, _ = checked_forces(other, PATH, building_of(case), slabs(8), DURATION, inputs)
     assert found.pairs == history.pairs
     assert [record.getMessage() for record in caplog.records] == [
         "warning: forces.nc was made from another case, or by another version"
@@ -318,7 +325,7 @@ def test_another_case(history, case, caplog, change, inputs, warned):
 
 
 def test_pairs_of_another_program(alone):
-    found, edges = checked_forces(foreign(), PATH, alone, slabs(2), DURATION)
+    found, edges = checked_forces(foreign(), PATH, building_of(alone), slabs(2), DURATION)
     assert found.pairs == ("low", "high")
     assert [(edge.floor, edge.direction) for ((edge, _),) in edges] == [
         (1, (0.0, -1.0, 0.0)),

@@ -323,11 +323,11 @@ def test_the_pair_turned_by_180_degrees(pair, shaken, tmp_path, monkeypatch):
         return replace(mesh, nodes=mesh.nodes * [-1.0, -1.0, 1.0])
 
     monkeypatch.setattr(read_mesh_module, "_read_mesh", turn)
-    files = {view.structure.building: mesh_of_run(view, view.folder(out)) for view in case.views}
+    files = {name: mesh_of_run(one, one.folder(out)) for name, one in case.modelled.items()}
     models = {}
-    for view in turned.views:
-        name, folder = view.structure.building, view.folder(out)
-        prepared = prepare(view, files[name], storey_factor(folder), files)
+    for name, one in turned.modelled.items():
+        folder = one.folder(out)
+        prepared = prepare(one, files[name], storey_factor(folder), files)
         building = assemble_building(communicator(), prepared.parts)
         factor = prepared.storey_factor
         reduced = reduce_building(building, prepared.parts.mesh, factor, prepared.plan)
@@ -347,9 +347,9 @@ def test_the_pair_turned_by_180_degrees(pair, shaken, tmp_path, monkeypatch):
 def test_every_model_holds_the_response_to_a_point_of_contact(pair, monkeypatch):
     """At the shift, (K + σ0 M) u = f of the mesh, at all nodes that are recorded."""
     case, _, _, out = pair
-    view, factor = case.views[0], storey_factor(out)
-    files = {one.modelled.building: mesh_of_run(one, one.folder(out)) for one in case.views}
-    prepared = prepare(view, files["A"], factor, files)
+    a, factor = case.modelled["A"], storey_factor(out)
+    files = {name: mesh_of_run(one, one.folder(out)) for name, one in case.modelled.items()}
+    prepared = prepare(a, files["A"], factor, files)
     plan, mesh = prepared.plan, prepared.parts.mesh
     force = plan.contacts[len(plan.contacts) // 3]
     building = assemble_building(communicator(), prepared.parts)
@@ -388,15 +388,15 @@ def test_every_model_holds_the_response_to_a_point_of_contact(pair, monkeypatch)
 def test_a_constant_load_gives_the_static_displacement(pair):
     """On the edge of the roof of A, after its oscillations have died, against K u = F."""
     case, system, given, out = pair
-    view, direction, h = case.views[0], np.array([0.0, -1.0, 0.0]), 5e-3
-    mesh = read_mesh(mesh_of_run(view, out))
+    a, direction, h = case.modelled["A"], np.array([0.0, -1.0, 0.0]), 5e-3
+    mesh = read_mesh(mesh_of_run(a, out))
     facade, _ = facades(mesh, 2, "")[""]
     push = even(2, facade, inward(facade))
     pushes = {("A", 2): (outward_normal(mesh, 2), ((push, 1.0),))}
     load = Load(End.of_floor(system.stick("A"), 2), direction, np.full(2001, 1e5))
     row = Pounding3D(case, system, Models3D(given.lines, given.models, pushes))
     found = row.free(np.zeros((2001, 3)), h, [load]).u[-1, [7, 1]]
-    parts = read_parts(view, mesh_of_run(view, out))[0]
+    parts = read_parts(a, mesh_of_run(a, out))[0]
     building = assemble_building(communicator(), parts)
     with Factorisation(building.take_stiffness(storey_factor(out)), name="the stiffness") as K:
         u = K.solve_block(1e5 * push.vector(building, mesh)[:, None])[:, 0]
@@ -479,9 +479,8 @@ def test_forces_find_their_patterns_again(pair, shaken, tmp_path):
     response = Pounding3D(case, system, given).respond(shaken, STEP)
     write_forces(tmp_path / "forces.nc", response, case.content_hash())
     for history in (read_forces(tmp_path / "forces.nc"), ForceHistory.of_response(response)):
-        for view in case.views:
-            mesh = read_mesh(view.folder(out) / "building.msh")
-            _, shares = checked_forces(history, tmp_path / "forces.nc", view, mesh, 0.4)
-            name = view.structure.building
+        for name, one in case.modelled.items():
+            mesh = read_mesh(one.folder(out) / "building.msh")
+            _, shares = checked_forces(history, tmp_path / "forces.nc", one, mesh, 0.4)
             patterns = [force for line in given.lines for force in line.forces_on(name)]
             assert shares == [((force, 1.0),) for force in patterns]

@@ -11,6 +11,7 @@ from impactfem.case.transient import Probe as CaseProbe
 from impactfem.case.transient import Transient
 from impactfem.reduction.probes import checked_probes, covered_points, motion_grid, standard_probes
 from impactfem.system.errors import InputError
+from one_building import building_of
 
 
 @pytest.fixture
@@ -19,10 +20,10 @@ def mesh(frame):
 
 
 def case_of(*probes, envelopes=()):
-    """A case with these probes, and anchors of a device that ask for some."""
+    """A building with these probes, and anchors of a device that ask for some."""
     anchors = [SimpleNamespace(envelope=names) for names in envelopes]
     return SimpleNamespace(
-        path=Path("case.toml"),
+        case=SimpleNamespace(path=Path("case.toml")),
         wave_floor=None,
         transient=SimpleNamespace(),
         numbered_probes=tuple(enumerate(probes)),
@@ -112,7 +113,7 @@ def test_every_probe_of_a_case_that_is_outside(frame):
     transient = Transient(time_step=1e-3, probes=tuple(probes))
     case = frame.case.model_copy(update={"transient": transient})
     with pytest.raises(InputError) as caught:
-        checked_probes(case, frame.parts.mesh)
+        checked_probes(building_of(case), frame.parts.mesh)
     found = [(fault.key, fault.expected.split(":")[0]) for fault in caught.value.faults]
     assert found == [
         (
@@ -131,7 +132,7 @@ def test_every_probe_of_a_case_that_is_outside(frame):
     ]
     good = transient.model_copy(update={"probes": tuple(probes[1:2])})
     case = frame.case.model_copy(update={"transient": good})
-    assert checked_probes(case, frame.parts.mesh)[-1].name == "good"
+    assert checked_probes(building_of(case), frame.parts.mesh)[-1].name == "good"
 
 
 def test_half_of_large_elements_counts(mesh):

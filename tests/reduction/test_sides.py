@@ -20,6 +20,7 @@ from impactfem.reduction.forces import check_contacts, checked_forces
 from impactfem.reduction.loads import make_loads
 from impactfem.reduction.sides import PairEnd, Sides
 from impactfem.system.errors import InputError
+from one_building import building_of
 
 from ..building.conftest import assembled, csr, panels  # noqa: F401
 
@@ -77,7 +78,7 @@ def by_hand(pairs, force):
 def in_3d(frame, case, pairs, impulses=None, change=lambda shares: shares):
     """The same of the loads of the 3D model, by virtual work."""
     history, shares = checked_forces(
-        forces_of(pairs), Path("f.nc"), case, frame.parts.mesh, 0.1, impulses=impulses
+        forces_of(pairs), Path("f.nc"), building_of(case), frame.parts.mesh, 0.1, impulses=impulses
     )
     loads = make_loads([], history, [change(one) for one in shares], STEP, 100)
     motion = frame.model.rigid_body(MIDDLE)
@@ -138,7 +139,7 @@ def test_the_side_is_that_of_the_pair(frame, pair, axis, at):
     """Resultant and moment do not tell opposite sides from each other: the nodes do."""
     mesh = frame.parts.mesh
     (((one, factor),),) = checked_forces(
-        forces_of([pair]), Path("f.nc"), case_of(frame, [pair]), mesh, 0.1
+        forces_of([pair]), Path("f.nc"), building_of(case_of(frame, [pair])), mesh, 0.1
     )[1]
     assert factor == 1.0
     assert mesh.nodes[one.load(mesh).nodes, axis] == pytest.approx(at)
@@ -148,7 +149,7 @@ def test_the_side_is_that_of_the_pair(frame, pair, axis, at):
 def test_a_patch_is_as_wide_as_it_is_asked_to_be(frame):
     mesh, pairs = frame.parts.mesh, [((0, 1, 0), (-0.4, 2, 0))]
     case = case_of(frame, pairs, spread="patch", patch_width=1.5)
-    (((one, _),),) = checked_forces(forces_of(pairs), Path("f.nc"), case, mesh, 0.1)[1]
+    (((one, _),),) = checked_forces(forces_of(pairs), Path("f.nc"), building_of(case), mesh, 0.1)[1]
     load = one.load(mesh)
     x = mesh.nodes[load.nodes[load.forces != 0.0], 0]
     # Elements are 0.75 m long.
@@ -162,7 +163,7 @@ def test_pairs_at_one_place_but_for_rounding_share_their_pattern(frame, storey):
     pairs = [((-1, 0, 0), (-3, y, 0)) for y in (0.3, 0.3 + 1e-12, 0.4)]
     case = case_of(frame, pairs, storey=storey, spread="patch", patch_width=1.5)
     loads, found = in_3d(frame, case, pairs)
-    assert len(loads.edges) == len(check_contacts(case, frame.parts.mesh)) == 2
+    assert len(loads.edges) == len(check_contacts(building_of(case), frame.parts.mesh)) == 2
     hand = by_hand(pairs, forces_of(pairs).force)[:, [0, 1, 5]]
     assert np.abs(found[:, [0, 1, 5]] - hand).max() < 1e-9 * np.abs(hand).max()
 
@@ -215,15 +216,17 @@ def test_patterns_of_the_calibrated_spread_are_the_contacts_of_the_wall(frame, s
     edge = contact_edge(mesh, 2, spacing)
     impulse = 1.0 + np.arange(len(edge.position))
     _, (shares,) = checked_forces(
-        forces_of(pairs), Path("f.nc"), case, mesh, 0.1, impulses={2: impulse}
+        forces_of(pairs), Path("f.nc"), building_of(case), mesh, 0.1, impulses={2: impulse}
     )
-    assert check_contacts(case, mesh) == tuple(one for one, _ in shares)
+    assert check_contacts(building_of(case), mesh) == tuple(one for one, _ in shares)
     for (one, _), column in zip(shares, edge.means.T.toarray(), strict=True):
         load = one.load(mesh)
         assert np.array_equal(load.nodes, edge.nodes)
         assert load.forces == pytest.approx(column, abs=1e-14)
     with pytest.raises(InputError, match="floor 2 took no"):
-        checked_forces(forces_of(pairs), Path("f.nc"), case, mesh, 0.1, impulses={2: 0 * impulse})
+        checked_forces(
+            forces_of(pairs), Path("f.nc"), building_of(case), mesh, 0.1, impulses={2: 0 * impulse}
+        )
     # Where the impulse of the wall acts in the middle of the pair nothing is added to it.
     middle = sum(
         f * (3.0 + one.moment) for (one, _), f in zip(shares, impulse / impulse.sum(), strict=True)
@@ -231,7 +234,7 @@ def test_patterns_of_the_calibrated_spread_are_the_contacts_of_the_wall(frame, s
     central = [((0, 1, 0), (middle - 3.0, 2, 0))]
     case = case.model_copy(update={"contacts": (contact(0, *central[0]),)})
     _, (shares,) = checked_forces(
-        forces_of(pairs), Path("f.nc"), case, mesh, 0.1, impulses={2: impulse}
+        forces_of(pairs), Path("f.nc"), building_of(case), mesh, 0.1, impulses={2: impulse}
     )
     assert [factor for _, factor in shares] == pytest.approx(impulse / impulse.sum())
 
@@ -239,13 +242,13 @@ def test_patterns_of_the_calibrated_spread_are_the_contacts_of_the_wall(frame, s
 def test_central_pairs_have_one_pattern(frame):
     """Equal to the load of before, and the moment of a mirrored pair of equal forces is none."""
     mesh, pairs = frame.parts.mesh, [((0, 1, 0), (0, 2, 0))]
-    sides = Sides(case_of(frame, pairs), mesh)
+    sides = Sides(building_of(case_of(frame, pairs)), mesh)
     direction = (0.0, -1.0, 0.0)
-    history, shares = checked_forces(forces_of(pairs), Path("f.nc"), sides.case, mesh, 0.1)
+    history, shares = checked_forces(forces_of(pairs), Path("f.nc"), sides.building, mesh, 0.1)
     assert shares == [((EdgeForce("floor 2", 2, direction), 1.0),)]
     case = case_of(frame, CORNERS)
     equal = replace(forces_of(CORNERS), force=np.ones((101, 2)))
-    history, shares = checked_forces(equal, Path("f.nc"), case, mesh, 0.1)
+    history, shares = checked_forces(equal, Path("f.nc"), building_of(case), mesh, 0.1)
     assert make_loads([], history, shares, STEP, 100).names == ("floor 2",)
 
 
@@ -307,6 +310,6 @@ def test_heights_of_a_mesh_that_counts_from_elsewhere(frame, storey, up):
     higher = SimpleNamespace(nodes=mesh.nodes + np.array([0.0, 0.0, up]), elevations=levels)
     case = case_of(frame, [((0, 1, 0), (1, 2, 0))], storey)
     end = PairEnd.of(case.contacts[0].a, np.array([0.0, 1.0, 0.0]))
-    middle = Sides(case, mesh).elevation(end)
-    assert Sides(case, higher).elevation(end) == pytest.approx(middle + up)
+    middle = Sides(building_of(case), mesh).elevation(end)
+    assert Sides(building_of(case), higher).elevation(end) == pytest.approx(middle + up)
     assert middle == pytest.approx({1: 1.4, 2: 4.45}[storey])  # between the rigid zones

@@ -414,35 +414,31 @@ def test_the_stick_is_checked_where_its_forces_are_taken(monkeypatch, forces):
     monkeypatch.setattr(transient, "stick_against_model", lambda folder: [stick])
     for name in ("given_forces", "read_forces", "impulse_check"):
         monkeypatch.setattr(transient, name, lambda *_: [])
-    case = SimpleNamespace(
-        transient=SimpleNamespace(forces=forces),
-        modelled_building=SimpleNamespace(name="A"),
-        pounding_in_3d=("B",),
-    )
-    found = transient.TRANSIENT.checks(case, Path())
+    building = SimpleNamespace(transient=SimpleNamespace(forces=forces), pounds=False)
+    found = transient.TRANSIENT.checks(building, Path())
     assert found == ([own, stick] if forces is None else [own])
     # A 3D model that pounds itself takes no forces of its stick.
-    case.pounding_in_3d = ("A",)
-    assert transient.TRANSIENT.checks(case, Path()) == [own]
+    building.pounds = True
+    assert transient.TRANSIENT.checks(building, Path()) == [own]
 
 
 @pytest.mark.parametrize(
-    ("inputs", "applied", "in_3d", "compared"),
+    ("inputs", "applied", "pounds", "compared"),
     [
-        ("key", None, (), True),
-        ("another", None, (), False),  # of a run before
-        ("key", SimpleNamespace(), (), False),  # stage transient compares them
-        ("key", None, ("A",), False),  # the stick does not pound
+        ("key", None, False, True),
+        ("another", None, False, False),  # of a run before
+        ("key", SimpleNamespace(), False, False),  # stage transient compares them
+        ("key", None, True, False),  # the stick does not pound
     ],
 )
 def test_a_stick_is_compared_with_a_3d_model_that_takes_no_forces(
-    monkeypatch, tmp_path, inputs, applied, in_3d, compared
+    monkeypatch, tmp_path, inputs, applied, pounds, compared
 ):
     check = STICK_FREQUENCY.check(0.5, "A along y")
-    monkeypatch.setattr(pounding, "BUILDING", SimpleNamespace(key=lambda view: "key"))
+    monkeypatch.setattr(pounding, "BUILDING", SimpleNamespace(key=lambda building: "key"))
     monkeypatch.setattr(pounding, "stick_against_model", lambda folder: [check])
-    view = SimpleNamespace(part="", transient=applied, modelled=SimpleNamespace(building="A"))
-    case = SimpleNamespace(views=(view,), pounding_in_3d=in_3d)
+    one = SimpleNamespace(transient=applied, pounds=pounds, folder=lambda run: run)
+    case = SimpleNamespace(modelled={"A": one})
     assert pounding._sticks_against_models(tmp_path, case) == []  # no 3D model was computed
     write_netcdf(tmp_path / "building.nc", xr.Dataset(attrs={"inputs": inputs}))
     assert pounding._sticks_against_models(tmp_path, case) == [check] * compared

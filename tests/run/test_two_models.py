@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from impactfem import study
 from impactfem.case import load_case
 from impactfem.run import loop
 from impactfem.run.estimate import estimate
-from impactfem.run.stages import STAGES
+from impactfem.run.stages import OF_CASE, STAGES
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.manifest import is_finished
 from impactfem.stages.pounding.stage import POUNDING
@@ -37,20 +38,25 @@ def case(tmp_path):
     return load_case(write_case(tmp_path, *FULL))
 
 
-def test_views(case):
+def test_handles(case):
     """Devices, impact on the wall and probes belong to one building; the first has no folder."""
-    a, b = case.views
-    assert [view.structure.building for view in (a, b)] == ["A", "B"]
-    assert [view.part for view in (a, b)] == ["", "B"]
+    a, b = case.modelled["A"], case.modelled["B"]
+    assert [one.name for one in (a, b)] == list(case.modelled) == ["A", "B"]
+    assert [one.folder(Path("run")) for one in (a, b)] == [Path("run"), Path("run/B")]
+    assert [one.run_folder(one.folder(Path("run"))) for one in (a, b)] == 2 * [Path("run")]
+    assert [one.entry.name for one in (a, b)] == ["A", "B"]
+    assert [one.name for one in case.at_wall] == ["B"]
+    with pytest.raises(ValueError, match="A hits no wall"):
+        _ = a.at_wall
     assert (a.wall_impact, a.devices, a.device_analysis, a.transient.probes) == (None, (), None, ())
     assert (b.wall_impact, b.devices) == (case.wall_impact, case.devices)
     assert b.transient.probes == case.transient.probes
-    assert [view.whole is case for view in (a, b)] == [True, True]
+    assert [one.case is case for one in (a, b)] == [True, True]
 
 
 def test_floors_by_building(tmp_path, edited):
     floors = ("[transient]", "[transient]\nfloors = { B = [2] }")
-    a, b = load_case(edited(write_case(tmp_path), floors)).views
+    a, b = load_case(edited(write_case(tmp_path), floors)).in_time
     assert (a.transient.floors, b.transient.floors) == (None, (2,))
 
 
@@ -128,7 +134,7 @@ def test_the_stick_before_the_wall_has_the_modes_of_all_targets(tmp_path, target
     (tmp_path / "targets.csv").write_text(head + rows, encoding="utf-8")
     case = load_case(write_case(tmp_path, WALL, CALIBRATION))
     other = with_more_modes(case, 0)
-    assert (CALIBRATE.key(case.views[1]) != CALIBRATE.key(other.views[1])) == depends
+    assert (CALIBRATE.key(case.modelled["B"]) != CALIBRATE.key(other.modelled["B"])) == depends
 
 
 def with_more_modes(case, changed):
@@ -147,10 +153,10 @@ def test_a_second_model_computes_nothing_of_the_first(tmp_path, edited):
     text = BUILDINGS[1]
     model = text[text.index("[buildings.structure]") :]
     first = load_case(edited(write_case(tmp_path, more), (text, text.replace(model, ""))))
-    assert [view.numbered_probes[0][0] for view in both.views] == [0, 0]
+    assert [one.numbered_probes[0][0] for one in both.modelled.values()] == [0, 0]
     for stage in STAGES:
         if stage.lacks(first) is None:
-            assert stage.key(first) == stage.key(both.views[0]), stage.name
+            assert stage.key(first) == stage.key(both.modelled["A"]), stage.name
 
 
 @pytest.mark.parametrize("changed", [0, 1])
@@ -158,19 +164,20 @@ def test_another_model_computes_nothing_of_the_other(case, changed):
     """A stage of one building depends on its own 3D model; what serves both on neither."""
     other = with_more_modes(case, changed)
     for stage in STAGES:
-        for k, view in enumerate(case.views if stage.each else ()):
-            if stage.lacks(view) is None:
-                same = stage.key(view) == stage.key(other.views[k])
-                assert same == (k != changed), (stage.name, view.structure.building)
-        if not stage.each and stage.lacks(case) is None:
-            assert stage.key(case) == stage.key(other)
+        for one in stage.of(case):
+            if stage in OF_CASE:
+                assert stage.key(one) == stage.key(other)
+            else:
+                same = stage.key(one) == stage.key(other.modelled[one.name])
+                assert same == (one.name != "AB"[changed]), (stage.name, one.name)
 
 
 def test_estimate(case, monkeypatch):
     """On one core buildings run one after another: times add up, the larger needs the memory."""
     monkeypatch.setattr("impactfem.run.estimate.threads", lambda: 1)
     found = estimate(case, 1.0)
-    alone = [estimate(view, 1.0) for view in case.views]
+    models = [{"structure": one, "further_structures": ()} for one in case.structures]
+    alone = [estimate(case.model_copy(update=one), 1.0) for one in models]
     assert {"reduce", "B/reduce", "B/device"} < {one.name for one in found.stages}
     assert found.largest.memory == max(one.largest.memory for one in alone)
     assert {one.name for one in found.of({"reduce"}).stages} == {"reduce", "B/reduce"}
@@ -250,8 +257,8 @@ def test_buildings_side_by_side(tmp_path, monkeypatch, capfd):
         path.write_text(path.read_text().replace("= 0.05", "= 0.01\nlargest_basis = 45"))
         with pytest.raises(SolutionError, match="45 vectors"):
             loop.run(path, out=two, stage="reduce")
-    views = load_case(path).views
-    finished = [is_finished(two, REDUCE.label(view), REDUCE.key(view)) for view in views]
+    every = REDUCE.of(load_case(path))
+    finished = [is_finished(two, REDUCE.label(one), REDUCE.key(one)) for one in every]
     assert finished == [True, False]
 
 

@@ -16,6 +16,7 @@ from impactfem.stages.inputs import inputs_key, program_key, tolerances
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import model_key
 from impactfem.stages.transient.stage import TRANSIENT
+from one_building import building_of
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 LIGHT = RayleighCase(name="light", mass_coefficient=0.8, stiffness_coefficient=2e-4)
@@ -24,6 +25,13 @@ LIGHT = RayleighCase(name="light", mass_coefficient=0.8, stiffness_coefficient=2
 @pytest.fixture(scope="module")
 def case(new_case, tmp_path_factory):
     return _with(load_case(new_case(tmp_path_factory.mktemp("inputs"))))
+
+
+@pytest.fixture(scope="module")
+def frame():
+    """A building with a 3D model that hits a wall, without devices."""
+    wall = load_case(GEOMETRY / "npp_pair.toml").wall_impact.model_copy(update={"building": "F"})
+    return _with(load_case(GEOMETRY / "frame.toml").model_copy(update={"wall_impact": wall}))
 
 
 def _with(case, **changes):
@@ -45,20 +53,20 @@ def test_restitution_counts_with_the_contact_laws(case, sections):
     assert lighter != inputs_key(case, sections)
 
 
-def test_calibration_depends_on_the_dampings(case):
-    assert CALIBRATE.key(_with(case, stiffness_coefficient=1e-4)) != CALIBRATE.key(case)
-    assert CALIBRATE.key(case.model_copy(update={"damping_cases": ()})) != CALIBRATE.key(case)
+def test_calibration_depends_on_the_dampings(frame):
+    assert CALIBRATE.key(_with(frame, stiffness_coefficient=1e-4)) != CALIBRATE.key(frame)
+    assert CALIBRATE.key(frame.model_copy(update={"damping_cases": ()})) != CALIBRATE.key(frame)
     # It gives a restitution, and takes none.
-    assert CALIBRATE.key(_with(case, restitution=0.5)) == CALIBRATE.key(case)
+    assert CALIBRATE.key(_with(frame, restitution=0.5)) == CALIBRATE.key(frame)
 
 
 @pytest.mark.parametrize("served", [True, False])
-def test_transient_depends_on_the_dampings_that_it_serves(case, served):
-    known = TRANSIENT.key(_serving(case, served))
-    lighter = TRANSIENT.key(_serving(_with(case, stiffness_coefficient=1e-4), served))
+def test_transient_depends_on_the_dampings_that_it_serves(frame, served):
+    known = TRANSIENT.key(_serving(frame, served))
+    lighter = TRANSIENT.key(_serving(_with(frame, stiffness_coefficient=1e-4), served))
     assert (lighter != known) == served
-    assert TRANSIENT.key(_serving(_with(case, restitution=0.5), served)) == known
-    assert TRANSIENT.key(_serving(case, not served)) != known
+    assert TRANSIENT.key(_serving(_with(frame, restitution=0.5), served)) == known
+    assert TRANSIENT.key(_serving(frame, not served)) != known
 
 
 @pytest.mark.parametrize("spread", ["uniform", "calibrated"])
@@ -74,7 +82,9 @@ def test_members_depend_on_the_impact_that_spreads_their_forces(spread):
     case = case.model_copy(update={"transient": transient, "contact_laws": laws})
     wall = case.wall_impact.model_copy(update={"displacement": 2.0 * case.wall_impact.displacement})
     other = case.model_copy(update={"wall_impact": wall})
-    assert (members_key(other) != members_key(case)) == (spread == "calibrated")
+    assert (members_key(building_of(other)) != members_key(building_of(case))) == (
+        spread == "calibrated"
+    )
 
 
 def test_sticks_of_the_case_itself_depend_on_none(case):
@@ -96,7 +106,7 @@ def test_damping_by_part_is_that_of_the_response():
     one, other = (_with_part_damping(case, ratio) for ratio in (0.02, 0.03))
     assert TRANSIENT.key(one) != TRANSIENT.key(other)
     assert BUILDING.key(one) == BUILDING.key(other) == BUILDING.key(case)
-    assert model_key(one) == model_key(other)
+    assert model_key(building_of(one)) == model_key(building_of(other))
 
 
 def test_buildings_are_those_of_another_3d_model(tmp_path):

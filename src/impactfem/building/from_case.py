@@ -20,7 +20,7 @@ from impactfem.building.parts import (
 )
 from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection, Material, Materials, Sections, ShellSection
-from impactfem.case import Case
+from impactfem.case import Building3D
 from impactfem.case.buildings import (
     BeamGroup,
     Building,
@@ -46,17 +46,16 @@ OfParts = TypeVar("OfParts", PartMaterial, DampingEntry)
 Group = TypeVar("Group", ShellGroup, BeamGroup)
 
 
-def geometry_of(case: Case) -> Geometry:
+def geometry_of(building: Building3D) -> Geometry:
     """The geometry that the generator builds, with floors at the elevations of the floor table.
 
     Raises:
-        ValueError: The case has no structure with a generated mesh.
+        ValueError: The mesh of the building is not generated.
     """
-    structure = case.structure
-    if structure is None or not isinstance(structure.mesh, GeneratedMesh):
-        raise ValueError("the case has no structure with a generated mesh")
-    building = case.building(structure.building)
-    return _geometry(structure.mesh, (building.base, *building.elevations))
+    mesh, entry = building.structure.mesh, building.entry
+    if not isinstance(mesh, GeneratedMesh):
+        raise ValueError(f"the mesh of {building.name} is not generated")
+    return _geometry(mesh, (entry.base, *entry.elevations))
 
 
 def sections_of(structure: Structure, mesh: BuildingMesh) -> Sections:
@@ -125,9 +124,9 @@ def part_faults(structure: Structure, parts: Sequence[Part], path: Path) -> Iter
 
 
 def read_parts(
-    case: Case, path: Path, mesh: BuildingMesh | None = None
+    building: Building3D, path: Path, mesh: BuildingMesh | None = None
 ) -> tuple[BuildingParts, FloorMasses]:
-    """Mesh, sections and masses of the structure of a case, from its mesh file. Not collective.
+    """Mesh, sections and masses of a building, from its mesh file. Not collective.
 
     The mesh is not read again where it is given.
 
@@ -135,18 +134,18 @@ def read_parts(
         InputError: The mesh is not usable, or does not go with the case. Of a generated mesh, whose
             file is none of the user's, the case file is named.
     """
-    structure, building = case.modelled, case.modelled_building
+    structure, table, case_file = building.structure, building.entry.floors, building.case.path
     try:
         mesh = mesh or read_mesh(path)
-        if list(mesh.floors) != [floor.floor for floor in building.floors]:
+        if list(mesh.floors) != [floor.floor for floor in table]:
             floors = ", ".join(map(str, mesh.floors))
-            of_table = ", ".join(str(floor.floor) for floor in building.floors)
+            of_table = ", ".join(str(floor.floor) for floor in table)
             expected = f"expected the floors {of_table} of building {building.name}"
             raise InputError([Fault(path, "centre_<k>", f"floors {floors}", expected)])
         both = mesh.shell_parts, mesh.beam_parts
         faults = [
-            *_height_faults(mesh, building, path),
-            *part_faults(structure, [part for some in both for part in some], case.path),
+            *_height_faults(mesh, building.entry, path),
+            *part_faults(structure, [part for some in both for part in some], case_file),
         ]
         if faults:
             raise InputError(faults)
@@ -155,7 +154,7 @@ def read_parts(
         if not isinstance(structure.mesh, GeneratedMesh):
             raise
         faults = [
-            Fault(case.path, f"{structure.key}.mesh, {fault.key}", fault.value, fault.expected)
+            Fault(case_file, f"{structure.key}.mesh, {fault.key}", fault.value, fault.expected)
             if fault.file == path
             else fault
             for fault in error.faults
@@ -178,7 +177,7 @@ def read_parts(
         for one in structure.added_mass
         for k in one.floors
     }
-    required = np.array([f.mass for f in building.floors]) if structure.floor_masses else None
+    required = np.array([f.mass for f in table]) if structure.floor_masses else None
     try:
         masses = floor_masses(
             mesh, sections, Materials(*materials), required, structure.mass_eccentricity, strips
@@ -186,7 +185,7 @@ def read_parts(
     except FloorMassError as error:
         moved = f"{words_of(structure.mass_eccentricity)} m"
         faults = [
-            Fault(case.path, f"{structure.key}.{key}", moved if "ecc" in key else None, expected)
+            Fault(case_file, f"{structure.key}.{key}", moved if "ecc" in key else None, expected)
             for expected, key in error.wrong
         ]
         raise InputError(faults) from error

@@ -12,7 +12,7 @@ from petsc4py import PETSc
 
 from impactfem.building.mesh import DOFS, BuildingMesh, rigid_body
 from impactfem.building.model import BuildingModel
-from impactfem.case import Case
+from impactfem.case import Building3D
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError, SolutionError
 
@@ -282,15 +282,15 @@ class BasePlate:
         )
 
 
-def find_base_plates(case: Case, mesh: BuildingMesh) -> tuple[BasePlate, ...]:
-    """Find the nodes of every anchor of every device of a case.
+def find_base_plates(building: Building3D, mesh: BuildingMesh) -> tuple[BasePlate, ...]:
+    """Find the nodes of every anchor of every device of a building.
 
     Raises:
         InputError: Anchors are on no node of a floor, or two tie the same nodes; all of them.
     """
     faults: list[Fault] = []
     base_plates: list[BasePlate] = []
-    for index, device in case.numbered_devices:
+    for index, device in building.numbered_devices:
         for number, anchor in enumerate(device.anchors, 1):
             key, name = f"devices[{index}]", device.name
             if device.supports:
@@ -298,7 +298,7 @@ def find_base_plates(case: Case, mesh: BuildingMesh) -> tuple[BasePlate, ...]:
             try:
                 base_plate = BasePlate.find(mesh, name, anchor.point, anchor.radius)
             except SolutionError as error:
-                faults.append(Fault(case.path, f"{key}.point", anchor.point, str(error)))
+                faults.append(Fault(building.case.path, f"{key}.point", anchor.point, str(error)))
                 continue
             for other in base_plates:
                 if np.intersect1d(base_plate.nodes, other.nodes).size:
@@ -308,7 +308,9 @@ def find_base_plates(case: Case, mesh: BuildingMesh) -> tuple[BasePlate, ...]:
                         f"the same nodes of floor {base_plate.floor}; expected smaller radii, or "
                         "anchors further apart"
                     )
-                    faults.append(Fault(case.path, f"{key}.radius", anchor.radius, expected))
+                    faults.append(
+                        Fault(building.case.path, f"{key}.radius", anchor.radius, expected)
+                    )
                     break
             base_plates.append(base_plate)
     if faults:

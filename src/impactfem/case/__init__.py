@@ -6,12 +6,15 @@ from impactfem.case.contacts import Contact, ContactPoint, KelvinVoigtLaw
 from impactfem.case.damping import DampingCase, DampingEntry, RayleighDamping
 from impactfem.case.devices import DeviceAnalysis, DeviceSetup
 from impactfem.case.load import load_case
-from impactfem.case.model import Case
+from impactfem.case.model import Building3D, BuildingAtWall, BuildingInTime, Case
 from impactfem.case.motions import Motion, RecordMotion, SyntheticMotion, motion_files
 from impactfem.case.report import Published
 
 __all__ = [
     "Building",
+    "Building3D",
+    "BuildingAtWall",
+    "BuildingInTime",
     "Case",
     "Contact",
     "ContactPoint",

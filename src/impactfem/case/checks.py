@@ -471,11 +471,8 @@ def _transient_times(case: Case, reading: Reading) -> Iterator[Finding]:
 
 def _transient_points(case: Case, reading: Reading) -> Iterator[Finding]:
     """Floors and probes of the response that the 3D models do not have."""
-    for view in case.views:
-        transient, structure = view.transient, view.structure
-        if transient is None or structure is None:
-            continue
-        building, mesh = view.building(structure.building), structure.mesh
+    for modelled in case.in_time:
+        transient, building, mesh = modelled.transient, modelled.entry, modelled.structure.mesh
         levels = (building.base, *building.elevations)
         of = building.name if case.further_structures else "the building"
         numbers = [floor.floor for floor in building.floors]
@@ -485,7 +482,7 @@ def _transient_points(case: Case, reading: Reading) -> Iterator[Finding]:
                 f"no floor {', '.join(absent)} in {building.name}; expected some of {numbers}"
             )
             yield ("transient", "floors"), expected
-        for index, probe in view.numbered_probes:
+        for index, probe in modelled.numbered_probes:
             level = re.search("_([1-9][0-9]*)", probe.group or "")
             if level is not None and int(level[1]) > len(numbers):
                 expected = f"expected a number of 1 to {len(numbers)}, the floors of {of}"
@@ -503,7 +500,7 @@ def _transient_points(case: Case, reading: Reading) -> Iterator[Finding]:
         sizes = (mesh.size, mesh.floor_size, mesh.storey_size, mesh.beam_size, mesh.column_size)
         away = max(OUTSIDE, *(0.5 * size for size in sizes if size is not None))
         sides = [f"{axis} of {a:g} to {b:g} m" for axis, (a, b) in zip("xyz", box, strict=True)]
-        for index, probe in view.numbered_probes:
+        for index, probe in modelled.numbered_probes:
             for key, point in (("point", probe.point), ("from", probe.start), ("to", probe.end)):
                 pairs = zip(point or (), box, strict=False)
                 if not all(a - away <= x <= b + away for x, (a, b) in pairs):

@@ -1,9 +1,11 @@
-"""The case: as written in its file, and as the stages use it."""
+"""The case: as written in its file, as the stages use it, and its buildings with a 3D model."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -76,12 +78,11 @@ class Case(CaseFile):
     rest; without devices there is no device_analysis; published values know by the reference of
     the report how ours relate to them.
 
-    A stage of a 3D model works on a view of the case for its building: `structure` is that of the
-    building, with the devices, the impact on the wall and the probes that belong to it.
+    The stages of a 3D model take a building of `modelled`.
 
     Args:
-        structure: The 3D model: of a view that of its building, else the first one, or None.
-        further_structures: The 3D models of further buildings; of a view none.
+        structure: The 3D model of the first building with one, or None.
+        further_structures: The 3D models of further buildings.
         path: The case file.
         digest: SHA-256 of the case text, of those it extends and of all files they name, as
             hexadecimal digits.
@@ -89,9 +90,6 @@ class Case(CaseFile):
         reference_of: Name of the file below this one that names the reference of the report; ""
             where the case file does itself, or there is none.
         changes: Keys in which the case differs from that file, with dots.
-        part: Of a view of a further building its name, by which its files and results are known;
-            those of the first one have the short names that they have alone.
-        complete: Of a view the whole case.
     """
 
     structure: Structure | None
@@ -101,8 +99,6 @@ class Case(CaseFile):
     input_files: dict[str, str] = Field(default={}, exclude=True)
     reference_of: str = ""
     changes: tuple[str, ...] = ()
-    part: str = Field(default="", exclude=True)
-    complete: Case | None = Field(default=None, exclude=True, repr=False)
 
     @property
     def structures(self) -> tuple[Structure, ...]:
@@ -110,42 +106,19 @@ class Case(CaseFile):
         return () if self.structure is None else (self.structure, *self.further_structures)
 
     @property
-    def whole(self) -> Case:
-        """The case of which this is a view; the case itself where it is none."""
-        return self.complete or self
+    def modelled(self) -> dict[str, Building3D]:
+        """The buildings with a 3D model by name, in the order of the case."""
+        return {one.building: Building3D.of(self, one) for one in self.structures}
 
     @property
-    def views(self) -> tuple[Case, ...]:
-        """The case for each of its buildings with a 3D model; of one it is the case itself."""
-        if not self.further_structures:
-            return () if self.structure is None else (self,)
-        return tuple(self._view(one, index > 0) for index, one in enumerate(self.structures))
+    def in_time(self) -> tuple[BuildingInTime, ...]:
+        """The buildings whose 3D model is computed in time."""
+        return tuple(one.in_time for one in self.modelled.values() if one.transient is not None)
 
-    def _view(self, structure: Structure, further: bool) -> Case:
-        name, wall, transient = structure.building, self.wall_impact, self.transient
-        devices = tuple(device for device in self.devices if device.building == name)
-        if transient is not None:
-            floors = transient.floors
-            probes = [one for one in transient.probes if one.building in ("", name)]
-            # By its name, as where it has the only 3D model: what was computed then is reused.
-            own = {
-                "floors": floors.get(name) if isinstance(floors, dict) else floors,
-                "probes": tuple(one.model_copy(update={"building": name}) for one in probes),
-            }
-            transient = transient.model_copy(update=own)
-        update = {
-            "structure": structure,
-            "further_structures": (),
-            "devices": devices,
-            "device_analysis": self.device_analysis if devices else None,
-            "wall_impact": wall if wall is not None and wall.building == name else None,
-            "transient": transient,
-            "complete": self,
-        }
-        if further:
-            known = {alone(key, name): value for key, value in self.published.items()}
-            update |= {"part": name, "published": {k: v for k, v in known.items() if k is not None}}
-        return self.model_copy(update=update)
+    @property
+    def at_wall(self) -> tuple[BuildingAtWall, ...]:
+        """The buildings whose 3D model hits the rigid wall."""
+        return tuple(one.at_wall for one in self.modelled.values() if one.wall_impact is not None)
 
     @property
     def pounding_in_3d(self) -> tuple[str, ...]:
@@ -171,27 +144,6 @@ class Case(CaseFile):
         """Time of the pounding [s]; by default the longest motion [s] ends under all buildings."""
         return self.pounding.duration or longest + max(self.delays.values(), default=0.0)
 
-    @property
-    def numbered_probes(self) -> tuple[tuple[int, Probe], ...]:
-        """The probes of [transient] with their indices in the case file."""
-        transient = self.whole.transient
-        every = () if transient is None else transient.probes
-        names = {"", *(one.building for one in self.structures)}
-        return tuple((k, one) for k, one in enumerate(every) if one.building in names)
-
-    @property
-    def numbered_devices(self) -> tuple[tuple[int, DeviceSetup], ...]:
-        """The devices with their indices in the case file."""
-        return tuple((k, one) for k, one in enumerate(self.whole.devices) if one in self.devices)
-
-    def folder(self, run: Path) -> Path:
-        """The folder of what belongs to the building of a view, within that of the run."""
-        return run / self.part
-
-    def run_folder(self, folder: Path) -> Path:
-        """The folder of the run that the folder of a view is in."""
-        return folder.parent if self.part else folder
-
     def content_hash(self) -> str:
         """SHA-256 of the case texts and of every file they name, as they were when read."""
         return self.digest
@@ -210,32 +162,150 @@ class Case(CaseFile):
 
         return max((motion.direction for motion in self.motions), key=along)
 
-    @property
-    def wave_floor(self) -> int:
-        """The floor of the 3D model in which waves are evaluated: the highest that may be struck.
-
-        Without contacts it is the top floor. ValueError where the case has no structure.
-        """
-        building = self.modelled_building
-        ends = [end for contact in self.contacts for end, _ in contact.ends]
-        struck = [one.floor for one in ends if one.building == building.name and one.floor]
-        return max(struck, default=building.floors[-1].floor)
-
-    @property
-    def modelled(self) -> Structure:
-        """The 3D model; ValueError where the case has no structure."""
-        if self.structure is None:
-            raise ValueError("the case has no structure")
-        return self.structure
-
-    @property
-    def modelled_building(self) -> Building:
-        """The building with the 3D model; ValueError where the case has no structure."""
-        return self.building(self.modelled.building)
-
     def building(self, name: str) -> Building:
         """The building of a name; KeyError where there is no such building."""
         for building in self.buildings:
             if building.name == name:
                 return building
         raise KeyError(name)
+
+
+@dataclass(frozen=True)
+class Building3D:
+    """A building with a 3D model, and what the case says of this building alone.
+
+    Args:
+        case: The case.
+        structure: Its 3D model.
+        part: Its name in the names of its files and results; "" for the first building with a 3D
+            model, whose names are short.
+        transient: The section [transient] with the floors and probes of this building.
+        wall_impact: The section [wall_impact], if this building hits the wall.
+        devices: Its devices.
+        device_analysis: The section [device_analysis], if it has devices.
+    """
+
+    case: Case
+    structure: Structure
+    part: str
+    transient: Transient | None
+    wall_impact: WallImpactSetup | None
+    devices: tuple[DeviceSetup, ...]
+    device_analysis: DeviceAnalysis | None
+
+    @classmethod
+    def of(cls, case: Case, structure: Structure) -> Building3D:
+        """The building with this 3D model of a case."""
+        name, wall, transient = structure.building, case.wall_impact, case.transient
+        devices = tuple(device for device in case.devices if device.building == name)
+        if transient is not None:
+            floors = transient.floors
+            probes = [one for one in transient.probes if one.building in ("", name)]
+            # By its name, as where it has the only 3D model: what was computed then is reused.
+            own = {
+                "floors": floors.get(name) if isinstance(floors, dict) else floors,
+                "probes": tuple(one.model_copy(update={"building": name}) for one in probes),
+            }
+            transient = transient.model_copy(update=own)
+        return cls(
+            case=case,
+            structure=structure,
+            part="" if name == case.structures[0].building else name,
+            transient=transient,
+            wall_impact=wall if wall is not None and wall.building == name else None,
+            devices=devices,
+            device_analysis=case.device_analysis if devices else None,
+        )
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.structure.building
+
+    @property
+    def entry(self) -> Building:
+        """Its entry in the table [[buildings]]."""
+        return self.case.building(self.name)
+
+    @property
+    def contacts(self) -> tuple[Contact, ...]:
+        """The contact pairs that touch it."""
+        return tuple(one for one in self.case.contacts if self.name in one.buildings)
+
+    @property
+    def pounds(self) -> bool:
+        """Whether its 3D model pounds, not its stick."""
+        return self.name in self.case.pounding_in_3d
+
+    @property
+    def published(self) -> Mapping[str, Published]:
+        """The published values of its results, by their names without that of the building."""
+        every = self.case.published
+        if not self.part:
+            return every
+        known = {alone(key, self.part): value for key, value in every.items()}
+        return {key: value for key, value in known.items() if key is not None}
+
+    @property
+    def sections(self) -> dict[str, Any]:
+        """What it has in the place of sections of the case."""
+        own = ("structure", "transient", "wall_impact", "devices", "device_analysis", "published")
+        return {name: getattr(self, name) for name in own}
+
+    def folder(self, run: Path) -> Path:
+        """Its folder within that of the run."""
+        return run / self.part
+
+    def run_folder(self, folder: Path) -> Path:
+        """The folder of the run that its folder is in."""
+        return folder.parent if self.part else folder
+
+    @property
+    def numbered_probes(self) -> tuple[tuple[int, Probe], ...]:
+        """Its probes with their indices in the case file."""
+        every = () if self.case.transient is None else self.case.transient.probes
+        return tuple((k, one) for k, one in enumerate(every) if one.building in ("", self.name))
+
+    @property
+    def numbered_devices(self) -> tuple[tuple[int, DeviceSetup], ...]:
+        """Its devices with their indices in the case file."""
+        every = enumerate(self.case.devices)
+        return tuple((k, one) for k, one in every if one.building == self.name)
+
+    @property
+    def wave_floor(self) -> int:
+        """The floor in which waves are evaluated: the highest that may be struck.
+
+        Without contacts it is the top floor.
+        """
+        ends = [end for contact in self.contacts for end, _ in contact.ends]
+        struck = [one.floor for one in ends if one.building == self.name and one.floor]
+        return max(struck, default=self.entry.floors[-1].floor)
+
+    @property
+    def in_time(self) -> BuildingInTime:
+        """The same with a time history; ValueError where the case has no [transient]."""
+        if self.transient is None:
+            raise ValueError("the case has no transient")
+        return BuildingInTime(**vars(self))
+
+    @property
+    def at_wall(self) -> BuildingAtWall:
+        """The same before the wall; ValueError where another building or none hits it."""
+        if self.wall_impact is None:
+            raise ValueError(f"{self.name} hits no wall")
+        return BuildingAtWall(**vars(self))
+
+
+@dataclass(frozen=True)
+class BuildingInTime(Building3D):
+    """A building whose 3D model is computed in time."""
+
+    transient: Transient
+
+
+@dataclass(frozen=True)
+class BuildingAtWall(Building3D):
+    """A building whose 3D model hits the rigid wall."""
+
+    wall_impact: WallImpactSetup

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from impactfem.case import Case, DeviceAnalysis, DeviceSetup
+from impactfem.case import Building3D, DeviceAnalysis, DeviceSetup
 from impactfem.case.devices import RIGID, ModeRule, Rigid, RigidMethod
 from impactfem.device.combination import Gupta, LindleyYow, RigidResponse, Rules
 from impactfem.device.device import Device
@@ -105,16 +105,16 @@ def first_method(rules: Iterable[ModeRule]) -> RigidMethod:
     return next(iter(rules))[1]
 
 
-def checked_devices(case: Case) -> list[Device]:
-    """Build the devices of a case and see that their modes can be used as it asks.
+def checked_devices(building: Building3D) -> list[Device]:
+    """Build the devices of a building and see that their modes can be used as the case asks.
 
     Raises:
         InputError: With the faults of all of them.
     """
     faults: list[Fault] = []
     devices = []
-    analysis = case.device_analysis
-    for index, setup in case.numbered_devices:
+    analysis, path = building.device_analysis, building.case.path
+    for index, setup in building.numbered_devices:
         key = f"devices[{index}]"
         try:
             device = device_of(setup)
@@ -125,7 +125,7 @@ def checked_devices(case: Case) -> list[Device]:
                 lowest = f"{every.frequency[0]:.4g} Hz"
                 expected = f"expected one above the first mode of the device, {lowest}"
                 highest = f"{setup.maximum_frequency:g} Hz"
-                faults.append(Fault(case.path, f"{key}.maximum_frequency", highest, expected))
+                faults.append(Fault(path, f"{key}.maximum_frequency", highest, expected))
                 continue
             used.refuse_overdamped(device)
             left_out = every.frequency.size - used.frequency.size
@@ -144,7 +144,7 @@ def checked_devices(case: Case) -> list[Device]:
                 expected = "expected another combination than 'cqc'"
                 raise device.error(f"a mode without damping; {expected}")
         except ImpactfemError as error:
-            faults.append(Fault(case.path, key, setup.name, str(error)))
+            faults.append(Fault(path, key, setup.name, str(error)))
             continue
         devices.append(device)
         if setup.spectra is None or analysis is None:
@@ -161,7 +161,7 @@ def checked_devices(case: Case) -> list[Device]:
                     if method == first_method(rules):
                         raise
         except ImpactfemError as error:
-            faults.append(Fault(case.path, f"{key}.spectra", None, str(error)))
+            faults.append(Fault(path, f"{key}.spectra", None, str(error)))
     if faults:
         raise InputError(faults)
     return devices

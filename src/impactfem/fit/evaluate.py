@@ -67,15 +67,14 @@ def evaluate(problem: Problem, u: Array, folder: Path, slopes: bool = False) -> 
             from impactfem.fit.modal import View, mesh_floors  # dolfinx where it is needed
 
             where = Path(held.enter_context(TemporaryDirectory()))
-            for view in case.views:
-                name = view.modelled.building
+            for name, building in case.modelled.items():
                 (where / name).mkdir()
                 if problem.level == "modes":
-                    views.append(View(view, where / name, problem))
+                    views.append(View(building, where / name, problem))
                     held.callback(views[-1].destroy)
                     views[-1].into(pieces)
                 elif problem.of_floors(name):
-                    pieces.floors[name] = mesh_floors(view, where / name, problem)
+                    pieces.floors[name] = mesh_floors(building, where / name, problem)
         values, shown = read_off(problem, case, pieces)
         off = [d.name for d, x in zip(problem.data, values, strict=True) if not np.isfinite(x)]
         if off:
@@ -144,18 +143,18 @@ def _run(problem: Problem, case: Case, u: Array, folder: Path, pieces: Pieces) -
             raise SolutionError(f"{variant.title}: {outcome.error}")
         pieces.scalars |= {one.name: one for one in outcome.scalars}
     pieces.run = variant.run_folder(folder)
-    for view in case.views:
-        name, own = view.modelled.building, view.folder(pieces.run)
+    for name, building in case.modelled.items():
+        own = building.folder(pieces.run)
         target = problem.measured(name)
         if problem.of_floors(name):
             from impactfem.fit.modal import mesh_floors
 
-            pieces.floors[name] = mesh_floors(view, own)
+            pieces.floors[name] = mesh_floors(building, own)
         if target is not None:
             from impactfem.building.read_mesh import read_mesh
             from impactfem.stages.building.compute import mesh_of_run
 
-            mesh = read_mesh(mesh_of_run(view, own))
+            mesh = read_mesh(mesh_of_run(building, own))
             nodes = sensor_nodes(problem.path, problem.fit, target, mesh)
             with open_store(own / "building.nc") as store:
                 at = store["shape"].values[:, nodes, target.along].astype(np.float64)

@@ -16,7 +16,7 @@ from impactfem.building.generate import generate
 from impactfem.building.mesh import DOFS, rigid_body
 from impactfem.building.model import Actions, action_of_cells
 from impactfem.building.parts import BuildingParts, FloorMasses
-from impactfem.case import Case
+from impactfem.case import Building3D, Case
 from impactfem.case.buildings import FileMesh
 from impactfem.dynamics.mode_derivatives import mode_derivatives
 from impactfem.fit.pieces import Pieces, paired
@@ -28,43 +28,45 @@ from impactfem.stages.building.targets import SHOWN_BENDING
 from impactfem.system.arrays import Array
 from impactfem.system.scalar import of_building
 
-_KNOWN: dict[tuple[str, bool], tuple[str, Case, Known]] = {}
+_KNOWN: dict[tuple[str, bool], tuple[str, Building3D, Known]] = {}
 """Of each building, on its own mesh and on that of `coarse`, the last model in this process: the
-digest of its problem, the view of the case, and what is known of it."""
+digest of its problem, the building, and what is known of it."""
 
 
-def known_of(problem: Problem, view: Case) -> Known | None:
+def known_of(problem: Problem, building: Building3D) -> Known | None:
     """What is known of the last model of a building in this process, had it the same mesh."""
-    digest, last, known = _KNOWN.get((view.modelled.building, not problem.fixed), ("", view, None))
-    return known if digest == problem.digest and same_mesh(view, last) else None
+    digest, last, known = _KNOWN.get((building.name, not problem.fixed), ("", building, None))
+    return known if digest == problem.digest and same_mesh(building, last) else None
 
 
-def remember(problem: Problem, view: Case, known: Known) -> None:
+def remember(problem: Problem, building: Building3D, known: Known) -> None:
     """Remember a model for `known_of`."""
-    _KNOWN[view.modelled.building, not problem.fixed] = problem.digest, view, known
+    _KNOWN[building.name, not problem.fixed] = problem.digest, building, known
 
 
-def mesh_floors(view: Case, folder: Path, problem: Problem | None = None) -> dict[str, Array]:
-    """The floor table of the mesh of a view, which is generated unless it is there or known.
+def mesh_floors(
+    building: Building3D, folder: Path, problem: Problem | None = None
+) -> dict[str, Array]:
+    """The floor table of the mesh of a building, which is generated unless it is there or known.
 
     Raises:
         InputError: The mesh is not usable.
     """
-    path = mesh_of_run(view, folder)
-    known = None if problem is None else known_of(problem, view)
+    path = mesh_of_run(building, folder)
+    known = None if problem is None else known_of(problem, building)
     if known is None and not path.is_file():
-        generate(geometry_of(view), path, source=str(view.path))
-    parts, masses = read_parts(view, path, None if known is None else known.mesh)
+        generate(geometry_of(building), path, source=str(building.case.path))
+    parts, masses = read_parts(building, path, None if known is None else known.mesh)
     if problem is not None:
-        remember(problem, view, Known(parts.mesh))
+        remember(problem, building, Known(parts.mesh))
     return floor_properties(parts, masses)
 
 
-def same_mesh(one: Case, other: Case) -> bool:
-    """Whether the mesh of two views is the same; thicknesses do not count."""
+def same_mesh(one: Building3D, other: Building3D) -> bool:
+    """Whether the mesh of two buildings is the same; thicknesses do not count."""
     files = [
-        mesh.file if isinstance(mesh := case.modelled.mesh, FileMesh) else None
-        for case in (one, other)
+        mesh.file if isinstance(mesh, FileMesh) else None
+        for mesh in (one.structure.mesh, other.structure.mesh)
     ]
     if files != [None, None]:
         return files[0] == files[1]
@@ -102,7 +104,7 @@ class View:
     They start from those of the last one in this process, where it had the same mesh.
 
     Args:
-        case: The view of the case for the building.
+        building: The building.
         folder: A folder for its mesh.
         problem: The problem.
 
@@ -111,16 +113,16 @@ class View:
         SolutionError: The structure is a mechanism, or no factor gives the frequency.
     """
 
-    def __init__(self, case: Case, folder: Path, problem: Problem) -> None:
-        self.case, self.name = case, case.modelled.building
+    def __init__(self, building: Building3D, folder: Path, problem: Problem) -> None:
+        self.building, self.name = building, building.name
         self.floors, self.target = problem.of_floors(self.name), problem.measured(self.name)
-        self.file = mesh_of_run(case, folder)
-        known = known_of(problem, case)
+        self.file = mesh_of_run(building, folder)
+        known = known_of(problem, building)
         self.study, self.model, self.result = analysed(
-            case, folder, MPI.COMM_SELF, lambda name: nullcontext(), known
+            building, folder, MPI.COMM_SELF, lambda name: nullcontext(), known
         )
         self.mesh = self.study.parts.mesh
-        remember(problem, case, Known(self.mesh, self.result.shapes))
+        remember(problem, building, Known(self.mesh, self.result.shapes))
         # The modes whose derivatives count: bending ones in the summary, and measured ones.
         numbers = {int(k) for k in self.study.bending[:SHOWN_BENDING]}
         self.rows = np.zeros(0, dtype=np.int64)  #: of the sensors; −1 of a clamped one
@@ -143,20 +145,21 @@ class View:
         if self.floors:
             pieces.floors[self.name] = floor_properties(study.parts, study.masses)
         for one in study_scalars(study):
-            name = of_building(one.name, self.case.part) if self.case.part else one.name
+            part = self.building.part
+            name = of_building(one.name, part) if part else one.name
             pieces.scalars[name] = replace(one, name=name)
         pieces.modes[self.name] = study.frequency, at
 
     def change(self, cases: tuple[Case, Case], ends: tuple[float, float]) -> Change | None:
         """What changes between two cases; None where the mesh does, or the factor is fitted."""
-        views = [v for case in cases for v in case.views if v.modelled.building == self.name]
-        if self.case.modelled.calibration is not None or not all(
-            same_mesh(self.case, view) for view in views
+        both = [case.modelled[self.name] for case in cases]
+        if self.building.structure.calibration is not None or not all(
+            same_mesh(self.building, one) for one in both
         ):
             return None
-        read = [read_parts(view, self.file, self.mesh) for view in views]
+        read = [read_parts(one, self.file, self.mesh) for one in both]
         parts = tuple(one for one, _ in read)
-        factors = [view.modelled.storey_stiffness_factor for view in views]
+        factors = [one.structure.storey_stiffness_factor for one in both]
         cells = parts[0].changed(parts[1], storeys=factors[0] != factors[1])
         free = (DOFS * self.model.nodes[:, None] + np.arange(DOFS)).ravel()
         r = rigid_body(self.mesh.nodes, self.mesh.base_middle)

@@ -141,8 +141,7 @@ def _of_spectrum(
         station = f"{target.building}.floor_{target.floor}"
         select = {"direction": ("direction", str(target.direction)), "station": ("floor", station)}
     else:
-        view = next(v for v in case.views if v.modelled.building == target.building)
-        path = view.folder(pieces.run) / "transient.nc"
+        path = case.modelled[target.building].folder(pieces.run) / "transient.nc"
         select = {
             "component": ("direction", str(target.direction)),
             "probe": ("probe", target.probe),

@@ -331,9 +331,9 @@ def _overlaps(free: list[Key], coarse: list[Key], path: Path) -> Iterator[Fault]
 def _check_sensors(fit: FitFile, path: Path, case: Case, faults: list[Fault]) -> None:
     """Refuse sensors of measured modes that are away from the mesh of their building."""
     measured = {t.building: t for t in fit.targets if isinstance(t, ModesTarget)}
-    for view in case.views:
-        target = measured.get(view.modelled.building)
-        mesh = None if target is None else mesh_of(view, view.modelled.mesh, faults)
+    for name, building in case.modelled.items():
+        target = measured.get(name)
+        mesh = None if target is None else mesh_of(building, faults)
         if target is not None and mesh is not None:
             try:
                 sensor_nodes(path, fit, target, mesh)
@@ -451,12 +451,12 @@ def _of_spectrum(target: SpectrumTarget, case: Case) -> list[tuple[str, Any, str
             expected = "expected a direction of [[motions]], [[loads]] or a normal of [[contacts]]"
             found.append((".direction", target.direction, expected))
         return found
-    view = next((one for one in case.views if one.modelled.building == target.building), None)
-    if view is None:
+    modelled = case.modelled.get(target.building)
+    if modelled is None:
         return [*found, (".building", target.building, "expected a building with a 3D model")]
     known = [f"{kind}_{k}" for kind in ("centre", "edge") for k in floors]
     known += [f"line_{k}" for k in range(1, 10)]
-    probes = [probe for _, probe in view.numbered_probes]
+    probes = [probe for _, probe in modelled.numbered_probes]
     if target.probe not in known and not any(probe.claims(target.probe) for probe in probes):
         known += [name for probe in probes for name, _ in probe.points]
         hint = nearest(target.probe, known)
@@ -515,14 +515,14 @@ def _units(case: Case) -> dict[str, str]:
     for entry in f"{MAIN_IMPACT} {DEMANDS}".split():
         word, _, variable = entry.partition("=")
         units[f"pounding.{word}"] = OUTPUTS[variable].unit
-    for view in case.views:
+    for modelled in case.modelled.values():
         counts = {"{bending}": SHOWN_BENDING}
-        counts["{floor}"] = len(case.building(view.modelled.building).floors)
+        counts["{floor}"] = len(modelled.entry.floors)
         for pattern, variables in SCALARS.items():
             count = next((k for label, k in counts.items() if pattern.endswith(label)), 1)
             for variable, k in product(variables.split(), range(1, count + 1)):
                 name = pattern.format(variable=variable, bending=k, floor=k)
-                of = of_building(name, view.part) if view.part else name
+                of = of_building(name, modelled.part) if modelled.part else name
                 units[of] = OF_BUILDING[variable].unit.partition(",")[0] or "-"
     return units
 

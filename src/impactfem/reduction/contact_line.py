@@ -138,21 +138,21 @@ def contact_lines(case: Case, meshes: Mapping[str, BuildingMesh]) -> tuple[Conta
             side or do not face each other, several laws along one line, a gap that is negative
             somewhere, walls that take no force.
     """
-    whole, faults = case.whole, list[Fault]()
-    sides = {name: Sides(whole, mesh) for name, mesh in meshes.items()}
+    faults, modelled = list[Fault](), case.modelled
+    sides = {name: Sides(modelled[name], mesh) for name, mesh in meshes.items()}
     groups: dict[tuple[object, ...], tuple[list[Contact], list[_End]]] = {}
-    for contact in whole.contacts:
+    for contact in case.contacts:
         if not case.touches_in_3d(contact):
             continue
         n = np.array(contact.normal)
         found = [
-            _end(whole, contact, point, sign * n, _along(n), sides) for point, sign in contact.ends
+            _end(case, contact, point, sign * n, _along(n), sides) for point, sign in contact.ends
         ]
         ends = [end for end in found if not isinstance(end, Fault)]
         wrong = [end for end in found if isinstance(end, Fault)]
         table = f"contacts[{contact.table}]"
-        if expected := _apart(whole, contact, _along(n)):
-            wrong.append(Fault(whole.path, table, contact.name, expected))
+        if expected := _apart(case, contact, _along(n)):
+            wrong.append(Fault(case.path, table, contact.name, expected))
         if wrong:
             faults += wrong
             continue
@@ -161,18 +161,18 @@ def contact_lines(case: Case, meshes: Mapping[str, BuildingMesh]) -> tuple[Conta
         key = *places, normal
         if (*places[::-1], tuple(-x + 0.0 for x in normal)) in groups:
             expected = "expected the same building as a in all pairs along the same edges"
-            faults.append(Fault(whole.path, table, contact.name, expected))
+            faults.append(Fault(case.path, table, contact.name, expected))
             continue
         pairs, _ = groups.setdefault(key, ([], ends))
         pairs.append(contact)
         if contact.law != pairs[0].law:
             expected = f"expected '{pairs[0].law}', the law of {pairs[0].name} along the same edges"
-            faults.append(Fault(whole.path, f"{table}.law", contact.law, expected))
+            faults.append(Fault(case.path, f"{table}.law", contact.law, expected))
     lines = []
     for pairs, ends in groups.values():
-        line = _line(whole, pairs, ends)
+        line = _line(case, pairs, ends)
         if isinstance(line, str):
-            faults.append(Fault(whole.path, f"contacts[{pairs[0].table}]", pairs[0].name, line))
+            faults.append(Fault(case.path, f"contacts[{pairs[0].table}]", pairs[0].name, line))
         else:
             lines.append(line)
     if faults:
@@ -182,7 +182,7 @@ def contact_lines(case: Case, meshes: Mapping[str, BuildingMesh]) -> tuple[Conta
 
 def warn_of_narrow(lines: Sequence[ContactLine], case: Case) -> None:
     """Log where a gap along a line is smaller than those of its pairs."""
-    given = {contact.name: contact.gap for contact in case.whole.contacts}
+    given = {contact.name: contact.gap for contact in case.contacts}
     for line in lines:
         k, least = int(line.gap.argmin()), min(given[name] for name in line.pair_names)
         if line.gap[k] < least - CLOSED:
@@ -240,7 +240,7 @@ class _End:
         if self.sides is None or self.met is None or self.point.floor is None:
             return None
         facade, first = self.met
-        spacing = self.sides.case.pounding.contact_spacing
+        spacing = self.sides.building.case.pounding.contact_spacing
         edge = contact_edge(self.sides.mesh, self.point.floor, spacing, facade.side)
         return np.sort((edge.position - first) / self.sense)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from impactfem.building.mesh import BuildingMesh, outward_normal
-from impactfem.case import Case, Contact
+from impactfem.case import Building3D, Contact
 from impactfem.case.base import nearest
 from impactfem.case.facade import ALIGNED, words_of
 from impactfem.case.motions import read_force_table
@@ -30,13 +30,13 @@ Ends = dict[int, tuple[PairEnd, PairEnd]]
 def checked_forces(
     history: ForceHistory,
     path: Path,
-    case: Case,
+    building: Building3D,
     mesh: BuildingMesh,
     duration: float,
     inputs: str = "",
     impulses: Impulses | None = None,
 ) -> tuple[ForceHistory, list[Shares]]:
-    """The impact forces on the building of the 3D model, after every check that can be made.
+    """The impact forces on a building with a 3D model, after every check that can be made.
 
     The pairs are those of the case. In a case without contacts they are those of the file, which
     says then what they are between. A file of this program that was made from anything else than
@@ -48,12 +48,10 @@ def checked_forces(
 
     Raises:
         InputError: With every fault of the forces, over the duration that is to be computed [s].
-        ValueError: The case has no structure.
     """
-    ends, faults = pair_ends(history, path, case, duration)
-    building = case.modelled.building
-    mine = {j: end for j, pair in ends.items() for end in pair if end.building == building}
-    sides = Sides(case, mesh, impulses)
+    ends, faults = pair_ends(history, path, building, duration)
+    mine = {j: end for j, pair in ends.items() for end in pair if end.building == building.name}
+    sides = Sides(building, mesh, impulses)
     shares = []
     for j, end in mine.items():
         found = sides.shares(path, history.pairs[j], end)
@@ -67,29 +65,27 @@ def checked_forces(
     if inputs and history.inputs:
         other = history.inputs != inputs
     else:
-        other = history.case_hash not in ("", case.content_hash())
+        other = history.case_hash not in ("", building.case.content_hash())
     if other:
         LOGGER.warning("warning: %s was made from another case, or by another version", path)
     return history.of(list(mine)), shares
 
 
 def pair_ends(
-    history: ForceHistory, path: Path, case: Case, duration: float
+    history: ForceHistory, path: Path, building: Building3D, duration: float
 ) -> tuple[Ends, list[Fault]]:
     """Both ends of the pairs, by their index; what is wrong with these or with the length.
 
     As the contacts of the case say, or the file, in a case without contacts; whatever the mesh is.
     """
-    building = case.modelled.building
-    contacts = {contact.name: contact for contact in case.contacts}
+    contacts = {contact.name: contact for contact in building.case.contacts}
     ends: Ends = {}
     faults: list[Fault] = []
     unknown = [name for name in history.pairs if name not in contacts]
     of_lines = [name for name in unknown if name.rpartition(" at ")[0] in contacts]
-    if contacts and history.ends.hat_a is not None and case.pounding_in_3d:
+    if contacts and history.ends.hat_a is not None and building.case.pounding_in_3d:
         # Points along which 3D models touch: several of each pair of the case.
-        struck = any(building in contact.buildings for contact in contacts.values())
-        ends, faults = _ends_by_file(history, path, building if struck else "")
+        ends, faults = _ends_by_file(history, path, building.name if building.contacts else "")
     elif of_lines and history.ends.hat_a is None:
         expected = (
             "expected forces.nc of that run, which says where the points along which 3D models "
@@ -104,16 +100,16 @@ def pair_ends(
                 continue
             ends[j] = _ends_of_contact(contacts[name])
             faults += _contradictions(history, path, j, ends[j])
-        for name, contact in contacts.items():
-            if building in contact.buildings and name not in history.pairs:
+        for contact in building.contacts:
+            if contact.name not in history.pairs:
                 expected = (
-                    f"missing; expected a column with the forces of the pair {name} of the case, "
-                    f"which touches {building}"
+                    f"missing; expected a column with the forces of the pair {contact.name} of "
+                    f"the case, which touches {building.name}"
                 )
                 faults.append(Fault(path, "pair", None, expected))
     elif history.pairs:
-        ends, faults = _ends_by_file(history, path, building)
-    faults += wrong_signs(history, path, case)
+        ends, faults = _ends_by_file(history, path, building.name)
+    faults += wrong_signs(history, path, building.case)
     # The last step of forces may be cut, as whole steps make no duration.
     step = float(history.time[-1]) / (len(history.time) - 1)
     if history.time[-1] < duration - step:
@@ -123,28 +119,26 @@ def pair_ends(
 
 
 def with_floor_forces(
-    case: Case, mesh: BuildingMesh, forces: ForceHistory, edges: list[Shares]
+    building: Building3D, mesh: BuildingMesh, forces: ForceHistory, edges: list[Shares]
 ) -> tuple[ForceHistory, list[Shares]]:
-    """Impact forces with those of the loads of the case on the building of the 3D model.
+    """Impact forces with those of the loads of the case on the building.
 
     To the impact forces and the patterns of each a column and its patterns are added for each load.
 
     Raises:
         InputError: A load is not at right angles to an edge, or on a floor without one.
-        ValueError: The case has no structure.
     """
-    three_d = case.modelled.building
     outward = {floor: outward_normal(mesh, floor) for floor in mesh.edges}
-    sides = Sides(case, mesh)
+    sides = Sides(building, mesh)
     names, columns, every = list(forces.pairs), [forces.force], list(edges)
     faults: list[Fault] = []
-    for index, loads in enumerate(case.loads):
+    for index, loads in enumerate(building.case.loads):
         table = read_force_table(loads.file, faults)
         if table is None:
             continue
         values, direction = table.at(forces.time), np.array(loads.direction)
-        for k, (building, floor) in enumerate(table.floors):
-            if building != three_d:
+        for k, (of, floor) in enumerate(table.floors):
+            if of != building.name:
                 continue
             along = float(direction @ outward[floor]) if floor in outward else 0.0
             if abs(along) < 1.0 - ALIGNED:
@@ -154,7 +148,7 @@ def with_floor_forces(
                     "forces act on the edges of slabs in the 3D model"
                 )
                 key = f"loads[{index}].direction"
-                faults.append(Fault(case.path, key, words_of(direction), expected))
+                faults.append(Fault(building.case.path, key, words_of(direction), expected))
                 continue
             names.append(f"{LOAD} {index}, floor {floor}")
             # A positive amplitude pushes the edge inwards.
@@ -166,52 +160,47 @@ def with_floor_forces(
     return (joined if len(every) > len(edges) else forces), every
 
 
-def loaded_edges(case: Case, mesh: BuildingMesh) -> dict[int, Shares]:
-    """The patterns of the loads of a case on the edges of its 3D building, by floor.
-
-    Raises:
-        ValueError: The case has no structure.
-    """
-    building, sides, found = case.modelled.building, Sides(case, mesh), dict[int, Shares]()
-    for loads in case.loads:
+def loaded_edges(building: Building3D, mesh: BuildingMesh) -> dict[int, Shares]:
+    """The patterns of the loads of the case on the edges of a building, by floor."""
+    sides, found = Sides(building, mesh), dict[int, Shares]()
+    for loads in building.case.loads:
         table = read_force_table(loads.file, [])
         for of, floor in () if table is None else table.floors:
-            if of == building and floor in mesh.edges:
+            if of == building.name and floor in mesh.edges:
                 found[floor] = sides.loaded(floor)
     return found
 
 
-def check_contacts(case: Case, mesh: BuildingMesh) -> tuple[EdgeForce, ...]:
-    """The patterns of all forces that may act on the 3D building of a case, by floor.
+def check_contacts(building: Building3D, mesh: BuildingMesh) -> tuple[EdgeForce, ...]:
+    """The patterns of all forces that may act on a building, by floor.
 
     Of contacts, or of the pairs of the forces of another program, and of loads; of floors that
     [transient] names alone, and nothing strikes, uniform ones.
 
     Raises:
         InputError: With every fault: what the building cannot take, floors without an edge.
-        ValueError: The case has no structure.
     """
-    building, transient = case.modelled.building, case.transient
-    sides, path = Sides(case, mesh), case.path
+    case, transient = building.case, building.transient
+    sides, path = Sides(building, mesh), case.path
     faults: list[Fault] = []
     ends = [(one.name, end) for one in case.contacts for end in _ends_of_contact(one)]
     if transient is not None and transient.forces is not None and not case.contacts:
         path = transient.forces
         history = given_forces(transient)
-        found, faults = _ends_by_file(history, path, building) if history.pairs else ({}, [])
+        found, faults = _ends_by_file(history, path, building.name) if history.pairs else ({}, [])
         ends += [(history.pairs[j], end) for j, pair in found.items() for end in pair]
     floors = None if transient is None else transient.floors
-    named = None if isinstance(floors, dict) else floors  # a view has no table of buildings
+    named = None if isinstance(floors, dict) else floors  # that of this building is a tuple
     patterns: list[EdgeForce] = []
     for name, end in ends:
-        if end.building != building:
+        if end.building != building.name:
             continue
         shares = sides.shares(path, name, end)
         if isinstance(shares, Fault):
             faults.append(shares)
         elif named is None or end.floor in named:
             patterns += [pattern for pattern, _ in shares]
-    by_floor = loaded_edges(case, mesh)
+    by_floor = loaded_edges(building, mesh)
     loaded = set(by_floor)
     if named is not None:
         loaded = (loaded & set(named)) | {k for k in named if k not in {p.floor for p in patterns}}

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from impactfem.building.mesh import BuildingMesh, Mark, Part, parse_group, place, side_lengths
-from impactfem.case import Case
+from impactfem.case import Building3D
 from impactfem.case.devices import chosen
 from impactfem.case.transient import OUTSIDE
 from impactfem.system.arrays import Array, Index
@@ -28,17 +28,17 @@ class Probe:
     floor: int = 0  #: Number of that floor; 0 for a point.
 
 
-def checked_probes(case: Case, mesh: BuildingMesh) -> list[Probe]:
-    """The probes of a case: those that are always there, and its own.
+def checked_probes(building: Building3D, mesh: BuildingMesh) -> list[Probe]:
+    """The probes of a building: those that are always there, and those of the case.
 
     InputError with a fault for each probe that is outside the building, or whose group the mesh
     has not.
     """
-    probes, faults = standard_probes(mesh, case.wave_floor), []
+    probes, faults = standard_probes(mesh, building.wave_floor), []
     # What is nearer to a node than half a side of a triangle is taken for the node.
     farthest = max(OUTSIDE, 0.5 * float(side_lengths(mesh.nodes, mesh.triangles).mean()))
     tree = cKDTree(mesh.nodes)
-    for index, one in case.numbered_probes:
+    for index, one in building.numbered_probes:
         found, wrong, key = [], "", ".group"
         if one.group is not None:
             nodes = _free_nodes(mesh, one.group)
@@ -57,7 +57,7 @@ def checked_probes(case: Case, mesh: BuildingMesh) -> list[Probe]:
                         f" nearest node, at {place(mesh.nodes[node])}, is {distance:.3g} m away"
                     )
         if wrong:
-            faults.append(Fault(case.path, f"transient.probes[{index}]{key}", None, wrong))
+            faults.append(Fault(building.case.path, f"transient.probes[{index}]{key}", None, wrong))
         probes += found
     if faults:
         raise InputError(faults)
@@ -131,22 +131,24 @@ class CoveredPoints:
     of_anchor: tuple[tuple[int, ...], ...]
 
 
-def covered_points(case: Case, mesh: BuildingMesh) -> CoveredPoints:
-    """Find the points that the devices of a case ask for.
+def covered_points(building: Building3D, mesh: BuildingMesh) -> CoveredPoints:
+    """Find the points that the devices of a building ask for.
 
     InputError where the mesh has none of the probes of a name or a pattern, or a probe
     of the case is not in the mesh.
     """
     patterns = [
         (f"devices[{index}]", anchor.envelope)
-        for index, device in case.numbered_devices
+        for index, device in building.numbered_devices
         for anchor in device.anchors
     ]
-    if case.transient is None or not any(wanted for _, wanted in patterns):
+    if building.transient is None or not any(wanted for _, wanted in patterns):
         return CoveredPoints((), (), tuple(() for _ in patterns))
-    probes = {one.name: one.node for one in checked_probes(case, mesh)}
+    probes = {one.name: one.node for one in checked_probes(building, mesh)}
     faults = [
-        Fault(case.path, f"{key}.envelope", pattern, "expected a probe that is in the mesh")
+        Fault(
+            building.case.path, f"{key}.envelope", pattern, "expected a probe that is in the mesh"
+        )
         for key, wanted in patterns
         for pattern in wanted
         if not chosen(list(probes), [pattern])

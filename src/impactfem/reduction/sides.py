@@ -13,7 +13,7 @@ import numpy as np
 from impactfem.building.facade import facades
 from impactfem.building.floor import contact_edge
 from impactfem.building.mesh import BuildingMesh
-from impactfem.case import Case, ContactPoint
+from impactfem.case import Building3D, ContactPoint
 from impactfem.case.contact_checks import calibrated_only, moved_beside, strike_fault
 from impactfem.case.contacts import Vector
 from impactfem.case.facade import ALIGNED, Facade, Point, axis_in_plan, struck, words_of
@@ -77,9 +77,9 @@ def push(end: PairEnd, facade: Facade) -> Vector:
 
 @dataclass(frozen=True, eq=False)
 class Sides:
-    """Places of the forces of pairs on the 3D building of a case, and their spread."""
+    """Places of the forces of pairs on a building with a 3D model, and their spread."""
 
-    case: Case
+    building: Building3D
     mesh: BuildingMesh
     #: Of the impact on the wall, for spread `calibrated`; None before there was one.
     impulses: Impulses | None = None
@@ -95,7 +95,7 @@ class Sides:
     @property
     def spread(self) -> Transient:
         """The section that says how forces are spread; without one they are uniform."""
-        return self.case.transient or Transient(time_step=1.0)
+        return self.building.transient or Transient(time_step=1.0)
 
     def loaded(self, floor: int) -> Shares:
         """The patterns of a load of the case on the edge of a floor."""
@@ -119,11 +119,13 @@ class Sides:
                     point.offset,
                     (sign * contact.normal[0], sign * contact.normal[1], 0.0),
                 )
-                for contact in self.case.whole.contacts
+                for contact in self.building.case.contacts
                 for point, sign in contact.ends
                 if point.building == name and point.floor is not None
             ]
-            self._axes[name] = axis_in_plan(self.case.building(name).axis, *self.plan, points)
+            self._axes[name] = axis_in_plan(
+                self.building.case.building(name).axis, *self.plan, points
+            )
         return self._axes[name]
 
     def met(self, path: Path, pair: str, end: PairEnd) -> tuple[Facade, float] | Fault:
@@ -183,7 +185,7 @@ class Sides:
             return Fault(path, f"pair {pair}", end.place, force)
         if expected := moved_beside((facade, position), transient.eccentricity):
             value = f"{transient.eccentricity:g} m"
-            return Fault(self.case.path, "transient.eccentricity", value, expected)
+            return Fault(self.building.case.path, "transient.eccentricity", value, expected)
         position += transient.eccentricity
         direction = push(end, facade)
         if inside:
@@ -198,11 +200,11 @@ class Sides:
             return found
         contacts = None
         if transient.spread == "calibrated":
-            wall = self.case.wall_impact
+            wall = self.building.wall_impact
             if wall is None or end.floor not in wall.floors or facade.side:
                 what = f"{end.place} on {facade.side}" if facade.side else end.place
                 expected = calibrated_only(what, end.building)
-                return Fault(self.case.path, "transient.spread", "calibrated", expected)
+                return Fault(self.building.case.path, "transient.spread", "calibrated", expected)
             edge = contact_edge(self.mesh, end.floor, wall.contact_spacing)
             # Even ones before `calibrate` has found the impulses.
             impulse = edge.weight if self.impulses is None else self.impulses[end.floor]
@@ -212,12 +214,12 @@ class Sides:
                     f"expected 'uniform' or 'patch': floor {end.floor} took no impulse in the "
                     "first impact on the wall, of the top floor"
                 )
-                return Fault(self.case.path, "transient.spread", "calibrated", expected)
+                return Fault(self.building.case.path, "transient.spread", "calibrated", expected)
         return floor_shares(end.floor, facade, direction, position, transient, contacts)
 
     def elevation(self, end: PairEnd) -> float:
         """Elevation of a point inside a storey, between its rigid zones, in the mesh [m]."""
-        building, levels = self.case.building(end.building), self.mesh.elevations
+        building, levels = self.building.case.building(end.building), self.mesh.elevations
         below = [level for floor, level in levels.items() if floor < end.floor]
         if below:
             low = max(below) + building.rigid_above

@@ -12,8 +12,8 @@ from impactfem.building.from_case import geometry_of, part_faults, read_parts
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.mesh_report import MeshReport
 from impactfem.building.read_mesh import read_mesh
-from impactfem.case import Case
-from impactfem.case.buildings import FileMesh, GeneratedMesh
+from impactfem.case import Building3D, Case
+from impactfem.case.buildings import GeneratedMesh
 from impactfem.case.contact_checks import pair_distance
 from impactfem.case.facing import facing_floors
 from impactfem.case.load import read_case
@@ -79,8 +79,13 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
             stages = {one.name for one in asked_stages(case, stage)} if not faults else set()
             # Forces of another program may be missing for stages that do not read them.
             given = transient_files(case.transient) if case.transient is not None else ()
-            readers = [one for one in needed_stages(case, stage) if {*given} & {*one.files(case)}]
-            forces = bool(readers) or stage is None
+            read = {
+                file
+                for needed in needed_stages(case, stage)
+                for subject in needed.of(case)
+                for file in needed.files(subject)
+            }
+            forces = stage is None or not read.isdisjoint(given)
             found, further = further_checks(case, left_out, stages, mesh=mesh, forces=forces)
             # Of what the file has wrong, as a pair or where it acts, the mesh says no more.
             wrong = {fault.key for fault in faults}
@@ -148,7 +153,8 @@ def further_checks(
     faults: list[Fault] = []
     attempt = partial(_attempt, faults)
     if not left_out & {"devices", "device_analysis", "damping_cases"}:
-        attempt(lambda: checked_devices(case))
+        for building in case.modelled.values():
+            attempt(partial(checked_devices, building))
     durations = None
     ensemble = case.ensemble
     if ensemble is not None and not left_out & {"motions", "ensemble"}:
@@ -187,13 +193,13 @@ def further_checks(
             transient = transient.model_copy(update={"forces": None})
     if transient is not None and transient.forces is not None and forces:
         history = attempt(partial(given_forces, transient, check=True))
-        if history is not None and "contacts" not in left_out and case.structure is not None:
+        if history is not None and "contacts" not in left_out and case.structures:
             from impactfem.reduction.forces import pair_ends
 
             computed = float(history.time[-1])
             lasting = transient.duration or computed
-            for view in case.views:
-                every = pair_ends(history, transient.forces, view, lasting)[1]
+            for building in case.modelled.values():
+                every = pair_ends(history, transient.forces, building, lasting)[1]
                 faults += [fault for fault in every if fault not in faults]
     if transient is not None and transient.export and transient.duration is None:
         start = transient.export_start or 0.0
@@ -205,15 +211,13 @@ def further_checks(
     refused = list(too_much(case, found)) if found and counted else []
     faults += refused
     meshes = {}
-    for view in case.views:
-        if view.structure is None:
-            continue
-        if isinstance(view.structure.mesh, GeneratedMesh):
-            parts = sorted(geometry_of(view).part_sections())
-            faults += part_faults(view.structure, parts, case.path)
-        read = mesh_of(view, view.structure.mesh, faults, bool(refused)) if mesh else None
+    for name, building in case.modelled.items():
+        if isinstance(building.structure.mesh, GeneratedMesh):
+            parts = sorted(geometry_of(building).part_sections())
+            faults += part_faults(building.structure, parts, case.path)
+        read = mesh_of(building, faults, bool(refused)) if mesh else None
         if read is not None:
-            meshes[view.structure.building] = read
+            meshes[name] = read
     in_3d = {*case.pounding_in_3d}
     if in_3d and in_3d <= {*meshes} and "contacts" not in left_out:
         from impactfem.reduction.contact_line import contact_lines, warn_of_narrow
@@ -226,16 +230,17 @@ def further_checks(
 
 
 def mesh_of(
-    case: Case, of: GeneratedMesh | FileMesh, faults: list[Fault], refused: bool = False
+    building: Building3D, faults: list[Fault], refused: bool = False
 ) -> BuildingMesh | None:
-    """The mesh of the building of a view, read or made and read; None where it cannot be.
+    """The mesh of a building, read or made and read; None where it cannot be.
 
     One of a file that is large is not read for a run that is refused as too large already.
     """
+    of = building.structure.mesh
     if not isinstance(of, GeneratedMesh):
         large = refused and of.file.stat().st_size / NODE > 2 * MOST_ELEMENTS
-        return None if large else check_mesh(case, of.file, faults)
-    if elements_of(geometry_of(case)) > MOST_ELEMENTS:
+        return None if large else check_mesh(building, of.file, faults)
+    if elements_of(geometry_of(building)) > MOST_ELEMENTS:
         LOGGER.info("check: the mesh is large and is not made; the stage building checks it")
         return None
     # gmsh is loaded in a process of its own, PETSc where it is needed.
@@ -243,46 +248,48 @@ def mesh_of(
 
     with TemporaryDirectory() as folder:
         path, before = Path(folder) / "building.msh", len(faults)
-        _attempt(faults, partial(generate, geometry_of(case), path, source=str(case.path)))
-        return check_mesh(case, path, faults) if len(faults) == before else None
+        _attempt(
+            faults, partial(generate, geometry_of(building), path, source=str(building.case.path))
+        )
+        return check_mesh(building, path, faults) if len(faults) == before else None
 
 
-def check_mesh(case: Case, path: Path, faults: list[Fault]) -> BuildingMesh | None:
+def check_mesh(building: Building3D, path: Path, faults: list[Fault]) -> BuildingMesh | None:
     """The mesh, where it can be read; its faults and contradictions to the case are added."""
     attempt = partial(_attempt, faults)
-    generated = case.structure is not None and isinstance(case.structure.mesh, GeneratedMesh)
-    read = _attempt(faults, lambda: read_parts(case, path))
+    generated, case_file = isinstance(building.structure.mesh, GeneratedMesh), building.case.path
+    read = _attempt(faults, lambda: read_parts(building, path))
     mesh = None
     if read is not None:
         parts, _ = read
         mesh = parts.mesh
         for text in MeshReport.of(mesh, parts.sections).warnings:
-            LOGGER.warning("warning: %s: %s", case.path if generated else path, text)
+            LOGGER.warning("warning: %s: %s", case_file if generated else path, text)
     if read is None and not generated:  # sections or heights hide no other fault
         mesh = _attempt(faults, lambda: read_mesh(path))
     # A mesh of another building contradicts all that the case says of its own.
-    if mesh is None or list(mesh.floors) != [one.floor for one in case.modelled_building.floors]:
+    if mesh is None or list(mesh.floors) != [one.floor for one in building.entry.floors]:
         return None
-    if case.wall_impact is not None:
+    if building.wall_impact is not None:
         from impactfem.reduction.wall import wall_side
 
-        floors, file = case.wall_impact.floors, case.path if generated else path
+        floors, file = building.wall_impact.floors, case_file if generated else path
         attempt(lambda: wall_side(mesh, floors, file))
-    if case.transient is not None:
+    if building.transient is not None:
         from impactfem.reduction.forces import check_contacts
         from impactfem.reduction.probes import checked_probes
 
-        attempt(lambda: checked_probes(case, mesh))
-        attempt(lambda: check_contacts(case, mesh))
-    if case.transient is not None or case.pounding_in_3d:
+        attempt(lambda: checked_probes(building, mesh))
+        attempt(lambda: check_contacts(building, mesh))
+    if building.transient is not None or building.case.pounding_in_3d:
         from impactfem.reduction.forces import with_floor_forces
 
         at_rest = ForceHistory(np.array([0.0, 1.0]), (), np.zeros((2, 0)))
-        attempt(lambda: with_floor_forces(case, mesh, at_rest, []))
-    if case.devices:
+        attempt(lambda: with_floor_forces(building, mesh, at_rest, []))
+    if building.devices:
         from impactfem.building.links import find_base_plates
         from impactfem.reduction.probes import covered_points
 
-        attempt(lambda: find_base_plates(case, mesh))
-        attempt(lambda: covered_points(case, mesh))
+        attempt(lambda: find_base_plates(building, mesh))
+        attempt(lambda: covered_points(building, mesh))
     return mesh

@@ -18,7 +18,7 @@ from typing import Self
 from impactfem.building.from_case import geometry_of
 from impactfem.building.geometry import Geometry
 from impactfem.building.mesh import BuildingMesh
-from impactfem.case import Case
+from impactfem.case import Building3D, Case
 from impactfem.case.buildings import FileMesh
 from impactfem.case.motions import SyntheticMotion
 from impactfem.case.transient import MAXIMUM_FREQUENCY, TOLERANCE
@@ -100,7 +100,7 @@ def estimate(
     made = [motion for motion in case.motions if isinstance(motion, SyntheticMotion)]
     memory += max((400.0 * one.duration / one.time_step for one in made), default=0.0)
     each = steps * floors * (2.4e-7 + 2e-10 * len(spectra.frequency_values))
-    in_3d = sum(_vectors(view)[1] for view in case.views if view.structure and _lines(view))
+    in_3d = sum(_vectors(one)[1] for one in case.modelled.values() if _lines(one))
     seconds = 8.0 + each + 1.2e-7 * in_3d * steps
     sticks, disk = [StageCost("pounding", seconds, memory)], 80.0 * steps * floors
     if case.ensemble is not None:
@@ -108,15 +108,16 @@ def estimate(
         time = 4.0 + motions * (0.6 + each + 8e-8 * in_3d * steps) / threads()
         sticks.append(StageCost("ensemble", time, memory + 2e6 * motions))
     models, largest = [], 0.0
-    for view, structure in zip(case.views, case.structures, strict=True):
-        mesh, start = meshes.get(structure.building), f"{view.part}/" if view.part else ""
+    for name, building in case.modelled.items():
+        structure, mesh = building.structure, meshes.get(name)
+        start = f"{building.part}/" if building.part else ""
         if mesh is not None:
             nodes = float(len(mesh.nodes))
         elif isinstance(structure.mesh, FileMesh):
             nodes = structure.mesh.file.stat().st_size / NODE
         else:
-            nodes = 2.0 * elements_of(geometry_of(view))
-        dofs, (reduced, every) = 6.0 * nodes, _vectors(view)
+            nodes = 2.0 * elements_of(geometry_of(building))
+        dofs, (reduced, every) = 6.0 * nodes, _vectors(building)
         largest = max(largest, dofs)
         time = 40.0 * (dofs / 342_594) ** 1.15 * (0.5 + structure.modes / 40.0)
         models.append(StageCost(f"{start}building", 6.0 + time, BASE + dofs * PER_DOF))
@@ -193,30 +194,22 @@ def elements_of(geometry: Geometry) -> float:
     return TRIANGLES * max(squares, 1.0)
 
 
-def _lines(view: Case) -> int:
-    """Lines along which the 3D model of a view touches others, about one for each pair."""
-    if view.structure is None or view.structure.building not in view.pounding_in_3d:
-        return 0
-    return sum(view.structure.building in pair.buildings for pair in view.contacts)
+def _lines(building: Building3D) -> int:
+    """Lines along which the 3D model of a building touches others, about one for each pair."""
+    return len(building.contacts) if building.pounds else 0
 
 
-def _vectors(view: Case) -> tuple[float, float]:
+def _vectors(building: Building3D) -> tuple[float, float]:
     """Vectors of the reduced building: of the response in time, and all with those of contacts."""
-    structure, transient, wall, lines = (
-        view.structure,
-        view.transient,
-        view.wall_impact,
-        _lines(view),
-    )
-    if structure is None or (transient is None and wall is None and not lines):
+    transient, wall, lines = building.transient, building.wall_impact, _lines(building)
+    if transient is None and wall is None and not lines:
         return 0.0, 0.0
-    pairs = [pair for pair in view.contacts if structure.building in pair.buildings]
-    loads = len(view.motions) + (1 + len(pairs) if transient else 0) + lines
+    loads = len(building.case.motions) + (1 + len(building.contacts) if transient else 0) + lines
     loads += 0 if wall is None else 1 + len(wall.floors) * (transient is None)
     top = MAXIMUM_FREQUENCY if transient is None else transient.maximum_frequency
     tolerance = TOLERANCE if transient is None else transient.tolerance
-    ratio = max(float(view.building(structure.building).damping.law.ratio(top)), 1e-4)
+    ratio = max(float(building.entry.damping.law.ratio(top)), 1e-4)
     growth = 53.0 * (top / ratio / 300.0) ** 0.69 * (1.0 + math.log(1e-3 / tolerance) / 7.0)
     contacts = (0 if wall is None else 50 + 30 * len(wall.floors)) + 120 * lines
-    anchors = sum(len(device.anchors) for device in view.devices)
+    anchors = sum(len(device.anchors) for device in building.devices)
     return loads * growth + 0.6 * contacts, 1.2 * loads * growth + contacts + 12.0 * anchors

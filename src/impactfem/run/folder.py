@@ -35,7 +35,7 @@ from impactfem.case import Case
 from impactfem.case.device_tables import read_given_spectra
 from impactfem.device.spectrum import AnchorSpectrum, given_spectra
 from impactfem.plot.table import Table
-from impactfem.run.stages import STAGES
+from impactfem.run.stages import OF_CASE, STAGES
 from impactfem.stages.manifest import further_buildings
 from impactfem.stages.stores import open_store
 from impactfem.system.errors import CONTROL, Fault, InputError
@@ -53,7 +53,7 @@ PATIENCE = 0.1
 CASE_LINE = re.compile(r" DEBUG   case (.+), hash ([0-9a-f]{64})$")
 STORES = {name: file for stage in STAGES for name, file in stage.stores.items()}
 """Files of the stores by the name of the attribute that opens them."""
-SHARED = {name for stage in STAGES if not stage.each for name in stage.stores}
+SHARED = {name for stage in OF_CASE for name in stage.stores}
 """Those that serve all buildings of a run."""
 
 

@@ -11,7 +11,7 @@ from functools import partial
 from itertools import takewhile
 from pathlib import Path
 
-from impactfem.case import Case, Published, SyntheticMotion
+from impactfem.case import Building3D, Case, Published, SyntheticMotion
 from impactfem.case.base import nearest
 from impactfem.report.decision import key_results
 from impactfem.report.overview import headlines
@@ -21,7 +21,7 @@ from impactfem.run.check import check_mesh, checked, warn_of_implausible
 from impactfem.run.estimate import Estimate, side_by_side
 from impactfem.run.folder import LOG, check_same_case, open_folder
 from impactfem.run.report import remove_page, write_page
-from impactfem.run.stages import REPORT, STAGES, asked_stages, check_stage_name
+from impactfem.run.stages import OF_CASE, REPORT, STAGES, asked_stages, check_stage_name
 from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.check import Check, log_checks
 from impactfem.stages.manifest import (
@@ -35,7 +35,7 @@ from impactfem.stages.manifest import (
     read_manifest,
     remove_drawings,
 )
-from impactfem.stages.stage import DRAWING, Stage
+from impactfem.stages.stage import DRAWING, CaseOrBuilding, Stage, part_of
 from impactfem.stages.stores import open_store, stores_kept_open
 from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.executor import workers
@@ -173,7 +173,11 @@ def run(
             on_root(lambda: write_page(folder, bar=bar))
         elif changed and on_root((folder / PAGE).is_file):
             LOGGER.info("removed outdated %s", PAGE)
-            on_root(lambda: remove_page(folder, [one.part for one in case.views if one.part]))
+            on_root(
+                lambda: remove_page(
+                    folder, [one.part for one in case.modelled.values() if one.part]
+                )
+            )
     return result
 
 
@@ -206,7 +210,7 @@ class _Context:
         """
         ahead: list[Stage] = []
         for stage in self.requested:
-            if not stage.each and set(stage.needs(self.case)) <= set(ahead):
+            if stage in OF_CASE and set(stage.needs(self.case)) <= set(ahead):
                 ahead.append(stage)
         if self.second is None or not (work := self._unfinished(ahead)):
             return
@@ -218,66 +222,71 @@ class _Context:
         if time >= max(LONG, threads() * sum(one.seconds for one in own)) and (
             memory <= available_memory()
         ):
-            for label, (stage, view, key) in work.items():
+            for label, (stage, subject, key) in work.items():
                 self.ahead[label] = self.second.submit(
-                    _compute_named, stage.name, view, key, self.folder, quiet=True
+                    _compute_named, stage.name, subject, key, self.folder, quiet=True
                 )
 
-    def _unfinished(self, stages: Iterable[Stage]) -> dict[str, tuple[Stage, Case, str]]:
-        """Stages with their views and keys, by their labels, that are not finished."""
-        every = [(one, view, one.key(view)) for one in stages for view in one.cases(self.case)]
+    def _unfinished(self, stages: Iterable[Stage]) -> dict[str, tuple[Stage, CaseOrBuilding, str]]:
+        """Stages with their subjects and keys, by their labels, that are not finished."""
+        every = [
+            (one, subject, one.key(subject)) for one in stages for subject in one.of(self.case)
+        ]
         return {
-            stage.label(view): (stage, view, key)
-            for stage, view, key in every
-            if self.fresh or not is_finished(self.folder, stage.label(view), key)
+            stage.label(subject): (stage, subject, key)
+            for stage, subject, key in every
+            if self.fresh or not is_finished(self.folder, stage.label(subject), key)
         }
 
-    def run_stage(self, stage: Stage) -> list[tuple[Stage, Case]]:
-        """Run a stage for the case, or for each view in the folder of its building. Collective.
+    def run_stage(self, stage: Stage) -> list[tuple[Stage, CaseOrBuilding]]:
+        """Run a stage for the case, or for each building in its folder. Collective.
 
         A stage that was not requested is kept, without a message, where it and all that it needs
         are finished: the record of the run in the folder stays whole. Returns what the run has.
         """
         requested = stage in self.requested
-        todo, kept, computed = dict[str, tuple[Case, str]](), [], set[str]()
-        for view in stage.cases(self.case):
-            label, key = stage.label(view), on_root(partial(stage.key, view))
+        todo, kept = dict[str, tuple[CaseOrBuilding, str]](), list[CaseOrBuilding]()
+        computed = set[str]()
+        for subject in stage.of(self.case):
+            label, key = stage.label(subject), on_root(partial(stage.key, subject))
             if label in self.ahead:
                 if not self.ahead[label].done():
                     LOGGER.info("stage %s: still running in a second process", label)
                 self.ahead[label].result()
-                kept.append(view)
+                kept.append(subject)
                 computed.add(label)
-            elif on_root(partial(self._reusable, stage, view, key, requested)):
-                kept.append(view)
+            elif on_root(partial(self._reusable, stage, subject, key, requested)):
+                kept.append(subject)
                 self.result.reused += [label] if requested else []
             elif requested:
-                kept.append(view)
-                todo[label] = view, key
+                kept.append(subject)
+                todo[label] = subject, key
         computed |= self._compute_side_by_side(stage, todo)
-        for view in kept:
-            label = stage.label(view)
+        for subject in kept:
+            label = stage.label(subject)
             if label in todo and label not in computed:
                 _compute(stage, *todo[label], self.folder, self.bar)
             reused = label not in todo and label not in computed
-            self._finish_stage(stage, view, requested, reused)
-        return [(stage, view) for view in kept]
+            self._finish_stage(stage, subject, requested, reused)
+        return [(stage, subject) for subject in kept]
 
-    def _reusable(self, stage: Stage, view: Case, key: str, requested: bool) -> bool:
+    def _reusable(self, stage: Stage, subject: CaseOrBuilding, key: str, requested: bool) -> bool:
         if requested:
-            return not self.fresh and is_finished(self.folder, stage.label(view), key)
-        needed = {name for one in stage.needs(view) for name in one.labels(view)}
+            return not self.fresh and is_finished(self.folder, stage.label(subject), key)
+        needed = {name for one in stage.needs(subject) for name in one.labels(subject)}
         known = needed <= set(self.result.checks)
-        return known and is_finished(self.folder, stage.label(view), key)
+        return known and is_finished(self.folder, stage.label(subject), key)
 
-    def _compute_side_by_side(self, stage: Stage, todo: Mapping[str, tuple[Case, str]]) -> set[str]:
-        """Compute views in parallel, if `side_by_side`; returns their labels. Collective."""
+    def _compute_side_by_side(
+        self, stage: Stage, todo: Mapping[str, tuple[CaseOrBuilding, str]]
+    ) -> set[str]:
+        """Compute buildings in parallel, if `side_by_side`; returns their labels. Collective."""
         if not side_by_side([one for one in self.estimate.stages if one.name in todo]):
             return set()
         with workers(min(len(todo), threads()), logs=True) as executor:
             futures = [
-                executor.submit(_compute_named, stage.name, case, key, self.folder)
-                for case, key in todo.values()
+                executor.submit(_compute_named, stage.name, subject, key, self.folder)
+                for subject, key in todo.values()
                 if executor is not None  # it is None on other ranks alone
             ]
             wait(futures)  # what one building has is kept where another fails
@@ -285,27 +294,30 @@ class _Context:
                 future.result()
         return set(todo)
 
-    def _finish_stage(self, stage: Stage, case: Case, requested: bool, reused: bool) -> None:
+    def _finish_stage(
+        self, stage: Stage, subject: CaseOrBuilding, requested: bool, reused: bool
+    ) -> None:
         """Draw the results of a stage if needed, check and read them. Collective."""
-        folder, label, result = self.folder, stage.label(case), self.result
-        own = case.folder(folder)
-        drawing = on_root(lambda: stage.drawing_key(case))
+        folder, label, result = self.folder, stage.label(subject), self.result
+        part = part_of(subject)
+        own = folder / part
+        drawing = on_root(lambda: stage.drawing_key(subject))
 
         def finish() -> tuple[list[Scalar], dict[str, float]]:
             manifest = read_manifest(folder, label)
             whole = reused and changed_file(folder, manifest.drawings) is None
             if requested and self.draw and (not whole or manifest.drawn_from != drawing):
-                self._draw(stage, case, drawing, reused)
+                self._draw(stage, subject, drawing, reused)
                 manifest = read_manifest(folder, label)
-            checks = result.checks[label] = stage.checks(case, own)
+            checks = result.checks[label] = stage.checks(subject, own)
             if requested:
                 announced = result.announced.get(stage.name, ())
                 log_checks(label, (check for check in checks if check not in announced))
             result.memory[label] = manifest.peak_memory
             with open_store(own / stage.store) as store:
                 scalars = scalars_of(store)
-            if case.part:
-                scalars = [replace(one, name=of_building(one.name, case.part)) for one in scalars]
+            if part:
+                scalars = [replace(one, name=of_building(one.name, part)) for one in scalars]
             return scalars, manifest.seconds
 
         with stores_kept_open():
@@ -313,18 +325,18 @@ class _Context:
         result.scalars += scalars
         result.times |= seconds
         if requested and rank() == 0:
-            _log_result(stage, case, result, sum(seconds.values()))
-        if not reused and stage is BUILDING:
-            on_root(lambda: _refuse_mesh(case, own))
+            _log_result(stage, subject, result, sum(seconds.values()))
+        if not reused and stage is BUILDING and isinstance(subject, Building3D):
+            on_root(lambda: _refuse_mesh(subject, own))
 
-    def _draw(self, stage: Stage, case: Case, drawing: str, reused: bool) -> None:
+    def _draw(self, stage: Stage, subject: CaseOrBuilding, drawing: str, reused: bool) -> None:
         """Draw a stage: at once, or in the second process before `wait_for_drawings` returns."""
         if reused:
-            LOGGER.info("stage %s: tables and figures are drawn again", stage.label(case))
+            LOGGER.info("stage %s: tables and figures are drawn again", stage.label(subject))
         if reused or self.second is None:
-            _draw_named(stage.name, case, self.folder, drawing, quiet=False, bar=self.bar)
+            _draw_named(stage.name, subject, self.folder, drawing, quiet=False, bar=self.bar)
         else:
-            work = self.second.submit(_draw_named, stage.name, case, self.folder, drawing)
+            work = self.second.submit(_draw_named, stage.name, subject, self.folder, drawing)
             self.drawings.append(work)
 
     def wait_for_drawings(self) -> None:
@@ -334,13 +346,19 @@ class _Context:
 
 
 def _draw_named(
-    name: str, case: Case, folder: Path, drawing: str, *, quiet: bool = True, bar: bool = False
+    name: str,
+    subject: CaseOrBuilding,
+    folder: Path,
+    drawing: str,
+    *,
+    quiet: bool = True,
+    bar: bool = False,
 ) -> dict[str, float]:
     """Draw the stage of this name and record it in its manifest. Not collective.
 
     Args:
         name: The stage, with its results in the folder.
-        case: The case, or the view of one of its buildings.
+        subject: The case, or one of its buildings.
         folder: The folder of the run.
         drawing: Key of the drawing.
         quiet: As of `Steps`.
@@ -350,14 +368,14 @@ def _draw_named(
         The time [s] by its step.
     """
     stage = next(one for one in STAGES if one.name == name)
-    label = stage.label(case)
+    label = stage.label(subject)
     with (
         file_errors(),
         stores_kept_open(),
         Steps({DRAWING: 1.0}, f"stage {label}", quiet=quiet, bar=bar) as steps,
         steps.step(DRAWING),
     ):
-        pictures = stage.draw(case, case.folder(folder))
+        pictures = stage.draw(subject, folder / part_of(subject))
     took = {f"{label}: {DRAWING}": round(steps.times[DRAWING], 3)}
     manifest = read_manifest(folder, label)
     update: dict[str, object] = {"drawn_from": drawing, "drawings": digests(folder, pictures)}
@@ -367,20 +385,25 @@ def _draw_named(
 
 
 def _compute(
-    stage: Stage, case: Case, key: str, folder: Path, bar: bool, quiet: bool = False
+    stage: Stage,
+    subject: CaseOrBuilding,
+    key: str,
+    folder: Path,
+    bar: bool,
+    quiet: bool = False,
 ) -> None:
-    """Compute a stage for the case or a view of it, and write its stores. Collective.
+    """Compute a stage for the case or a building, and write its stores. Collective.
 
     `bar` and `quiet` are those of `Steps`.
     """
-    label, own = stage.label(case), case.folder(folder)
+    label, own = stage.label(subject), folder / part_of(subject)
     LOGGER.log(logging.DEBUG if quiet else logging.INFO, "stage %s: starts", label)
     give_back()  # memory of the stage before
     forget_peak()
     on_root(lambda: own.mkdir(exist_ok=True))
     names = {name: share for name, share in stage.steps.items() if name != DRAWING}
     with Steps(names, f"stage {label}", quiet=quiet or rank() != 0, bar=bar) as steps:
-        compute = partial(stage.compute, case, own, key, steps)
+        compute = partial(stage.compute, subject, own, key, steps)
         files = compute() if stage.collective else on_root(compute)
         times = {f"{label}: {name}": round(t, 3) for name, t in steps.times.items()}
         memory = total(peak_memory())
@@ -388,43 +411,46 @@ def _compute(
         on_root(lambda: mark_finished(folder, label, key, files, times, memory))
 
 
-def _compute_named(name: str, case: Case, key: str, folder: Path, quiet: bool = False) -> None:
+def _compute_named(
+    name: str, subject: CaseOrBuilding, key: str, folder: Path, quiet: bool = False
+) -> None:
     """Compute the stage of this name in a worker, whose details name the stage."""
     stage = next(one for one in STAGES if one.name == name)
 
     def labelled(record: logging.LogRecord) -> bool:
         if record.levelno != logging.INFO:  # those begin with it
-            record.msg = f"{stage.label(case)}: {record.msg}"
+            record.msg = f"{stage.label(subject)}: {record.msg}"
         return True
 
     for handler in LOGGER.handlers:
         handler.addFilter(labelled)
     try:
         with file_errors(), one_blas_thread():
-            _compute(stage, case, key, folder, bar=False, quiet=quiet)
+            _compute(stage, subject, key, folder, bar=False, quiet=quiet)
     finally:
         for handler in LOGGER.handlers:
             handler.removeFilter(labelled)
 
 
-def _refuse_mesh(case: Case, own: Path) -> None:
+def _refuse_mesh(building: Building3D, own: Path) -> None:
     """Raise the errors of a mesh that later stages would find minutes later."""
     from impactfem.stages.building.compute import mesh_of_run
 
     faults: list[Fault] = []
-    check_mesh(case, mesh_of_run(case, own), faults)
+    check_mesh(building, mesh_of_run(building, own), faults)
     if faults:
         raise InputError(faults)
 
 
-def _log_result(stage: Stage, case: Case, result: Record, seconds: float) -> None:
+def _log_result(stage: Stage, subject: CaseOrBuilding, result: Record, seconds: float) -> None:
     """Log one line of a finished stage: its time, its results, checks passed and failed."""
-    label = stage.label(case)
+    label = stage.label(subject)
+    part = part_of(subject)
     words = ["reused" if label in result.reused else f"done in {seconds:.1f} s"]
     own = [
         asdict(one) | {"name": name}
         for one in result.scalars
-        if (name := alone(one.name, case.part) if case.part else one.name)
+        if (name := alone(one.name, part) if part else one.name)
     ]
     words += headlines(stage, own)
     passed = [check.passed for check in result.checks[label]]
@@ -436,7 +462,7 @@ def _log_result(stage: Stage, case: Case, result: Record, seconds: float) -> Non
 
 
 def _write_results(
-    case: Case, result: Record, done: list[tuple[Stage, Case]], started: str
+    case: Case, result: Record, done: list[tuple[Stage, CaseOrBuilding]], started: str
 ) -> bool:
     """Write the case, the checks of all stages, the scalars, and their provenance.
 

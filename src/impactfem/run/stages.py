@@ -15,7 +15,19 @@ from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.errors import Fault, InputError
 
 REPORT = "report"
-STAGES = (BUILDING, REDUCE, CALIBRATE, POUNDING, ENSEMBLE, TRANSIENT, DEVICE, DESIGN)
+STAGES: tuple[Stage, ...] = (
+    BUILDING,
+    REDUCE,
+    CALIBRATE,
+    POUNDING,
+    ENSEMBLE,
+    TRANSIENT,
+    DEVICE,
+    DESIGN,
+)
+
+OF_CASE: tuple[Stage, ...] = (POUNDING, ENSEMBLE)
+"""Those that are done for the case as a whole, not for each building with a 3D model."""
 
 
 def stage_names() -> list[str]:
@@ -43,7 +55,8 @@ def needed_stages(case: Case, last: str | None) -> list[Stage]:
         name = ahead.pop()
         if name not in wanted:
             wanted.add(name)
-            ahead += [stage.name for stage in by_name[name].needs(case)]
+            stage = by_name[name]
+            ahead += [one.name for subject in stage.of(case) for one in stage.needs(subject)]
     return [stage for stage in STAGES if stage.name in wanted]
 
 

@@ -16,7 +16,7 @@ from typing import Self
 import numpy as np
 import pandas as pd
 
-from impactfem.case import Case
+from impactfem.case import Building3D, Case
 from impactfem.case.model import CaseFile
 from impactfem.case.source import read_source
 from impactfem.plot.style import figure, letter
@@ -368,12 +368,12 @@ def run_variant(
                 case = check(path)
                 others = sorted(other for other in target.parent.iterdir() if other != target)
                 stages = asked_stages(case, stage)
-                for one, of in ((k, view) for k in stages for view in k.cases(case)):
+                for one, of in ((k, subject) for k in stages for subject in k.of(case)):
                     label = one.label(of)
                     origin = take_over(target, others, label, one.key(of))
                     if origin is not None:
                         LOGGER.debug("stage %s: the same as in %s, copied", label, origin)
-                    elif one is REDUCE:
+                    elif one is REDUCE and isinstance(of, Building3D):
                         origin = take_model(of, target, others)
                         if origin is not None:
                             LOGGER.debug(

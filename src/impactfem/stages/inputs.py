@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import impactfem
-from impactfem.case import Case, motion_files
+from impactfem.case import Building3D, Case, motion_files
 
 
 @cache
@@ -22,13 +22,21 @@ def program_key() -> str:
     return digest.hexdigest()
 
 
-def inputs_key(case: Case, sections: tuple[str, ...], files: tuple[Path, ...] = ()) -> str:
+def inputs_key(
+    subject: Case | Building3D, sections: tuple[str, ...], files: tuple[Path, ...] = ()
+) -> str:
     """Compute the hash of the program, of sections of the case, and of the content of files.
+
+    Of a building those that it has itself count in the place of the case's.
 
     With ``motions`` and ``loads`` the files that they name count too; without ``damping`` that of
     buildings and parts does not, without ``soil`` not the soil under buildings, and without
     ``contact_laws`` not the restitution of the damping cases.
     """
+    if isinstance(subject, Building3D):
+        case = subject.case.model_copy(update=subject.sections)
+    else:
+        case = subject
     digest = hashlib.sha256(program_key().encode())
     # The content of a record or a mesh counts, not its path.
     nowhere: dict[str, Any] = {
@@ -54,9 +62,9 @@ def inputs_key(case: Case, sections: tuple[str, ...], files: tuple[Path, ...] = 
     return digest.hexdigest()
 
 
-def published_values(case: Case) -> dict[str, float]:
+def published_values(subject: Case | Building3D) -> dict[str, float]:
     """Published values in SI by the name of the result; they change no result."""
-    return {name: entry.value for name, entry in case.published.items()}
+    return {name: entry.value for name, entry in subject.published.items()}
 
 
 def tolerances(case: Case) -> dict[str, float]:

@@ -6,8 +6,9 @@ import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Generic, TypeAlias, TypeVar
 
-from impactfem.case import Case
+from impactfem.case import Building3D, Case
 from impactfem.stages.check import Check
 from impactfem.stages.inputs import inputs_key
 from impactfem.system.log import Steps
@@ -16,8 +17,18 @@ DRAWING = "tables and figures"
 """The last step of every stage."""
 
 
+CaseOrBuilding: TypeAlias = Case | Building3D
+Subject = TypeVar("Subject", bound=CaseOrBuilding)
+"""What a stage is done for: the case, or one of its buildings with a 3D model."""
+
+
+def part_of(subject: CaseOrBuilding) -> str:
+    """Return the folder of a subject within that of the run; "" where it is that of the run."""
+    return subject.part if isinstance(subject, Building3D) else ""
+
+
 @dataclass(frozen=True, eq=False)
-class Stage:
+class StageOf(Generic[Subject]):
     """One stage of the study.
 
     A finished stage is computed again when its `key` changes: when a section of the case, a file,
@@ -36,58 +47,62 @@ class Stage:
     #: Its files by the name under which `open_run` has them; the scalars are in the first.
     stores: Mapping[str, str]
     #: Computes and writes stores; gives the files that it wrote, on rank 0.
-    compute: Callable[[Case, Path, str, Steps], list[Path]]
+    compute: Callable[[Subject, Path, str, Steps], list[Path]]
     #: Writes tables and figures from the stores of the run; gives their files. On rank 0.
-    draw: Callable[[Case, Path], list[Path]]
-    checks: Callable[[Case, Path], list[Check]]  #: the checks of its results in words
+    draw: Callable[[Subject, Path], list[Path]]
+    checks: Callable[[Subject, Path], list[Check]]  #: the checks of its results in words
+    #: What it is done for: the case in the folder of the run, or buildings in folders of their own.
+    subjects: Callable[[Case], tuple[Subject, ...]]
+    section: str = ""  #: the section of the case file without which there is none of them
     #: The stages whose files it reads; those that these need follow.
-    needs: Callable[[Case], tuple[Stage, ...]] = lambda case: ()
+    needs: Callable[[Subject], tuple[StageOf[Any], ...]] = lambda subject: ()
     #: Files whose content counts, in addition to those of its sections.
-    files: Callable[[Case], tuple[Path, ...]] = lambda case: ()
-    further: Callable[[Case], str] = lambda case: ""  #: what else counts, as text
+    files: Callable[[Subject], tuple[Path, ...]] = lambda subject: ()
+    further: Callable[[Subject], str] = lambda subject: ""  #: what else counts, as text
     #: Those of its checks that are known before anything is computed.
     announces: Callable[[Case], list[Check]] = lambda case: []
-    #: The section of the case file without which the stage has nothing to do; None when nothing is
-    #: missing.
-    lacks: Callable[[Case], str | None] = lambda case: None
     collective: bool = False  #: whether all ranks compute it together; else rank 0 does
-    #: Whether it is done for each building with a 3D model, on a view of the case for it and in the
-    #: folder of the view; else once for the whole case, in that of the run.
-    each: bool = False
 
-    def cases(self, case: Case) -> tuple[Case, ...]:
-        """Return the whole case, or the views of the buildings that the stage is done for.
+    def of(self, subject: CaseOrBuilding) -> tuple[Subject, ...]:
+        """Return what it is done for in a case; of a building that it is done for, this alone."""
+        if isinstance(subject, Case):
+            return self.subjects(subject)
+        every = self.subjects(subject.case)
+        own = [one for one in every if isinstance(one, Building3D) and one.name == subject.name]
+        return tuple(own) or every
 
-        Of a view that has what the stage needs, this alone.
-        """
-        if not self.each:
-            return (case.whole,)
-        views = (case,) if case.complete and self.lacks(case) is None else case.whole.views
-        return tuple(view for view in views if self.lacks(view) is None)
+    def lacks(self, case: Case) -> str | None:
+        """Return the section of the case file that it lacks; None where nothing is missing."""
+        return None if self.subjects(case) else self.section
 
-    def label(self, case: Case) -> str:
-        """Its name in a run with the building of a view, if that has a folder: `B2/reduce`."""
-        return f"{case.part}/{self.name}" if case.part and self.each else self.name
+    def label(self, subject: CaseOrBuilding) -> str:
+        """Its name in a run, with the building where this has a folder: `B2/reduce`."""
+        part = part_of(subject)
+        return f"{part}/{self.name}" if part else self.name
 
-    def labels(self, case: Case) -> tuple[str, ...]:
-        """Return the labels of all `cases`."""
-        return tuple(self.label(one) for one in self.cases(case))
+    def labels(self, subject: CaseOrBuilding) -> tuple[str, ...]:
+        """Return the labels of all that it is done for."""
+        return tuple(self.label(one) for one in self.of(subject))
 
     @property
     def store(self) -> str:
         """Its main file, with the scalars."""
         return next(iter(self.stores.values()))
 
-    def key(self, case: Case) -> str:
-        """Compute the hash of the inputs of its stores, of all views of a case."""
+    def key(self, subject: CaseOrBuilding) -> str:
+        """Compute the hash of the inputs of its stores, of all that it is done for."""
         digest = hashlib.sha256()
-        for one in self.cases(case) or (case,):
+        for one in self.of(subject):
             needed = "".join(stage.key(one) for stage in self.needs(one))
             own = inputs_key(one, self.sections, self.files(one))
             digest.update(f"{own}{needed}{self.further(one)}".encode())
         return digest.hexdigest()
 
-    def drawing_key(self, case: Case) -> str:
+    def drawing_key(self, subject: CaseOrBuilding) -> str:
         """Compute the hash of the inputs of its tables and figures."""
-        drawn = inputs_key(case, ("published",))
-        return hashlib.sha256(f"{self.key(case)}{drawn}".encode()).hexdigest()
+        drawn = inputs_key(subject, ("published",))
+        return hashlib.sha256(f"{self.key(subject)}{drawn}".encode()).hexdigest()
+
+
+Stage: TypeAlias = StageOf[Any]
+"""A stage of any subject."""

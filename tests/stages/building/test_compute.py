@@ -28,6 +28,7 @@ from impactfem.stages.building.store import building_scalars
 from impactfem.stages.building.study import BuildingStudy
 from impactfem.stages.building.targets import bending_modes
 from impactfem.system.errors import InputError, SolutionError
+from one_building import building_of
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"
 ROOF = "2,28,5.3e4,1.2e5,1.7e5,1.2,0.1,1.3,1.1,0.8,0.3,3\n"
@@ -57,7 +58,7 @@ def frame(tmp_path):
 @pytest.fixture(scope="session")
 def parts():
     case = load_case(GEOMETRY / "frame.toml")
-    return read_parts(case, GEOMETRY / "frame.msh")[0]
+    return read_parts(building_of(case), GEOMETRY / "frame.msh")[0]
 
 
 def scalars(run):
@@ -166,7 +167,7 @@ def test_floors_of_mesh_and_table_must_agree(frame):
     row = table.read_text().splitlines()[-1]
     table.write_text(table.read_text() + row.replace("2,28", "3,28") + "\n")
     with pytest.raises(InputError, match="floors 1, 2, 3 of building F"):
-        read_parts(load_case(frame), frame.with_name("frame.msh"))
+        read_parts(building_of(load_case(frame)), frame.with_name("frame.msh"))
 
 
 def test_storeys_of_mesh_and_table_must_agree(frame, edited):
@@ -204,18 +205,18 @@ def test_masses_that_parts_do_not_allow(frame, edited, mass, more, expected):
     case = load_case(frame)
     case = case.model_copy(update={"structure": case.structure.model_copy(update=more)})
     with pytest.raises(InputError, match=expected):
-        read_parts(case, frame.with_name("frame.msh"))
+        read_parts(building_of(case), frame.with_name("frame.msh"))
 
 
 def test_mechanism_is_named_by_its_place(frame, tmp_path, monkeypatch):
     """Without its base the frame floats."""
     case = load_case(frame)
-    parts, masses = read_parts(case, frame.with_name("frame.msh"))
+    parts, masses = read_parts(building_of(case), frame.with_name("frame.msh"))
     floating = replace(parts, mesh=replace(parts.mesh, base=np.empty(0, dtype=np.int64)))
 
     monkeypatch.setattr(compute, "read_parts", lambda *_: (floating, masses))
     with pytest.raises(SolutionError, match=r"node at \(.*\) m in \w+_[12]"):
-        analysed(case, tmp_path, MPI.COMM_SELF, nullcontext)
+        analysed(building_of(case), tmp_path, MPI.COMM_SELF, nullcontext)
 
 
 def test_a_rank_without_free_nodes(monkeypatch, tmp_path):
@@ -235,7 +236,7 @@ def test_a_rank_without_free_nodes(monkeypatch, tmp_path):
     monkeypatch.setattr(compute, "assemble_building", lambda comm, parts: model)
     monkeypatch.setattr(compute, "_modes", lambda model, structure, known: (1.0, mine))
     case = load_case(GEOMETRY / "frame.toml")
-    found, _, _ = analysed(case, tmp_path, comm, lambda name: nullcontext())
+    found, _, _ = analysed(building_of(case), tmp_path, comm, lambda name: nullcontext())
     assert found.shapes.shape == (3, 4, 3) and found.participation.shape == (3, 6)
     np.testing.assert_array_equal(found.shapes[:, 3].T, other[:3])
 

@@ -25,6 +25,7 @@ from impactfem.stages.calibrate.experiment import WallExperiment
 from impactfem.stages.calibrate.impact import floor_impacts
 from impactfem.system.errors import ImpactfemError
 from impactfem.verify.full_order import FullMotion
+from one_building import building_of
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"
 EXPERIMENT = WallExperiment((1, 2), 2, -0.01, 0.004, 0.3, 0.25e-3, "y+")
@@ -35,7 +36,7 @@ FACTOR = 0.5
 @pytest.fixture(scope="module")
 def frame():
     case = load_case(GEOMETRY / "frame.toml")
-    parts, _ = read_parts(case, GEOMETRY / "frame.msh")
+    parts, _ = read_parts(building_of(case), GEOMETRY / "frame.msh")
     model = assemble_building(MPI.COMM_SELF, parts)
     damping = case.building("F").damping.rayleigh
     return model, model.stiffness(FACTOR), parts.mesh, damping, parts
@@ -192,11 +193,17 @@ HEAVY = RayleighCase(name="heavy", ratio=0.09, frequencies=(1.0, 20.0), restitut
 def test_dampings(cases):
     """The building's own first, then the damping cases that leave their restitution open."""
     wall = WallImpactSetup(
-        floors=(1, 2), displaced_floor=2, gap=0.01, displacement=-0.02, duration=1.3, time_step=1e-3
+        building="F",
+        floors=(1, 2),
+        displaced_floor=2,
+        gap=0.01,
+        displacement=-0.02,
+        duration=1.3,
+        time_step=1e-3,
     )
     case = load_case(GEOMETRY / "frame.toml")
     case = case.model_copy(update={"wall_impact": wall, "damping_cases": cases})
-    prepared = prepare(case, GEOMETRY / "frame.msh")
+    prepared = prepare(building_of(case), GEOMETRY / "frame.msh")
     open_ones = {one.name: one.rayleigh for one in cases if one is not HEAVY}
     assert prepared.dampings == {OWN: case.building("F").damping.rayleigh} | open_ones
     assert next(iter(prepared.dampings)) == OWN

@@ -1,6 +1,8 @@
 """Contact laws that take their values from the impact on a wall."""
 
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import xarray as xr
@@ -20,13 +22,22 @@ from impactfem.stages.calibrate.selection import (
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.system.errors import ImpactfemError
+from one_building import building_of
 
+GEOMETRY = Path(__file__).parents[3] / "geometry"
 EPSILON, K_CEQ = 0.687, 1.1e11
 
 
 @pytest.fixture(scope="module")
 def given(new_case, tmp_path_factory):
-    return load_case(new_case(tmp_path_factory.mktemp("given")))
+    """Two sticks, and the 3D model of the first before a wall."""
+    case, paper = (
+        load_case(path)
+        for path in (new_case(tmp_path_factory.mktemp("given")), GEOMETRY / "npp_pair.toml")
+    )
+    name = {"building": case.buildings[0].name}
+    models = {key: getattr(paper, key) for key in ("structure", "wall_impact")}
+    return case.model_copy(update={k: v.model_copy(update=name) for k, v in models.items()})
 
 
 def asking(case, **values):
@@ -153,9 +164,9 @@ def test_restitutions_of_damping_cases(given, tmp_path):
     other = RayleighCase(name="other", ratio=0.07, frequencies=(1.0, 20.0))
     dampings = other, other.model_copy(update={"name": "stiff", "restitution": 0.4})
     case = given.model_copy(update={"damping_cases": dampings})
-    assert calibrated_restitutions(case, tmp_path / "nowhere") == {}
+    without = case.model_copy(update={"wall_impact": None})
+    assert calibrated_restitutions(without, tmp_path / "nowhere") == {}
     folder = store(tmp_path, EPSILON)
-    case = case.model_copy(update={"wall_impact": True})
     assert calibrated_restitutions(case, folder) == {"other": 0.5}
     lone = case.model_copy(update={"damping_cases": dampings[1:]})
     assert calibrated_restitutions(lone, tmp_path / "nowhere") == {}
@@ -171,7 +182,8 @@ def test_impulses_along_the_edges(given, tmp_path):
         {"constraint_force": (("step", "constraint"), [[1.0, 0.0, 2.0], [3.0, 5.0, 0.0]])},
         coords={"constraint_floor": ("constraint", [2, 2, 3])},
     ).to_netcdf(tmp_path / "calibrate.nc", engine="netcdf4")
-    case = given.model_copy(update={"transient": Transient(time_step=1e-3, spread="calibrated")})
-    found = impulses_of_run(case, tmp_path)
+    spread = Transient(time_step=1e-3, spread="calibrated")
+    found = impulses_of_run(replace(building_of(given), transient=spread), tmp_path)
     assert {floor: of.tolist() for floor, of in found.items()} == {2: [4.0, 5.0], 3: [2.0]}
-    assert impulses_of_run(given, tmp_path / "nowhere") is None
+    uniform = replace(building_of(given), transient=Transient(time_step=1e-3))
+    assert impulses_of_run(uniform, tmp_path / "nowhere") is None

@@ -20,6 +20,7 @@ from impactfem.dynamics.damping import Rayleigh
 from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
+from one_building import building_of
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"
 FACTOR, STEP, STEPS = 0.5, 1e-3, 400
@@ -30,7 +31,7 @@ FLOOR = EdgeForce("floor 2", 2, (0.0, -1.0, 0.0))
 @pytest.fixture(scope="session")
 def frame():
     case = load_case(GEOMETRY / "frame.toml")
-    parts, _ = read_parts(case, GEOMETRY / "frame.msh")
+    parts, _ = read_parts(building_of(case), GEOMETRY / "frame.msh")
     return case, parts
 
 

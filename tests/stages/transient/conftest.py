@@ -36,6 +36,7 @@ from impactfem.system import files
 from impactfem.system.arrays import Index
 from impactfem.system.files import atomic
 from no_pictures import no_pictures
+from one_building import building_of
 
 GEOMETRY = Path(__file__).parents[3] / "geometry"
 STOREY_FACTOR = 0.5
@@ -124,7 +125,7 @@ class Frame:
 @pytest.fixture(scope="session")
 def frame():
     case = load_case(GEOMETRY / "frame.toml")
-    parts, _ = read_parts(case, GEOMETRY / "frame.msh")
+    parts, _ = read_parts(building_of(case), GEOMETRY / "frame.msh")
     model = assemble_building(MPI.COMM_SELF, parts)
     damping = case.building("F").damping.rayleigh
     return Frame(

@@ -15,6 +15,7 @@ from impactfem.run import loop
 from impactfem.stages.transient import export
 from impactfem.stages.transient.export import exported_steps, write_motion
 from impactfem.system.errors import InputError, SolutionError
+from one_building import building_of
 
 from .conftest import no_pictures, seen_by_vtk, steps_of
 
@@ -96,9 +97,9 @@ def whole(frame, loads):
 
     def made(**asked):
         transient = Transient(time_step=loads.time_step, export=True, **asked)
-        case = frame.case.model_copy(update={"transient": transient})
+        building = building_of(frame.case.model_copy(update={"transient": transient}))
         prepared = SimpleNamespace(parts=frame.parts, loads=loads, damping=frame.damping)
-        return SimpleNamespace(case=case, prepared=prepared, basis=basis)
+        return SimpleNamespace(building=building, prepared=prepared, basis=basis)
 
     return made
 

@@ -9,6 +9,7 @@ from impactfem.case.motions import WavePassage
 from impactfem.case.transient import Transient
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.stages.transient.prepared import case_loads
+from one_building import building_of
 
 
 def test_waves_reach_the_3d_building_later(frame):
@@ -24,7 +25,7 @@ def test_waves_reach_the_3d_building_later(frame):
     time = np.array([0.0, 1.0])
     motion = SimpleNamespace(history=(1, 0.5, np.array([0.0, 1.0, 0.0])))
     still = ForceHistory(time, (), np.zeros((2, 0)))
-    found = case_loads(case, frame.parts.mesh, [motion], still, case.path, 1.0)
+    found = case_loads(building_of(case), frame.parts.mesh, [motion], still, case.path, 1.0)
     at = found.time_step * np.arange(len(found.ground))
     expected = np.interp(at - later, [0.0, 0.5, 1.0], [0.0, 1.0, 0.0])
     assert found.ground[:, 1] == pytest.approx(expected, abs=1e-12)

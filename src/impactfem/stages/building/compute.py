@@ -15,7 +15,7 @@ from impactfem.building.mesh import BuildingMesh, place
 from impactfem.building.mesh_report import MeshReport
 from impactfem.building.model import BuildingModel, assemble_building
 from impactfem.building.parts import BuildingParts, FloorMasses
-from impactfem.case import Case
+from impactfem.case import Building3D
 from impactfem.case.buildings import FileMesh, Structure
 from impactfem.dynamics.columns import inner, product
 from impactfem.dynamics.factorisation import SingularMatrixError
@@ -49,7 +49,7 @@ class Known:
 
 
 def analysed(
-    case: Case, folder: Path, comm: Any, step: Step, known: Known | None = None
+    building: Building3D, folder: Path, comm: Any, step: Step, known: Known | None = None
 ) -> tuple[BuildingStudy, BuildingModel, Modes]:
     """The results of the stage, with the matrices and all degrees of freedom. Collective.
 
@@ -57,12 +57,12 @@ def analysed(
     runs inside the context that `step` gives for its name. InputError where the mesh is not usable,
     SolutionError where the structure is a mechanism, or no factor gives the frequency.
     """
-    structure, path = case.modelled, mesh_of_run(case, folder)
+    structure, path = building.structure, mesh_of_run(building, folder)
 
     def read() -> tuple[BuildingParts, FloorMasses, MeshReport]:
         if known is None and path == folder / MESH:
-            generate(geometry_of(case), path, source=str(case.path))
-        parts, masses = read_parts(case, path, None if known is None else known.mesh)
+            generate(geometry_of(building), path, source=str(building.case.path))
+        parts, masses = read_parts(building, path, None if known is None else known.mesh)
         return parts, masses, MeshReport.of(parts.mesh, parts.sections)
 
     with step("mesh"):
@@ -132,9 +132,9 @@ def _modes(model: BuildingModel, structure: Structure, known: Array | None) -> t
     return factor, result
 
 
-def mesh_of_run(case: Case, folder: Path) -> Path:
-    """The mesh file of a run: the user's own, or the one generated into its folder."""
-    mesh = case.modelled.mesh
+def mesh_of_run(building: Building3D, folder: Path) -> Path:
+    """The mesh file of a building: the user's own, or the one generated into its folder."""
+    mesh = building.structure.mesh
     return mesh.file if isinstance(mesh, FileMesh) else folder / MESH
 
 

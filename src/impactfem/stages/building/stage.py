@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from impactfem.case import Case
+from impactfem.case import Building3D, Case
 from impactfem.case.buildings import GeneratedMesh, structure_files
 from impactfem.case.floors import Floor
 from impactfem.case.members import Bay
@@ -15,7 +15,7 @@ from impactfem.stages.building.pictures import draw_pictures
 from impactfem.stages.building.tables import building_tables
 from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
 from impactfem.stages.inputs import published_values
-from impactfem.stages.stage import DRAWING, Stage
+from impactfem.stages.stage import DRAWING, Stage, StageOf
 from impactfem.stages.stores import number_of, open_store
 from impactfem.system.executor import in_own_process
 from impactfem.system.log import Steps
@@ -44,29 +44,29 @@ def storey_factor(folder: Path) -> float:
         return number_of(store, "storey_factor")
 
 
-def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+def _compute(building: Building3D, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.stages.building.compute import MESH, analysed
     from impactfem.stages.building.store import write_building
 
-    study, _, _ = analysed(case, folder, communicator(), steps.step)
+    study, _, _ = analysed(building, folder, communicator(), steps.step)
 
     def write() -> list[Path]:
         files = [folder / "building.nc"]
         if (folder / MESH).is_file():
             files.append(folder / MESH)
         with steps.step("stores"):
-            write_building(files[0], study, case.title, key)
+            write_building(files[0], study, building.case.title, key)
         return files
 
     return on_root(write) or []
 
 
-def _draw(case: Case, folder: Path) -> list[Path]:
-    mesh = None if case.structure is None else case.structure.mesh
+def _draw(building: Building3D, folder: Path) -> list[Path]:
+    mesh = building.structure.mesh
     bays: tuple[Bay, ...] = mesh.built[1] if isinstance(mesh, GeneratedMesh) else ()
     return [
-        *building_tables(folder, published_values(case), case.modelled_building.floors, bays),
+        *building_tables(folder, published_values(building), building.entry.floors, bays),
         *in_own_process(draw_pictures, folder),
     ]
 
@@ -175,7 +175,7 @@ def building_checks(folder: Path, floors: Sequence[Floor] = ()) -> list[Check]:
         return checks
 
 
-BUILDING = Stage(
+BUILDING = StageOf[Building3D](
     name="building",
     title="The 3D model",
     about="Mesh of shells and beams, its masses and modes.",
@@ -186,14 +186,14 @@ BUILDING = Stage(
     ),
     steps={"mesh": 3.0, "matrices": 5.0, "modes": 25.0, "stores": 1.0, DRAWING: 4.0},
     sections=("materials", "buildings", "structure"),
-    files=lambda case: structure_files(case.structure) if case.structure is not None else (),
+    files=lambda building: structure_files(building.structure),
     stores={"building": "building.nc"},
     compute=_compute,
     draw=_draw,
-    checks=lambda case, folder: building_checks(folder, case.modelled_building.floors),
-    lacks=lambda case: "structure" if case.structure is None else None,
+    checks=lambda building, folder: building_checks(folder, building.entry.floors),
+    subjects=lambda case: tuple(case.modelled.values()),
+    section="structure",
     collective=True,
-    each=True,
 )
 
 
@@ -203,8 +203,8 @@ def target_models(case: Case) -> tuple[Stage, ...]:
         return ()
     targets = {target.building for target in case.calibration.targets}
 
-    def lacks(view: Case) -> str | None:
-        return None if targets.intersection(one.building for one in view.structures) else "targets"
+    def subjects(case: Case) -> tuple[Building3D, ...]:
+        return tuple(one for name, one in case.modelled.items() if name in targets)
 
     # The sticks do not depend on other 3D models than those.
-    return (replace(BUILDING, lacks=lacks),)
+    return (replace(BUILDING, subjects=subjects),)

@@ -31,18 +31,18 @@ def from_structure(case: Case) -> bool:
     return case.calibration is not None and case.calibration.from_structure
 
 
-def with_structure_targets(case: Case, folder: Path) -> Case:
-    """The case with the modes of each `building.nc` in the place of the targets of its building.
+def with_structure_targets(case: Case, run: Path) -> Case:
+    """The case with the modes of each `building.nc` of a run in the place of the targets.
 
     SolutionError where the 3D model has no such bending mode.
     """
     calibration = case.calibration
-    if calibration is None or case.structure is None or not calibration.from_structure:
+    if calibration is None or not calibration.from_structure:
         return case
     targets, direction = list(calibration.targets), calibration.direction
-    for view in case.whole.views:
-        with open_store(view.folder(case.run_folder(folder)) / "building.nc") as store:
-            name, frequency = str(store.attrs["building"]), store["frequency"].values
+    for name, building in case.modelled.items():
+        with open_store(building.folder(run) / "building.nc") as store:
+            frequency = store["frequency"].values
             masses = store["effective_mass"].sel(direction=direction).values
             modes = bending_modes(masses, float(store["total_mass"].sel(direction=direction)))
         for k, target in enumerate(targets):

@@ -8,7 +8,7 @@ import numpy as np
 from impactfem.building.floor import contact_edge
 from impactfem.building.from_case import read_parts
 from impactfem.building.parts import BuildingParts
-from impactfem.case import Case
+from impactfem.case import BuildingAtWall
 from impactfem.case.damping import OWN
 from impactfem.case.quantity import CALIBRATED
 from impactfem.coupling.from_case import calibration_of, system_of
@@ -72,7 +72,7 @@ class DampedRun:
 class CalibrationStudy:
     """What the stage computed."""
 
-    case: Case
+    building: BuildingAtWall
     prepared: Prepared  #: what it was given
     model: WallModel  #: the reduced 3D model
     cases: tuple[DampedRun, ...]  #: the experiment by damping; that of the building's own first
@@ -128,15 +128,13 @@ class CalibrationStudy:
         return self.model.uneven
 
 
-def prepare(case: Case, mesh_file: Path) -> Prepared:
+def prepare(building: BuildingAtWall, mesh_file: Path) -> Prepared:
     """Read the mesh, and make the experiment. Not collective.
 
     InputError where the mesh is not usable, ImpactfemError where edges and wall do not go together.
     """
-    setup = case.wall_impact
-    if setup is None:
-        raise ValueError("the case has no wall impact")
-    parts, masses = read_parts(case, mesh_file)
+    setup = building.wall_impact
+    parts, masses = read_parts(building, mesh_file)
     side = wall_side(parts.mesh, setup.floors, mesh_file)
     edges = [contact_edge(parts.mesh, floor, setup.contact_spacing) for floor in setup.floors]
     return Prepared(
@@ -145,19 +143,26 @@ def prepare(case: Case, mesh_file: Path) -> Prepared:
         experiment=WallExperiment(
             **setup.model_dump(exclude={"building", "contact_spacing"}), side=side
         ),
-        dampings={OWN: case.modelled_building.damping.law}
-        | {one.name: one.law for one in case.damping_cases if one.restitution == CALIBRATED},
+        dampings={OWN: building.entry.damping.law}
+        | {
+            one.name: one.law
+            for one in building.case.damping_cases
+            if one.restitution == CALIBRATED
+        },
         position=np.concatenate([edge.position for edge in edges]),
         length=np.concatenate([edge.weight for edge in edges]),
     )
 
 
-def run_calibrate(case: Case, prepared: Prepared, model: WallModel, step: Step) -> CalibrationStudy:
+def run_calibrate(
+    building: BuildingAtWall, prepared: Prepared, model: WallModel, step: Step
+) -> CalibrationStudy:
     """Run the stage; "impact" and "stick" run inside the context of `step`. Not collective.
 
     ImpactfemError where the wall starts inside the building, SolutionError where no impact ends in
     the window.
     """
+    case = building.case
     experiment, separation = prepared.experiment, prepared.experiment.separation
     cases = []
     with step("impact"):
@@ -174,7 +179,7 @@ def run_calibrate(case: Case, prepared: Prepared, model: WallModel, step: Step) 
         alone = case.model_copy(update={"contacts": ()})
         penalty = cases[0].penalty
         stick = run_stick(
-            system_of(alone, calibration_of(case)).stick(case.modelled.building),
+            system_of(alone, calibration_of(case)).stick(building.name),
             experiment,
             K=penalty.K_Ceq,
             xi=penalty.xi_c,
@@ -183,7 +188,7 @@ def run_calibrate(case: Case, prepared: Prepared, model: WallModel, step: Step) 
         )
         history, top = cases[0].run.history, experiment.floors[-1]
         comparison = compare(stick, history, top, separation=separation)
-    return CalibrationStudy(case, prepared, model, tuple(cases), stick, comparison)
+    return CalibrationStudy(building, prepared, model, tuple(cases), stick, comparison)
 
 
 def run_reduced(

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 from scipy.integrate import cumulative_trapezoid
 
-from impactfem.case import Case, KelvinVoigtLaw
+from impactfem.case import BuildingInTime, Case, KelvinVoigtLaw
 from impactfem.case.damping import OWN
 from impactfem.case.quantity import CALIBRATED
 from impactfem.coupling.restitution import kelvin_voigt_phase, kelvin_voigt_xi
@@ -58,46 +58,46 @@ def with_calibrated_contact(case: Case, epsilon: float, K_Ceq: float) -> Case:
     return case if laws == case.contact_laws else case.model_copy(update={"contact_laws": laws})
 
 
-def with_contact_of_run(case: Case, folder: Path) -> Case:
+def with_contact_of_run(case: Case, run: Path) -> Case:
     """The case with what `calibrate.nc` of this run gives for its contact laws.
 
     ImpactfemError where the store has no restitution or stiffness of the building's own damping.
     """
     if not asks_calibration(case):
         return case
-    with open_store(_store(case, folder)) as store:
+    with open_store(_store(case, run)) as store:
         epsilon, K_Ceq = (number_of(store, name, case=OWN) for name in ("epsilon", "K_Ceq"))
     return with_calibrated_contact(case, epsilon, K_Ceq)
 
 
-def calibrated_restitutions(case: Case, folder: Path) -> dict[str, float]:
+def calibrated_restitutions(case: Case, run: Path) -> dict[str, float]:
     """Restitution of each damping case that leaves it to the impact on the wall, if there is one.
 
     An ImpactfemError where the store lacks one.
     """
     asked = [one.name for one in case.damping_cases if one.restitution == CALIBRATED]
-    if case.whole.wall_impact is None or not asked:
+    if case.wall_impact is None or not asked:
         return {}
-    with open_store(_store(case, folder)) as store:
+    with open_store(_store(case, run)) as store:
         return {name: number_of(store, "epsilon", case=name) for name in asked}
 
 
-def impulses_of_run(case: Case, folder: Path) -> dict[int, Array] | None:
+def impulses_of_run(building: BuildingInTime, run: Path) -> dict[int, Array] | None:
     """Impulse of each point of contact in the first impact, by floor, for spread `calibrated`.
 
     Not collective; None for another spread. An ImpactfemError where there is no store.
     """
-    if case.transient is None or case.transient.spread != "calibrated":
+    if building.transient.spread != "calibrated":
         return None
-    with open_store(_store(case, folder)) as store:
+    with open_store(_store(building.case, run)) as store:
         force, floors = store["constraint_force"].sum("step"), store["constraint_floor"].values
         return {int(k): force.values[floors == k] for k in np.unique(floors)}
 
 
-def _store(case: Case, folder: Path) -> Path:
+def _store(case: Case, run: Path) -> Path:
     """The store of the impact on the wall, in the folder of its building."""
-    building = next((one for one in case.whole.views if one.wall_impact is not None), case.whole)
-    return building.folder(case.run_folder(folder)) / "calibrate.nc"
+    [building] = case.at_wall
+    return building.folder(run) / "calibrate.nc"
 
 
 def history_of(store: xr.Dataset, which: str) -> WallHistory:

@@ -1,8 +1,9 @@
 """The stage `calibrate`: penalty parameters from an impact of the 3D model on a rigid wall."""
 
+from dataclasses import replace
 from pathlib import Path
 
-from impactfem.case import Case
+from impactfem.case import BuildingAtWall
 from impactfem.stages.building.stage import target_models
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.checks import wall_checks
@@ -10,11 +11,11 @@ from impactfem.stages.calibrate.figures import wall_figures
 from impactfem.stages.calibrate.tables import wall_tables
 from impactfem.stages.inputs import published_values
 from impactfem.stages.reduce.stage import REDUCE, model_key
-from impactfem.stages.stage import DRAWING, Stage
+from impactfem.stages.stage import DRAWING, StageOf
 from impactfem.system.log import Steps
 
 
-def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+def _compute(building: BuildingAtWall, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.stages.building.compute import mesh_of_run
     from impactfem.stages.calibrate.compute import prepare, run_calibrate
@@ -22,18 +23,19 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     from impactfem.stages.reduce.compute import reduced_of_run
 
     with steps.step("inputs"):
-        case = with_structure_targets(case, folder)
-        prepared = prepare(case, mesh_of_run(case, folder))
-        wall = reduced_of_run(folder, model_key(case)).complete.wall
+        wall = reduced_of_run(folder, model_key(building)).complete.wall
+        case = with_structure_targets(building.case, building.run_folder(folder))
+        building = replace(building, case=case)
+        prepared = prepare(building, mesh_of_run(building, folder))
     if wall is None:
         raise ValueError("the case has a wall impact, and the reduced building no wall")
-    study = run_calibrate(case, prepared, wall, steps.step)
+    study = run_calibrate(building, prepared, wall, steps.step)
     with steps.step("stores"):
         write_calibration(folder / "calibrate.nc", study, key)
     return [folder / "calibrate.nc"]
 
 
-CALIBRATE = Stage(
+CALIBRATE = StageOf[BuildingAtWall](
     name="calibrate",
     title="Impact on a rigid wall",
     about="Restitution and contact stiffness from an impact of the 3D model, and the stick beside "
@@ -46,15 +48,17 @@ CALIBRATE = Stage(
     steps={"inputs": 2.0, "impact": 1.0, "stick": 3.0, "stores": 1.0, DRAWING: 4.0},
     sections=("damping_cases", "calibration", "wall_impact", "pounding"),
     # The stick before the wall is fitted to the modes of other buildings, too.
-    further=lambda case: "".join(stage.key(case.whole) for stage in target_models(case.whole)),
+    further=lambda building: "".join(
+        stage.key(building.case) for stage in target_models(building.case)
+    ),
     stores={"calibrate": "calibrate.nc"},
     compute=_compute,
-    draw=lambda case, folder: [
-        *wall_tables(folder, published_values(case)),
-        *wall_figures(folder, published_values(case)),
+    draw=lambda building, folder: [
+        *wall_tables(folder, published_values(building)),
+        *wall_figures(folder, published_values(building)),
     ],
-    checks=lambda case, folder: wall_checks(folder),
-    needs=lambda case: (REDUCE,),
-    lacks=lambda case: "wall_impact" if case.wall_impact is None else None,
-    each=True,
+    checks=lambda building, folder: wall_checks(folder),
+    needs=lambda building: (REDUCE,),
+    subjects=lambda case: case.at_wall,
+    section="wall_impact",
 )

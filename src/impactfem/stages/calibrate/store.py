@@ -53,7 +53,7 @@ OUTPUTS = {
 
 def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
     """Write `calibrate.nc`; the key is the hash of the inputs of the stage."""
-    prepared, cases, structure = study.prepared, study.cases, study.case.structure
+    prepared, cases, structure = study.prepared, study.cases, study.building.structure
     experiment, contact = prepared.experiment, cases[0].run.contact
     impacts = [case.impacts[-1].first_complete() for case in cases]
     # Forces of the constraints matter, and are not zero, in the first impact only.
@@ -85,9 +85,9 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
         **value(study.comparison, known_only=False),
     }
     attributes = {
-        "title": study.case.title,
+        "title": study.building.case.title,
         "inputs": key,
-        "case_hash": study.case.content_hash(),
+        "case_hash": study.building.case.content_hash(),
         "building": structure.building if structure else "",
         "side": experiment.side,
         "gap": experiment.gap,
@@ -95,7 +95,7 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
         "displaced_floor": experiment.displaced_floor,
         "displacement_at_start": experiment.displacement,
         "pull": experiment.pull,
-        "stick_contact_update": study.case.pounding.update,
+        "stick_contact_update": study.building.case.pounding.update,
     }
     store = dataset(OUTPUTS, results, attributes=attributes)
     write_netcdf(path, with_scalars(store, calibration_scalars(store)))

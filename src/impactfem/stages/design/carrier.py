@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.case import Case, Spectra
+from impactfem.case import BuildingInTime, Spectra
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.pounding_3d import Models3D
@@ -32,7 +32,7 @@ from impactfem.stages.device.compute import Prepared as DevicePrepared
 from impactfem.stages.device.compute import analyst_of
 from impactfem.stages.results import value
 from impactfem.stages.transient.maps import AS_THEY_ARE
-from impactfem.stages.transient.prepared import Prepared, transient_of
+from impactfem.stages.transient.prepared import Prepared
 from impactfem.system.arrays import Array, Index
 from impactfem.system.parallel import threads
 from impactfem.system.quantity import results, si
@@ -49,7 +49,7 @@ Arrays = dict[str, Any]
 class DesignInputs:
     """Inputs of the stage, the same on all ranks, but for the reduced building."""
 
-    case: Case  #: with the targets of its sticks and the numbers of its contact laws
+    building: BuildingInTime  #: with the targets of its sticks and the numbers of its contact laws
     prepared: Prepared  #: the 3D building with the loads of the case's own motion
     reduced: ReducedBuilding | None  #: on rank 0
     equipment: DevicePrepared | None = None  #: None without devices, or without an ensemble
@@ -100,17 +100,17 @@ class Carrier:
     @classmethod
     def of(cls, inputs: DesignInputs, probes: xr.Dataset, whole: WholeFloors | None) -> Carrier:
         """Make it from the reduced building, on rank 0; the probes are those of `read_probes`."""
-        case, reduced, damping = inputs.case, inputs.reduced, inputs.prepared.damping
+        building, reduced = inputs.building, inputs.reduced
         if reduced is None:
             raise ValueError("without a reduced building")
-        highest = transient_of(case).maximum_frequency
+        damping, highest = inputs.prepared.damping, building.transient.maximum_frequency
         governing = NO_POINTS if whole is None else whole.governing
         candidates = NO_POINTS if whole is None else whole.candidates
         nodes = np.union1d(probes["probe_node"].values, governing["node"])
         points = probe_points(probes)
         error = reduced.basis.error(nodes, damping, highest)
         at_points = reduced.basis.at(np.union1d(nodes, candidates["node"]))
-        analyst, choice = _analyst(case, inputs.equipment, reduced)
+        analyst, choice = _analyst(building, inputs.equipment, reduced)
         return cls(
             basis=replace(at_points, difference=error),
             points=points,
@@ -119,7 +119,7 @@ class Carrier:
             frequency=np.zeros(0) if whole is None else whole.frequency[::EVERY],
             search_damping=0.0 if whole is None else whole.damping,
             damping=damping,
-            spectra=case.spectra,
+            spectra=building.case.spectra,
             highest=highest,
             analyst=analyst,
             choice=choice,
@@ -150,7 +150,7 @@ class Carrier:
 
 
 def _analyst(
-    case: Case, equipment: DevicePrepared | None, reduced: ReducedBuilding
+    building: BuildingInTime, equipment: DevicePrepared | None, reduced: ReducedBuilding
 ) -> tuple[Analyst | None, SpectrumChoice | None]:
     """Return the analyst of the devices with one response spectrum analysis each, and which."""
     if equipment is None:
@@ -159,7 +159,7 @@ def _analyst(
     choice = headline_of(equipment.plans[0].rules)
     rule = choice.combination, choice.rigid
     # The contacts of the wall experiment are most of the model, and not needed here.
-    analyst = analyst_of(case, equipment, replace(reduced.complete, wall=None))
+    analyst = analyst_of(building, equipment, replace(reduced.complete, wall=None))
     plans = [
         replace(plan, rules={rule: plan.rules[rule]}, rotations=False, broadening=0.0, given=())
         for plan in analyst.plans

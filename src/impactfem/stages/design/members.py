@@ -8,7 +8,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,7 @@ from impactfem.stages.device.choice import headline_of
 from impactfem.stages.ensemble.compute import member_key, members_of, worked_off
 from impactfem.stages.pounding.compute import pounded
 from impactfem.stages.stores import of_run
-from impactfem.stages.transient.prepared import loads_on_edges, transient_of
+from impactfem.stages.transient.prepared import loads_on_edges
 from impactfem.sticks.calibration import Calibration
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError, SolutionError
@@ -60,7 +60,8 @@ class Members:
 
         InputError: `forces.nc`, in the folder of the run, is not usable.
         """
-        case, prepared = inputs.case, inputs.prepared
+        building, prepared = inputs.building, inputs.prepared
+        case = building.case
         count = 0 if case.ensemble is None else case.ensemble.structure_motions
         if not count:
             return None
@@ -80,7 +81,13 @@ class Members:
         given = on_root(lambda: read_forces(path))  # the stage before checked its inputs
         history, edges = on_root(
             lambda: checked_forces(
-                given, path, case, prepared.parts.mesh, duration, given.inputs, prepared.impulses
+                given,
+                path,
+                building,
+                prepared.parts.mesh,
+                duration,
+                given.inputs,
+                prepared.impulses,
             )
         )
         known = {name: arrays for name, arrays in results.items() if arrays is not None}
@@ -93,7 +100,7 @@ class Members:
 
     def pound(self, progress: Callable[[float], None]) -> None:
         """Compute the pounding of the waiting members. On rank 0, which keeps the loads."""
-        waiting, calibration = self.waiting, calibration_of(self.inputs.case)
+        waiting, calibration = self.waiting, calibration_of(self.inputs.building.case)
         next(iter(self.files.values())).parent.mkdir(parents=True, exist_ok=True)
         for number, name in enumerate(waiting, 1):
             try:
@@ -168,9 +175,10 @@ def motion_loads(
         InputError: A record is not usable.
         SolutionError: The sticks found no usable result, or their motion is too short.
     """
+    building = replace(inputs.building, case=case)
     motions = ground_motions(case.motions, accept=False)
     response = pounded(case, calibration, motions, models=inputs.models)
-    duration = transient_of(case).duration or float(response.time[-1])
+    duration = building.transient.duration or float(response.time[-1])
     if response.time[-1] < duration - case.pounding.time_step:
         raise SolutionError(
             f"the pounding ends at {response.time[-1]:g} s, the 3D model runs up to {duration:g} s"
@@ -178,10 +186,10 @@ def motion_loads(
     every = ForceHistory.of_response(response)
     history = every.of([every.pairs.index(name) for name in pairs])
     mesh = inputs.prepared.parts.mesh
-    loads = loads_on_edges(case, mesh, motions, history, list(edges), duration)
+    loads = loads_on_edges(building, mesh, motions, history, list(edges), duration)
     # Pairs on one side push it together.
     largest: dict[int, float] = {}
-    for side, columns in history.ends.sides(case.modelled.building).items():
+    for side, columns in history.ends.sides(building.name).items():
         force = float(history.force[:, columns].sum(axis=1).max())
         largest[side.floor] = max(force, largest.get(side.floor, 0.0))
     return loads, np.array([largest[floor] for floor in sorted(largest)], dtype=np.float64)

@@ -1,12 +1,13 @@
 """The stage `design`: design spectra of the 3D building, of one motion and of an ensemble."""
 
 import hashlib
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from impactfem.case import Case
+from impactfem.case import BuildingInTime, Case
 from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.selection import impulses_of_run, with_contact_of_run
@@ -22,7 +23,7 @@ from impactfem.stages.device.stage import DEVICE
 from impactfem.stages.ensemble.stage import ENSEMBLE
 from impactfem.stages.pounding.stage import POUNDING, motions_key
 from impactfem.stages.reduce.stage import REDUCE, model_key, models_of_run
-from impactfem.stages.stage import DRAWING, Stage
+from impactfem.stages.stage import DRAWING, StageOf
 from impactfem.stages.stores import names_of, of_run, open_store
 from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.log import Steps
@@ -39,17 +40,17 @@ def _carried(case: Case) -> int:
     return 0 if case.ensemble is None else case.ensemble.structure_motions
 
 
-def members_key(case: Case) -> str:
+def members_key(building: BuildingInTime) -> str:
     """Hash of what members depend on in addition to their motions."""
     sections = ("transient", "devices", "device_analysis", "structure")
-    keys = [motions_key(case, sections), REDUCE.key(case)]
+    keys = [motions_key(building, sections), REDUCE.key(building)]
     # The impact on the wall spreads forces along the edges, whatever the contact laws take of it.
-    if CALIBRATE in TRANSIENT.needs(case):
-        keys.append(CALIBRATE.key(case))
+    if CALIBRATE in TRANSIENT.needs(building):
+        keys.append(CALIBRATE.key(building))
     return hashlib.sha256("".join(keys).encode()).hexdigest()
 
 
-def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.stages.building.compute import mesh_of_run
     from impactfem.stages.design.carrier import DesignInputs
@@ -58,32 +59,33 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     from impactfem.stages.reduce.compute import reduced_on_root
     from impactfem.stages.transient.prepared import prepare
 
-    mesh, forces, members = mesh_of_run(case, folder), of_run(folder, "forces.nc"), _carried(case)
+    case, run, members = building.case, building.run_folder(folder), _carried(building.case)
+    mesh, forces = mesh_of_run(building, folder), of_run(folder, "forces.nc")
     equipment, shared = None, ""
     with steps.step("inputs"):
         inputs = on_root(lambda: POUNDING.key(case))
-        reduced = reduced_on_root(folder, on_root(lambda: model_key(case)), case)
+        reduced = reduced_on_root(folder, on_root(lambda: model_key(building)), building)
         if members:
-            shared = on_root(lambda: members_key(case))
-            case = on_root(
-                lambda: with_contact_of_run(with_structure_targets(case, folder), folder)
-            )
-        impulses = on_root(lambda: impulses_of_run(case, folder))
+            shared = on_root(lambda: members_key(building))
+            case = on_root(lambda: with_contact_of_run(with_structure_targets(case, run), run))
+            building = replace(building, case=case)
+        impulses = on_root(lambda: impulses_of_run(building, run))
         prepared = on_root(
-            lambda: prepare(case, mesh, forces, storey_factor(folder), inputs, impulses)
+            lambda: prepare(building, mesh, forces, storey_factor(folder), inputs, impulses)
         )
-        if members and case.devices:
-            equipment = on_root(lambda: prepare_devices(case, prepared))
-        models = on_root(lambda: models_of_run(case, folder)) if members else None
-    given = DesignInputs(case, prepared, reduced, equipment, models, shared)
+        if members and building.devices:
+            equipment = on_root(lambda: prepare_devices(building, prepared))
+        models = on_root(lambda: models_of_run(case, run)) if members else None
+    given = DesignInputs(building, prepared, reduced, equipment, models, shared)
     return run_design(given, folder, steps, key)
 
 
-def _draw(case: Case, folder: Path) -> list[Path]:
+def _draw(building: BuildingInTime, folder: Path) -> list[Path]:
     """Tables and figures from the store."""
     with open_store(folder / "design.nc") as store:
+        spectra = building.case.spectra
         products = design_products_of(
-            store, of_run(folder, "pounding.nc"), case.spectra.broadening, case.spectra.clipping
+            store, of_run(folder, "pounding.nc"), spectra.broadening, spectra.clipping
         )
         return write_design_products(folder, products) + design_figures(folder, products)
 
@@ -163,7 +165,7 @@ def _checks_of_forces(path: Path, store: xr.Dataset) -> list[Check]:
     return [FORCE_DIFFERENCE.check(float(differences.max(initial=0.0)))]
 
 
-DESIGN = Stage(
+DESIGN = StageOf[BuildingInTime](
     name="design",
     title="Design spectra",
     about="Spectra enveloped over each floor and broadened.",
@@ -180,18 +182,18 @@ DESIGN = Stage(
         DRAWING: 8.0,
     },
     sections=(),
-    further=lambda case: f"{_carried(case)} members",
+    further=lambda building: f"{_carried(building.case)} members",
     stores={"design": "design.nc"},
     compute=_compute,
     draw=_draw,
-    checks=lambda case, folder: design_checks(folder),
-    lacks=lambda case: "transient" if case.transient is None else None,
-    needs=lambda case: (
+    checks=lambda building, folder: design_checks(folder),
+    subjects=lambda case: case.in_time,
+    section="transient",
+    needs=lambda building: (
         REDUCE,
         TRANSIENT,
-        *((ENSEMBLE,) if _carried(case) else ()),
-        *((DEVICE,) if _carried(case) and case.devices else ()),
+        *((ENSEMBLE,) if _carried(building.case) else ()),
+        *((DEVICE,) if _carried(building.case) and building.devices else ()),
     ),
     collective=True,
-    each=True,
 )

@@ -6,7 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from impactfem.case import Case, DampingCase, DeviceAnalysis, KelvinVoigtLaw
+from impactfem.case import (
+    Building3D,
+    BuildingInTime,
+    Case,
+    DampingCase,
+    DeviceAnalysis,
+    KelvinVoigtLaw,
+)
 from impactfem.case.damping import OWN
 from impactfem.case.quantity import CALIBRATED
 from impactfem.coupling.force_history import ForceHistory
@@ -29,7 +36,7 @@ from impactfem.stages.device.analysis import (
 from impactfem.stages.device.choice import SpectrumChoice
 from impactfem.stages.pounding.compute import pounded
 from impactfem.stages.transient.prepared import Prepared as PreparedBuilding
-from impactfem.stages.transient.prepared import case_loads, transient_of
+from impactfem.stages.transient.prepared import case_loads
 from impactfem.sticks.calibration import Calibration
 from impactfem.system.log import LOGGER, Steps
 from impactfem.system.parallel import on_root
@@ -50,12 +57,12 @@ class Prepared(PreparedBuilding):
 
 
 def prepare_devices(
-    case: Case,
-    building: PreparedBuilding,
+    building: BuildingInTime,
+    prepared: PreparedBuilding,
     calibrated_laws: frozenset[str] = frozenset(),
     restitution: Mapping[str, float] | None = None,
 ) -> Prepared:
-    """Build the devices for the building that the stage `transient` has. Not collective.
+    """Build the devices for what the stage `transient` has of a building. Not collective.
 
     What the impact on the wall gave: contact laws that left their restitution to it, and this by
     damping case.
@@ -64,10 +71,10 @@ def prepare_devices(
         InputError: A device is not usable.
         SolutionError: An anchor stands on no node of a floor.
     """
-    analysis = _analysis_of(case)
+    analysis = _analysis_of(building)
     return Prepared(
-        **vars(building),
-        points=covered_points(case, building.parts.mesh),
+        **vars(prepared),
+        points=covered_points(building, prepared.parts.mesh),
         plans=tuple(
             SpectrumPlan(
                 device,
@@ -77,17 +84,17 @@ def prepare_devices(
                 supports=analysis.supports,
                 given=given_spectra(setup.spectra or ()),
             )
-            for device, setup in zip(checked_devices(case), case.devices, strict=True)
+            for device, setup in zip(checked_devices(building), building.devices, strict=True)
         ),
         calibrated_laws=calibrated_laws,
         restitution=restitution or {},
     )
 
 
-def _analysis_of(case: Case) -> DeviceAnalysis:
-    if case.device_analysis is None:
-        raise ValueError("the case has no devices")
-    return case.device_analysis
+def _analysis_of(building: Building3D) -> DeviceAnalysis:
+    if building.device_analysis is None:
+        raise ValueError(f"{building.name} has no devices")
+    return building.device_analysis
 
 
 @results
@@ -109,7 +116,7 @@ class DampedStudy:
 class DeviceStudy:
     """Results of the stage."""
 
-    case: Case
+    building: BuildingInTime
     prepared: Prepared  #: its inputs
     basis_vectors: int = si("", "number of basis vectors of the reduced model")
     basis_error: float = si("-", "error estimate of the reduced model, transfer functions")
@@ -131,20 +138,20 @@ class DeviceStudy:
         ]
 
 
-def analyst_of(case: Case, prepared: Prepared, model: CompleteModel) -> Analyst:
+def analyst_of(building: BuildingInTime, prepared: Prepared, model: CompleteModel) -> Analyst:
     """What analyses the devices under any load on a reduced model, as the case asks."""
     return Analyst(
         model=model,
         plans=prepared.plans,
         positions=np.array([one.point for one in prepared.base_plates]),
         covered=prepared.points.of_anchor,
-        spectra=case.spectra,
-        substeps=_substeps_of(case),
+        spectra=building.case.spectra,
+        substeps=_substeps_of(building),
     )
 
 
 def run_devices(
-    case: Case, prepared: Prepared, steps: Steps, *, model: CompleteModel | None
+    building: BuildingInTime, prepared: Prepared, steps: Steps, *, model: CompleteModel | None
 ) -> DeviceStudy | None:
     """Run the stage; return its results on rank 0. Collective.
 
@@ -161,41 +168,44 @@ def run_devices(
         if model is None:
             raise ValueError("rank 0 has no reduced model")
         with steps.step("damping cases"):
-            found.append(_study(case, prepared, model, steps))
+            found.append(_study(building, prepared, model, steps))
 
     on_root(evaluate)
     return found[0] if found else None
 
 
-def _study(case: Case, prepared: Prepared, model: CompleteModel, steps: Steps) -> DeviceStudy:
+def _study(
+    building: BuildingInTime, prepared: Prepared, model: CompleteModel, steps: Steps
+) -> DeviceStudy:
     """Analyse the devices with the building's own damping, then with every damping case."""
-    analyst, count = analyst_of(case, prepared, model), 1 + len(case.damping_cases)
+    case = building.case
+    analyst, count = analyst_of(building, prepared, model), 1 + len(case.damping_cases)
     cases = [_damped(analyst, OWN, prepared.damping, prepared.loads)]
     steps.within("damping cases", 1.0 / count)
     # The sticks are fitted once: their stiffness does not depend on the damping.
     calibration = calibration_of(case) if case.damping_cases else None
     for number, damping_case in enumerate(case.damping_cases, 2):
-        cases.append(_damping_case(case, prepared, analyst, damping_case, calibration))
+        cases.append(_damping_case(building, prepared, analyst, damping_case, calibration))
         steps.within("damping cases", number / count)
-    if _analysis_of(case).envelope_dampings and case.damping_cases:
+    if _analysis_of(building).envelope_dampings and case.damping_cases:
         both = zip(
             analyst.over_dampings([one.results[0] for one in cases]),
             analyst.over_dampings([one.results[1] for one in cases]),
             strict=True,
         )
         cases = [replace(one, results=results) for one, results in zip(cases, both, strict=True)]
-    return DeviceStudy(case, prepared, len(model.eigenvalue), model.difference, tuple(cases))
+    return DeviceStudy(building, prepared, len(model.eigenvalue), model.difference, tuple(cases))
 
 
 def _damping_case(
-    case: Case,
+    building: BuildingInTime,
     prepared: Prepared,
     analyst: Analyst,
     one: DampingCase,
     calibration: Calibration | None,
 ) -> DampedStudy:
     """Restitution, sticks, 3D model and devices again with another damping."""
-    forces_file = transient_of(case).forces
+    forces_file = building.transient.forces
     if forces_file is not None:
         # Nothing is known of what another damping would do to forces from elsewhere.
         LOGGER.debug("device: damping case %s with the forces of %s", one.name, forces_file)
@@ -205,12 +215,18 @@ def _damping_case(
     if one.restitution != CALIBRATED:
         epsilon = float(one.restitution)
     laws = prepared.calibrated_laws if calibrated else ()
-    damped = damped_case(case, one, epsilon, laws)
+    damped = damped_case(building.case, one, epsilon, laws)
     duration = prepared.loads.time_step * (len(prepared.loads.ground) - 1)
     response = pounded(damped, calibration, prepared.motions, duration, prepared.models)
     forces, mesh = ForceHistory.of_response(response), prepared.parts.mesh
     loads = case_loads(
-        damped, mesh, prepared.motions, forces, case.path, duration, impulses=prepared.impulses
+        replace(building, case=damped),
+        mesh,
+        prepared.motions,
+        forces,
+        damped.path,
+        duration,
+        impulses=prepared.impulses,
     )
     LOGGER.debug("device: damping case %s with the restitution %s", one.name, epsilon)
     return _damped(analyst, one.name, one.law, loads, epsilon, calibrated=calibrated)
@@ -251,7 +267,7 @@ def damped_case(
     return case.model_copy(update=update)
 
 
-def _substeps_of(case: Case) -> int:
+def _substeps_of(building: BuildingInTime) -> int:
     """Steps of the detailed analysis in one of the loads."""
-    whole = transient_of(case).time_step
-    return max(1, math.ceil(whole / (_analysis_of(case).time_step or whole) * (1.0 - 1e-9)))
+    whole = building.transient.time_step
+    return max(1, math.ceil(whole / (_analysis_of(building).time_step or whole) * (1.0 - 1e-9)))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from impactfem.case import Case
+from impactfem.case import BuildingInTime
 from impactfem.case.transient import transient_files
 from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_targets
@@ -33,7 +33,7 @@ from impactfem.stages.device.verdict import causes
 from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key, models_of_run
-from impactfem.stages.stage import DRAWING, Stage
+from impactfem.stages.stage import DRAWING, StageOf
 from impactfem.stages.stores import names_of, of_run, open_store
 from impactfem.system.log import Steps
 from impactfem.system.parallel import on_root
@@ -46,7 +46,7 @@ NODES = 3
 """Least number of floor nodes that spread an anchor; fewer hold it at a point or along a line."""
 
 
-def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.stages.building.compute import mesh_of_run
     from impactfem.stages.device.compute import prepare_devices, run_devices
@@ -54,27 +54,34 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     from impactfem.stages.reduce.compute import reduced_on_root
     from impactfem.stages.transient.prepared import prepare
 
-    mesh = mesh_of_run(case, folder)
+    case, run = building.case, building.run_folder(folder)
+    mesh = mesh_of_run(building, folder)
     with steps.step("inputs"):
         laws, inputs = calibrated_laws(case), on_root(lambda: POUNDING.key(case))
-        case = on_root(lambda: with_contact_of_run(with_structure_targets(case, folder), folder))
+        case = on_root(lambda: with_contact_of_run(with_structure_targets(case, run), run))
+        building = replace(building, case=case)
         forces = of_run(folder, "forces.nc")
         prepared = on_root(
             lambda: prepare_devices(
-                case,
+                building,
                 prepare(
-                    case, mesh, forces, storey_factor(folder), inputs, impulses_of_run(case, folder)
+                    building,
+                    mesh,
+                    forces,
+                    storey_factor(folder),
+                    inputs,
+                    impulses_of_run(building, run),
                 ),
                 laws,
-                calibrated_restitutions(case, folder),
+                calibrated_restitutions(case, run),
             )
         )
         if case.damping_cases:
-            models = on_root(lambda: models_of_run(case, folder))
+            models = on_root(lambda: models_of_run(case, run))
             prepared = replace(prepared, models=models)
-        reduced = reduced_on_root(folder, on_root(lambda: model_key(case)), case)
+        reduced = reduced_on_root(folder, on_root(lambda: model_key(building)), building)
     model = None if reduced is None else reduced.complete
-    study = run_devices(case, prepared, steps, model=model)
+    study = run_devices(building, prepared, steps, model=model)
 
     def write() -> list[Path]:
         if study is None:
@@ -188,7 +195,7 @@ def _checks_of(store: xr.Dataset, name: str) -> list[Check]:
     return [*checks, IMBALANCE_AT_ANCHOR.check(float(largest), where)]
 
 
-DEVICE = Stage(
+DEVICE = StageOf[BuildingInTime](
     name="device",
     title="Devices",
     about="Forces on the anchors in the 3D model and by response spectrum analysis.",
@@ -211,23 +218,21 @@ DEVICE = Stage(
         "device_analysis",
         "damping_cases",
     ),
-    files=lambda case: transient_files(case.transient) if case.transient is not None else (),
+    files=lambda building: transient_files(building.transient),
     stores={"device": "device.nc"},
     compute=_compute,
-    draw=lambda case, folder: [
-        *device_tables(folder, published_values(case)),
-        *device_figures(folder, published_values(case)),
+    draw=lambda building, folder: [
+        *device_tables(folder, published_values(building)),
+        *device_figures(folder, published_values(building)),
     ],
-    checks=lambda case, folder: device_checks(folder),
-    lacks=lambda case: (
-        "transient" if case.transient is None else None if case.devices else "devices"
-    ),
+    checks=lambda building, folder: device_checks(folder),
+    subjects=lambda case: tuple(one for one in case.in_time if one.devices),
+    section="devices",
     # The impact on the wall gives the restitution of each damping case.
-    needs=lambda case: (
+    needs=lambda building: (
         REDUCE,
-        *((CALIBRATE,) if case.whole.wall_impact is not None else ()),
+        *((CALIBRATE,) if building.case.at_wall else ()),
         POUNDING,
     ),
     collective=True,
-    each=True,
 )

@@ -37,7 +37,6 @@ from impactfem.stages.stores import (
     names_of,
     padded,
 )
-from impactfem.stages.transient.prepared import transient_of
 from impactfem.sticks.element import COMPONENTS
 from impactfem.system.arrays import Array
 from impactfem.system.files import write_netcdf
@@ -82,9 +81,12 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
 
     ImpactfemError where the file cannot be written.
     """
-    case, prepared = study.case, study.prepared
+    building, prepared = study.building, study.prepared
+    case = building.case
     anchors = [
-        anchor_of_device(one, case.devices[one.device], prepared.plans[one.device].device, plate)
+        anchor_of_device(
+            one, building.devices[one.device], prepared.plans[one.device].device, plate
+        )
         for one, plate in zip(study.supports, prepared.base_plates, strict=True)
     ]
     frequency = np.asarray(case.spectra.frequency_values)
@@ -112,11 +114,11 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
             "title": case.title,
             "inputs": key,
             "case_hash": case.content_hash(),
-            "building": case.structure.building if case.structure else "",
+            "building": building.name,
             "shown_direction": case.shown_direction,
             "resolved_frequency": resolved_frequency(
                 prepared.loads.time_step,
-                min(transient_of(case).maximum_frequency, float(frequency[-1])),
+                min(building.transient.maximum_frequency, float(frequency[-1])),
             ),
             "headline": choice.label,
         },
@@ -135,7 +137,7 @@ def _of_analyses(
     study: DeviceStudy, anchors: Sequence[Anchor], choice: SpectrumChoice
 ) -> dict[str, Any]:
     """Return what the analyses give, by variable, with their labels."""
-    every, axis = study.analyses, "xyz".index(study.case.shown_direction)
+    every, axis = study.analyses, "xyz".index(study.building.case.shown_direction)
     choices = list(dict.fromkeys(choice for _, choice, _ in every))
     turned, modes = replace(choice, rotations=True), max(len(one.mode_mass) for one in anchors)
     shown = turned if turned in choices else choice

@@ -13,7 +13,7 @@ from impactfem.stages.ensemble.store import write_ensemble
 from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING, motions_key
 from impactfem.stages.reduce.stage import models_of_run
-from impactfem.stages.stage import DRAWING, Stage
+from impactfem.stages.stage import DRAWING, StageOf
 from impactfem.system.executor import workers
 from impactfem.system.files import kept_in_one_file
 from impactfem.system.log import Steps
@@ -65,7 +65,7 @@ def _draw(case: Case, folder: Path) -> list[Path]:
     return [*ensemble_results(folder, _published(case)), *products]
 
 
-ENSEMBLE = Stage(
+ENSEMBLE = StageOf[Case](
     name="ensemble",
     title="Many motions",
     about="The pounding under other motions: bands of every result.",
@@ -77,7 +77,8 @@ ENSEMBLE = Stage(
     compute=_compute,
     draw=_draw,
     checks=lambda case, folder: ensemble_checks(folder, _published(case)),
-    lacks=lambda case: "ensemble" if case.ensemble is None else None,
+    subjects=lambda case: () if case.ensemble is None else (case,),
+    section="ensemble",
     needs=lambda case: (POUNDING,),
     collective=True,
 )

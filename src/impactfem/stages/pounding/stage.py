@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from impactfem.case import Case
+from impactfem.case import Building3D, Case
 from impactfem.case.facing import facing_floors
 from impactfem.case.soil import TABLE_BAND, TableSoil
 from impactfem.coupling.force_history import ForceHistory, write_forces
@@ -26,7 +26,7 @@ from impactfem.stages.pounding.model_checks import (
 from impactfem.stages.pounding.store import write_motion, write_sticks
 from impactfem.stages.pounding.tables import stick_tables
 from impactfem.stages.reduce.stage import REDUCE, models_of_run
-from impactfem.stages.stage import DRAWING, Stage
+from impactfem.stages.stage import DRAWING, Stage, StageOf
 from impactfem.stages.stores import open_store
 from impactfem.system.log import Steps
 
@@ -74,18 +74,17 @@ def _facing(case: Case) -> str:
 def _sticks_against_models(folder: Path, case: Case) -> list[Check]:
     """Sticks compared with 3D models of this run, where `transient` does not compare them."""
     found: list[Check] = []
-    for view in case.views:
-        path = folder / view.part / "building.nc"
-        applied = view.transient is not None or view.modelled.building in case.pounding_in_3d
-        if applied or not path.is_file():
+    for building in case.modelled.values():
+        path = building.folder(folder) / "building.nc"
+        if building.transient is not None or building.pounds or not path.is_file():
             continue
         with open_store(path) as store:
-            current = store.attrs["inputs"] == BUILDING.key(view)
+            current = store.attrs["inputs"] == BUILDING.key(building)
         found += stick_against_model(path.parent) if current else []
     return found
 
 
-POUNDING = Stage(
+POUNDING = StageOf[Case](
     name="pounding",
     title="Pounding",
     about="Ground motion, sticks or 3D models that pound, impact forces, floor spectra.",
@@ -126,13 +125,14 @@ POUNDING = Stage(
         for check in soil_checks(one.name, one.soil.errors, TABLE_BAND)
     ],
     needs=_needs,
+    subjects=lambda case: (case,),
 )
 
 
-def motions_key(case: Case, sections: tuple[str, ...] = ()) -> str:
+def motions_key(subject: Case | Building3D, sections: tuple[str, ...] = ()) -> str:
     """Hash of what the response to a motion depends on, these sections included, but the motion."""
     rest = tuple(section for section in POUNDING.sections if section != "motions")
-    whole = case.whole
-    needed = [stage.key(whole) for stage in _needs(whole)]
-    own = inputs_key(case, (*rest, *sections))
-    return "".join([own, *needed, _facing(whole)])
+    case = subject.case if isinstance(subject, Building3D) else subject
+    needed = [stage.key(case) for stage in _needs(case)]
+    own = inputs_key(subject, (*rest, *sections))
+    return "".join([own, *needed, _facing(case)])

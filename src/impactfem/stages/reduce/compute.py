@@ -13,10 +13,9 @@ from impactfem.building.mesh import BuildingMesh, place
 from impactfem.building.model import assemble_building
 from impactfem.building.parts import BuildingParts
 from impactfem.building.read_mesh import read_mesh
-from impactfem.case import Case
+from impactfem.case import Building3D
 from impactfem.case.transient import LARGEST_BASIS, MAXIMUM_FREQUENCY, TOLERANCE, Transient
 from impactfem.dynamics.damping import DampingLaw
-from impactfem.dynamics.soil import Soil
 from impactfem.reduction.contact_line import contact_lines
 from impactfem.reduction.edge_force import floor_shares
 from impactfem.reduction.forces import check_contacts, loaded_edges
@@ -54,20 +53,22 @@ class Prepared:
 
 
 def prepare(
-    case: Case, mesh_file: Path, storey_factor: float, others: Mapping[str, Path] | None = None
+    building: Building3D,
+    mesh_file: Path,
+    storey_factor: float,
+    others: Mapping[str, Path] | None = None,
 ) -> Prepared:
-    """Read the mesh, and see what the case needs of the building. Not collective.
+    """Read the mesh, and see what the case needs of a building. Not collective.
 
     In `others` are the meshes of all buildings with a 3D model by name; needed where this one
     pounds in 3D. InputError where the mesh is not usable; a probe, a contact, a device or the wall
     does not go with it.
     """
-    parts, _ = read_parts(case, mesh_file)
-    mesh, transient = parts.mesh, case.transient
-    plates, covered = find_base_plates(case, mesh), covered_points(case, mesh)
+    parts, _ = read_parts(building, mesh_file)
+    mesh, transient, asked = parts.mesh, building.transient, building.wall_impact
+    plates, covered = find_base_plates(building, mesh), covered_points(building, mesh)
     wall = None
-    if case.wall_impact is not None:
-        asked = case.wall_impact
+    if asked is not None:
         wall_side(mesh, asked.floors, mesh_file)
         # The displaced floor must be free to be held at a displacement as a whole.
         slab = np.unique(mesh.triangles[mesh.slab(asked.displaced_floor)])
@@ -79,62 +80,61 @@ def prepare(
                 f"{asked.displaced_floor} are clamped, at {at} for example; expected a floor that "
                 "is free to move, or 'even_load' or 'mass_centre'"
             )
-            raise InputError([Fault(case.path, "wall_impact.pull", asked.pull, expected)])
+            raise InputError([Fault(building.case.path, "wall_impact.pull", asked.pull, expected)])
         wall = Wall(asked.floors, asked.displaced_floor, asked.pull, asked.contact_spacing)
     probes = [plate.master for plate in plates] + list(covered.nodes)
     if wall is not None:
         probes += wall_probes(mesh, wall.floors)
     if transient is not None:
-        probes += [probe.node for probe in checked_probes(case, mesh)]
-    if touches := in_3d(case):
+        probes += [probe.node for probe in checked_probes(building, mesh)]
+    if building.pounds:
         probes += list(mesh.centres.values())
     certified = np.unique(np.array(probes, dtype=np.int64))
     directions: tuple[int, ...] = ()
-    if transient is not None or touches:
-        directions = tuple(sorted({"xyz".index(motion.direction) for motion in case.motions}))
-        if soil_under(case) is not None:
+    if transient is not None or building.pounds:
+        directions = tuple(
+            sorted({"xyz".index(motion.direction) for motion in building.case.motions})
+        )
+        if building.entry.soil is not None:
             # Whatever the soil, its base moves in all components.
             directions = tuple(range(6))
     plan = ReductionPlan(
         probes=certified,
         nodes=certified,
-        accuracies=accuracies(case),
+        accuracies=accuracies(building),
         directions=directions,
         base_plates=plates,
         points=covered.nodes,
         wall=wall,
     )
     if transient is not None:
-        nodes = recorded_nodes(mesh, certified, case.wave_floor)
+        nodes = recorded_nodes(mesh, certified, building.wave_floor)
         if transient.export:
             nodes = np.union1d(nodes, motion_grid(mesh, transient.export_nodes).nodes)
         plan = replace(
             plan,
             nodes=nodes,
-            edges=check_contacts(case, mesh),
+            edges=check_contacts(building, mesh),
             shift=transient.shift,
             largest=transient.largest_basis,
             larger=transient.band == LARGER,
         )
-    if touches:
-        plan = _with_contacts(plan, case, mesh, others or {})
+    if building.pounds:
+        plan = _with_contacts(plan, building, mesh, others or {})
     return Prepared(parts, storey_factor, plan)
 
 
-def in_3d(case: Case) -> bool:
-    """Whether the 3D model of a view pounds."""
-    return case.structure is not None and case.structure.building in case.pounding_in_3d
-
-
 def _with_contacts(
-    plan: ReductionPlan, case: Case, mesh: BuildingMesh, others: Mapping[str, Path]
+    plan: ReductionPlan, building: Building3D, mesh: BuildingMesh, others: Mapping[str, Path]
 ) -> ReductionPlan:
     """A plan with the lines along which the building touches others, and all of its floors."""
-    name = "" if case.structure is None else case.structure.building
+    name = building.name
     meshes = {other: mesh if other == name else read_mesh(path) for other, path in others.items()}
-    contacts = [force for line in contact_lines(case, meshes) for force in line.forces_on(name)]
+    contacts = [
+        force for line in contact_lines(building.case, meshes) for force in line.forces_on(name)
+    ]
     patterns = list(plan.edges)
-    patterns += [one for shares in loaded_edges(case, mesh).values() for one, _ in shares]
+    patterns += [one for shares in loaded_edges(building, mesh).values() for one, _ in shares]
     for force in contacts:
         if force.height is None:
             # All of a side, and its turning: what its points do together.
@@ -149,20 +149,20 @@ def _with_contacts(
     )
 
 
-def accuracies(case: Case) -> tuple[Accuracy, ...]:
+def accuracies(building: Building3D) -> tuple[Accuracy, ...]:
     """How accurate the reduced building has to be: its own model first, then the whole space."""
-    own, transient = case.modelled_building.damping.law, case.transient
+    own, transient = building.entry.damping.law, building.transient
     if transient is None:
         remedy = f"more than {LARGEST_BASIS} need a section [transient] with a larger largest_basis"
         return (Accuracy(own, MAXIMUM_FREQUENCY, TOLERANCE, remedy),)
-    top, cases = transient.maximum_frequency, [one.law for one in case.damping_cases]
+    top, cases = transient.maximum_frequency, [one.law for one in building.case.damping_cases]
     served = [own, *(cases if transient.serve_damping_cases else ())]
     requested = [Accuracy(_lightest(served, top), top, transient.tolerance)]
     # The frequencies of the wall and of the devices are not those of the case.
     remedy = "allow more with transient.largest_basis"
-    if case.wall_impact is not None:
+    if building.wall_impact is not None:
         requested.append(Accuracy(own, WALL_FREQUENCY, COMPLETE, remedy))
-    if case.devices and cases:
+    if building.devices and cases:
         low = min(LIGHT_FREQUENCY, top)
         requested.append(Accuracy(_lightest(cases, low), low, COMPLETE, remedy))
     return tuple(requested)
@@ -209,12 +209,6 @@ def run_reduce(
     return reduced if comm.rank == 0 else None
 
 
-def soil_under(case: Case) -> Soil | None:
-    """Soil under the building of the 3D model about its base; None where it is clamped."""
-    soil = None if case.structure is None else case.building(case.structure.building).soil
-    return None if soil is None else soil.law
-
-
 def reduced_of_run(folder: Path, model_key: str) -> ReducedBuilding:
     """The reduced building of a run. Not collective.
 
@@ -229,7 +223,7 @@ def reduced_of_run(folder: Path, model_key: str) -> ReducedBuilding:
     return found
 
 
-def reduced_on_root(folder: Path, model_key: str, case: Case) -> ReducedBuilding | None:
+def reduced_on_root(folder: Path, model_key: str, building: Building3D) -> ReducedBuilding | None:
     """The reduced building of a run on its soil on rank 0, None on the others: it is large.
 
     Collective; arguments as of `reduced_of_run`.
@@ -237,8 +231,8 @@ def reduced_on_root(folder: Path, model_key: str, case: Case) -> ReducedBuilding
     kept: list[ReducedBuilding] = []
 
     def read() -> None:
-        found, soil = reduced_of_run(folder, model_key), soil_under(case)
-        kept.append(found if soil is None else found.on(soil))
+        found, soil = reduced_of_run(folder, model_key), building.entry.soil
+        kept.append(found if soil is None else found.on(soil.law))
 
     on_root(read)
     return kept[0] if kept else None

@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from impactfem.case import Case
+from impactfem.case import BuildingInTime
 from impactfem.coupling.force_history import around_peak
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.stages.transient.full_run import FullRun, run_prepared
 from impactfem.stages.transient.maps import floor_maps
 from impactfem.stages.transient.node_results import NodeResults
-from impactfem.stages.transient.prepared import Prepared, transient_of
+from impactfem.stages.transient.prepared import Prepared
 from impactfem.stages.transient.reduced_run import ReducedRun
 from impactfem.system.arrays import Index
 from impactfem.system.log import LOGGER, Steps
@@ -27,7 +27,7 @@ TURNING = ("centre", "point")
 class TransientStudy:
     """The results of the stage; on rank 0."""
 
-    case: Case
+    building: BuildingInTime
     prepared: Prepared  #: building, probes, loads and damping
     probes: NodeResults  #: response at the probes by the requested solver
     basis: ReducedBasis | None = None  #: None, as the next three, for the full model alone
@@ -53,7 +53,7 @@ def main_impact(loads: Loads, *, external: bool = False) -> tuple[float, float] 
 
 
 def run_transient(
-    case: Case,
+    building: BuildingInTime,
     prepared: Prepared,
     folder: Path,
     steps: Steps,
@@ -70,7 +70,7 @@ def run_transient(
         SolutionError: The response is not finite.
         InputError: A load acts on a floor without a pattern in the basis.
     """
-    transient = transient_of(case)
+    case, transient = building.case, building.transient
     full = None
     if transient.solver != "reduced":
         full = run_prepared(transient, prepared, folder, steps, key)
@@ -85,7 +85,7 @@ def run_transient(
             LOGGER.info("transient: the full model records its probes only; no maps and no waves")
         with steps.step("spectra"):
             probes = full.results(case.spectra, highest)
-        return TransientStudy(case, prepared, probes, full=full)
+        return TransientStudy(building, prepared, probes, full=full)
     run = ReducedRun(basis, prepared.loads, prepared.damping, case.spectra, highest, transient.band)
     nodes = prepared.probe_nodes
     with steps.step("spectra"):
@@ -100,10 +100,10 @@ def run_transient(
                 run,
                 main_impact=main_impact(prepared.loads) if transient.snapshots else None,
                 direction="xyz".index(case.shown_direction),
-                floor=case.wave_floor,
+                floor=building.wave_floor,
                 progress=lambda part: steps.within("maps", part),
             )
-    return TransientStudy(case, prepared, probes, basis, turning, rotations, maps, full, error)
+    return TransientStudy(building, prepared, probes, basis, turning, rotations, maps, full, error)
 
 
 def _turning(prepared: Prepared, basis: ReducedBasis) -> Index:

@@ -18,7 +18,6 @@ from impactfem.reduction.loads import Loads
 from impactfem.reduction.probes import MotionGrid, motion_grid
 from impactfem.reduction.response import modal_histories
 from impactfem.stages.transient.compute import TransientStudy, main_impact
-from impactfem.stages.transient.prepared import transient_of
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 from impactfem.system.files import atomic
@@ -69,7 +68,7 @@ def write_motion(
         SolutionError: The first requested time is not computed.
         ImpactfemError: The file cannot be written.
     """
-    transient, prepared, basis = transient_of(study.case), study.prepared, study.basis
+    transient, prepared, basis = study.building.transient, study.prepared, study.basis
     loads = prepared.loads
     if basis is None:
         raise ValueError("only a case with a reduced basis has the motion of the whole model")
@@ -99,7 +98,11 @@ def write_motion(
     # HDF5 ends the process when it meets a full disk, therefore it writes into memory.
     memory = io.BytesIO()
     with h5py.File(memory, "w") as file:
-        file.attrs.update(title=study.case.title, inputs=key, case_hash=study.case.content_hash())
+        file.attrs.update(
+            title=study.building.case.title,
+            inputs=key,
+            case_hash=study.building.case.content_hash(),
+        )
         _fill(file.create_group("VTKHDF"), grid, loads.time_step * steps, fields)
     # The view is released even if the disk is full; else the memory could not be freed.
     with (

@@ -11,8 +11,7 @@ from impactfem.building.from_case import read_parts
 from impactfem.building.links import BasePlate, find_base_plates
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.parts import BuildingParts
-from impactfem.case import Case
-from impactfem.case.transient import Transient
+from impactfem.case import BuildingInTime
 from impactfem.coupling.force_history import ForceHistory, read_forces
 from impactfem.coupling.given_forces import given_forces
 from impactfem.dynamics.damping import DampingLaw
@@ -47,7 +46,7 @@ class Prepared:
 
 
 def prepare(
-    case: Case,
+    building: BuildingInTime,
     mesh_file: Path,
     forces_file: Path,
     storey_factor: float,
@@ -60,28 +59,28 @@ def prepare(
     hash of what these depend on, `impulses` of the impact on the wall, for spread `calibrated`.
     InputError where the mesh or the forces are not usable, or a probe is outside the building.
     """
-    transient = transient_of(case)
-    parts, _ = read_parts(case, mesh_file)
+    transient = building.transient
+    parts, _ = read_parts(building, mesh_file)
     path = transient.forces or forces_file
     history = read_forces(path) if transient.forces is None else given_forces(transient)
     duration = transient.duration or float(history.time[-1])
-    motions = tuple(ground_motions(case.motions))
-    loads = case_loads(case, parts.mesh, motions, history, path, duration, inputs, impulses)
-    probes = tuple(checked_probes(case, parts.mesh))
+    motions = tuple(ground_motions(building.case.motions))
+    loads = case_loads(building, parts.mesh, motions, history, path, duration, inputs, impulses)
+    probes = tuple(checked_probes(building, parts.mesh))
     return Prepared(
         parts=parts,
         probes=probes,
         motions=motions,
         loads=loads,
         storey_factor=storey_factor,
-        base_plates=find_base_plates(case, parts.mesh),
-        damping=case.modelled_building.damping.law,
+        base_plates=find_base_plates(building, parts.mesh),
+        damping=building.entry.damping.law,
         impulses=impulses,
     )
 
 
 def case_loads(
-    case: Case,
+    building: BuildingInTime,
     mesh: BuildingMesh,
     motions: Sequence[GroundMotion],
     history: ForceHistory,
@@ -95,18 +94,18 @@ def case_loads(
     `path` is the forces' file, for messages; `inputs` the hash of what the sticks of this run
     depend on, empty when it is not known. InputError where the forces do not go with the case.
     """
-    forces, edges = checked_forces(history, path, case, mesh, duration, inputs, impulses)
-    loads = loads_on_edges(case, mesh, motions, forces, edges, duration)
-    known = transient_of(case).floors
+    forces, edges = checked_forces(history, path, building, mesh, duration, inputs, impulses)
+    loads = loads_on_edges(building, mesh, motions, forces, edges, duration)
+    known = building.transient.floors
     lacking = sorted({edge.floor for edge in loads.edges} - set(known or ()))
     if known is not None and lacking:
         expected = f"floor {', '.join(map(str, lacking))}, too, whose edge is hit or loaded"
-        raise InputError([Fault(case.path, "transient.floors", list(known), expected)])
+        raise InputError([Fault(building.case.path, "transient.floors", list(known), expected)])
     return loads
 
 
 def loads_on_edges(
-    case: Case,
+    building: BuildingInTime,
     mesh: BuildingMesh,
     motions: Sequence[GroundMotion],
     forces: ForceHistory,
@@ -114,17 +113,10 @@ def loads_on_edges(
     duration: float,
 ) -> Loads:
     """As `case_loads`, of the forces of pairs that act on these edges; further loads are added."""
-    time_step, contacts = transient_of(case).time_step, len(edges)
-    forces, edges = with_floor_forces(case, mesh, forces, edges)
+    time_step, contacts = building.transient.time_step, len(edges)
+    forces, edges = with_floor_forces(building, mesh, forces, edges)
     # Of whole numbers, the quotient may be a rounding error below one.
     n_steps = math.floor(duration / time_step * (1.0 + 1e-9))
     ground = [motion.history for motion in motions]
-    delay = case.delays.get(case.modelled.building, 0.0)
+    delay = building.case.delays.get(building.name, 0.0)
     return make_loads(ground, forces, edges, time_step, n_steps, len(edges) - contacts, delay)
-
-
-def transient_of(case: Case) -> Transient:
-    """The transient part of a case that has one."""
-    if case.transient is None:
-        raise ValueError("the case has no transient part")
-    return case.transient

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from impactfem.case import Case
+from impactfem.case import BuildingInTime
 from impactfem.case.transient import transient_files
 from impactfem.coupling.force_history import read_forces
 from impactfem.coupling.given_forces import given_forces
@@ -14,7 +14,7 @@ from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.model_checks import stick_against_model
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key
-from impactfem.stages.stage import DRAWING, Stage
+from impactfem.stages.stage import DRAWING, StageOf
 from impactfem.stages.stores import of_run
 from impactfem.stages.transient.checks import impulse_check, samples_check, transient_checks
 from impactfem.stages.transient.figures import transient_figures
@@ -23,11 +23,11 @@ from impactfem.system.log import Steps
 from impactfem.system.parallel import on_root
 
 
-def _reduces(case: Case) -> bool:
-    return case.transient is None or case.transient.solver != "full"
+def _reduces(building: BuildingInTime) -> bool:
+    return building.transient.solver != "full"
 
 
-def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
+def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.dynamics.checkpoints import remove_checkpoints
     from impactfem.stages.building.compute import mesh_of_run
@@ -38,23 +38,23 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     from impactfem.stages.transient.prepared import prepare
     from impactfem.stages.transient.store import write_stores
 
-    mesh = mesh_of_run(case, folder)
+    mesh, run = mesh_of_run(building, folder), building.run_folder(folder)
     with steps.step("inputs"):
         prepared = on_root(
             lambda: prepare(
-                case,
+                building,
                 mesh,
                 of_run(folder, "forces.nc"),
                 storey_factor(folder),
-                POUNDING.key(case),
-                impulses_of_run(case, folder),
+                POUNDING.key(building),
+                impulses_of_run(building, run),
             )
         )
         reduced = None
-        if _reduces(case):
-            reduced = reduced_on_root(folder, on_root(lambda: model_key(case)), case)
+        if _reduces(building):
+            reduced = reduced_on_root(folder, on_root(lambda: model_key(building)), building)
     basis = None if reduced is None else reduced.basis
-    study = run_transient(case, prepared, folder, steps, basis=basis, key=key)
+    study = run_transient(building, prepared, folder, steps, basis=basis, key=key)
 
     def write() -> list[Path]:
         if study is None:
@@ -65,7 +65,7 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
             path.unlink(missing_ok=True)
         with steps.step("stores"):
             files = write_stores(folder, study, key)
-        if case.transient is not None and case.transient.export:
+        if building.transient.export:
             with steps.step("export"):
                 files += write_motion(motion, study, key, lambda part: steps.within("export", part))
         # Last of all: until here a failure costs no time steps.
@@ -75,31 +75,28 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     return on_root(write)
 
 
-def _checks(case: Case, folder: Path) -> list[Check]:
-    found = transient_checks(folder)
+def _checks(building: BuildingInTime, folder: Path) -> list[Check]:
+    found, transient = transient_checks(folder), building.transient
     # Forces of another program are not the stick's, nor are those of 3D models that pound.
-    sticks = case.modelled_building.name not in case.pounding_in_3d
-    if sticks and case.transient is not None and case.transient.forces is None:
+    if transient.forces is not None:
+        given, own = given_forces(transient), read_forces(of_run(folder, "forces.nc"))
+        found += impulse_check(given, own, transient.forces.name)
+    elif not building.pounds:
         found += stick_against_model(folder)
-    if case.transient is not None and case.transient.forces is not None:
-        given, own = given_forces(case.transient), read_forces(of_run(folder, "forces.nc"))
-        found += impulse_check(given, own, case.transient.forces.name)
     return found
 
 
-def _draw(case: Case, folder: Path) -> list[Path]:
-    asked = case.transient
-    if asked is None:
-        return []
+def _draw(building: BuildingInTime, folder: Path) -> list[Path]:
+    asked = building.transient
     return [
-        *transient_tables(folder, published := published_values(case)),
+        *transient_tables(folder, published := published_values(building)),
         *transient_figures(
             folder, published, fields=asked.fields, field_frequencies=asked.field_frequencies
         ),
     ]
 
 
-TRANSIENT = Stage(
+TRANSIENT = StageOf[BuildingInTime](
     name="transient",
     title="The 3D model in time",
     about="The impacts and the ground motion on the 3D model: floor spectra, waves, transfer.",
@@ -118,7 +115,7 @@ TRANSIENT = Stage(
         DRAWING: 20.0,
     },
     sections=("transient", "structure", "damping"),
-    files=lambda case: transient_files(case.transient) if case.transient is not None else (),
+    files=lambda building: transient_files(building.transient),
     stores={"transient": "transient.nc", "maps": "transient_maps.nc"},
     compute=_compute,
     draw=_draw,
@@ -128,12 +125,12 @@ TRANSIENT = Stage(
         if case.transient is not None
         else []
     ),
-    lacks=lambda case: "transient" if case.transient is None else None,
-    needs=lambda case: (
-        REDUCE if _reduces(case) else BUILDING,
-        *((CALIBRATE,) if case.transient and case.transient.spread == "calibrated" else ()),
+    subjects=lambda case: case.in_time,
+    section="transient",
+    needs=lambda building: (
+        REDUCE if _reduces(building) else BUILDING,
+        *((CALIBRATE,) if building.transient.spread == "calibrated" else ()),
         POUNDING,
     ),
     collective=True,
-    each=True,
 )

@@ -21,7 +21,7 @@ from impactfem.stages.stores import Output, dataset, of_run, open_store
 from impactfem.stages.transient.compute import TransientStudy, main_impact
 from impactfem.stages.transient.findings import FINDINGS, findings, transient_scalars
 from impactfem.stages.transient.node_results import NodeResults, by_node
-from impactfem.stages.transient.prepared import Prepared, transient_of
+from impactfem.stages.transient.prepared import Prepared
 from impactfem.system.files import write_netcdf
 from impactfem.system.quantity import results, si
 from impactfem.system.scalar import with_scalars
@@ -131,7 +131,7 @@ def write_stores(folder: Path, study: TransientStudy, key: str) -> list[Path]:
     store = dataset(OUTPUTS, content, attributes=attributes, notes=notes)
     files = {"transient.nc": with_scalars(store, transient_scalars(store))}
     if study.maps is not None:
-        about = {"title": study.case.title, "inputs": key}
+        about = {"title": study.building.case.title, "inputs": key}
         files["transient_maps.nc"] = study.maps.assign_attrs(about)
     for name, one in files.items():
         write_netcdf(folder / name, one)
@@ -168,7 +168,7 @@ def _response(study: TransientStudy) -> dict[str, Any]:
         "edge_force": loads.resultants[0],
         "impact_force": loads.impact_force,
         "edge_moment": loads.resultants[1],
-        **_slab_waves(prepared.parts, study.case.wave_floor),
+        **_slab_waves(prepared.parts, study.building.wave_floor),
         **value(Quality.of(study)),
     }
     if study.rotations is not None and study.turning is not None:
@@ -243,27 +243,27 @@ def _transfer(study: TransientStudy) -> dict[str, Any]:
 
 def _notes(study: TransientStudy) -> dict[str, str]:
     """Return the method of the error bands, by variable."""
-    band = transient_of(study.case).band
+    band = study.building.transient.band
     note = f"by {band} bases, safety factor {SAFETY[band]:g}"
     return {} if study.basis is None else {"psa_band": note, "pfa_band": note}
 
 
 def _attributes(study: TransientStudy, key: str) -> dict[str, Any]:
     """Return what holds for the store as a whole."""
-    case, transient = study.case, transient_of(study.case)
-    building = case.structure.building if case.structure else ""
+    building = study.building
+    case, transient = building.case, building.transient
     step, last = study.probes.time_step, float(study.probes.spectra.frequency[-1])
     return {
         "title": case.title,
         "inputs": key,
         "case_hash": case.content_hash(),
-        "building": building,
+        "building": building.name,
         "shown_direction": case.shown_direction,
-        "wave_floor": case.wave_floor,
+        "wave_floor": building.wave_floor,
         "solver": transient.solver,
         "maximum_frequency": transient.maximum_frequency,
         "resolved_frequency": resolved_frequency(step, min(transient.maximum_frequency, last)),
         "main_impact": list(main_impact(study.prepared.loads) or ()),
-        "spread": "points" if building in case.whole.pounding_in_3d else transient.spread,
+        "spread": "points" if building.pounds else transient.spread,
         "patch_width": transient.patch_width,
     }

@@ -142,8 +142,8 @@ def shipped_frame() -> Frame:
     from impactfem.building.from_case import read_parts
     from impactfem.building.model import assemble_building
 
-    case = load_case(in_source_tree("geometry/frame.toml"))
-    parts = read_parts(case, in_source_tree("geometry/frame.msh"))[0]
+    frame = load_case(in_source_tree("geometry/frame.toml")).modelled["F"]
+    parts = read_parts(frame, in_source_tree("geometry/frame.msh"))[0]
     building = assemble_building(MPI.COMM_SELF, parts)
     stiffness = building.stiffness(0.5)
     held = np.zeros((len(building.coordinates), 6), dtype=bool)
@@ -156,7 +156,7 @@ def shipped_frame() -> Frame:
         matrix.destroy()
     patterns = np.column_stack([*loads, -building.ground[:, UY]])
     moving = MovingModel(model, patterns, np.concatenate(probes))
-    return Frame(moving, case.buildings[0].damping.rayleigh, weights)
+    return Frame(moving, frame.entry.damping.rayleigh, weights)
 
 
 def _solvers(frame: Frame) -> dict[str, Callable[[Array], Motion]]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from impactfem.case import Case, Spectra, load_case
+from impactfem.case import BuildingInTime, Spectra, load_case
 from impactfem.coupling.force_history import write_forces
 from impactfem.coupling.from_case import calibration_of
 from impactfem.dynamics.damping import Rayleigh
@@ -71,14 +71,13 @@ def paper_reduced_against_full(
     from impactfem.reduction.error_band import LEAST, MOST, together
     from impactfem.reduction.reduced_basis import Accuracy, BasisPlan, build_basis
     from impactfem.stages.transient.full_run import FullModel, Resumption, run_full
-    from impactfem.stages.transient.prepared import transient_of
 
-    case = paper_case(case_file, window, SIZE if case_file is None else None)
-    transient = transient_of(case)
+    building = paper_building(case_file, window, SIZE if case_file is None else None)
+    case, transient = building.case, building.transient
     shown = case.spectra.model_copy(update={"damping": (SPECTRUM_DAMPING,)})
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        prepared = prepared_building(case, folder, window)
+        prepared = prepared_building(building, folder, window)
         loads, probes = prepared.loads, prepared.probes
         nodes = np.array([probe.node for probe in probes])
         model = assemble_building(MPI.COMM_SELF, prepared.parts)
@@ -186,8 +185,13 @@ def _spectra_rows(
     return found
 
 
-def paper_case(case_file: Path | None, window: float, size: float | None = None) -> Case:
-    """Return the paper's or another case for a window [s], with another element size [m]."""
+def paper_building(
+    case_file: Path | None, window: float, size: float | None = None
+) -> BuildingInTime:
+    """Return the building of the paper's or another case, with another element size [m].
+
+    It is computed for a window [s].
+    """
     case = load_case(in_source_tree(CASE) if case_file is None else case_file)
     if case.transient is None or case.structure is None:
         raise ValueError(f"{case.path} has no transient part or no structure")
@@ -196,20 +200,22 @@ def paper_case(case_file: Path | None, window: float, size: float | None = None)
     if size is not None:
         mesh = structure.mesh.model_copy(update={"size": size})
         structure = structure.model_copy(update={"mesh": mesh})
-    return case.model_copy(update={"transient": transient, "structure": structure})
+    case = case.model_copy(update={"transient": transient, "structure": structure})
+    return case.in_time[0]
 
 
-def prepared_building(case: Case, folder: Path, window: float) -> Prepared:
+def prepared_building(building: BuildingInTime, folder: Path, window: float) -> Prepared:
     """Return mesh and forces of the sticks as the stages compute them."""
     from impactfem.building.from_case import geometry_of
     from impactfem.building.generate import generate
     from impactfem.stages.transient.prepared import prepare
 
     mesh, forces = folder / "building.msh", folder / "forces.nc"
-    generate(geometry_of(case), mesh, source=str(case.path))
+    case = building.case
+    generate(geometry_of(building), mesh, source=str(case.path))
     response = pounded(case, calibration_of(case), ground_motions(case.motions), window)
     write_forces(forces, response, case.content_hash())
-    return prepare(case, mesh, forces, case.modelled.storey_stiffness_factor, "")
+    return prepare(building, mesh, forces, building.structure.storey_stiffness_factor, "")
 
 
 class _Clock:

@@ -123,18 +123,17 @@ class FullPair:
         if set(structures) != {one.name for one in case.buildings} or len(laws) != 1:
             raise ValueError(f"{case.path}: expected 3D models of all buildings and one damping")
         self._damping, files = laws.pop().rayleigh, dict[str, Path]()
-        for view in case.views:
-            name = view.modelled.building
+        for name, building in case.modelled.items():
             files[name] = folder / f"{name}.msh"
-            generate(geometry_of(view), files[name], source=str(case.path))
+            generate(geometry_of(building), files[name], source=str(case.path))
         self._meshes: dict[str, BuildingMesh] = {k: read_mesh(file) for k, file in files.items()}
         self.lines: tuple[ContactLine, ...] = contact_lines(case, self._meshes)
         self.models: dict[str, BuildingModel] = {}
         self._stiffness: dict[str, Any] = {}
         reduced: dict[str, CompleteModel] = {}
-        for view in case.views:
-            name, factor = view.modelled.building, view.modelled.storey_stiffness_factor
-            prepared = prepare(view, files[name], factor, files)
+        for name, building in case.modelled.items():
+            factor = building.structure.storey_stiffness_factor
+            prepared = prepare(building, files[name], factor, files)
             once = assemble_building(MPI.COMM_SELF, prepared.parts)
             reduced[name] = reduce_building(
                 once, prepared.parts.mesh, factor, prepared.plan
