@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Field
 
@@ -113,12 +113,12 @@ class Case(CaseFile):
     @property
     def in_time(self) -> tuple[BuildingInTime, ...]:
         """The buildings whose 3D model is computed in time."""
-        return tuple(one.in_time for one in self.modelled.values() if one.transient is not None)
+        return tuple(BuildingInTime(**vars(b)) for b in self.modelled.values() if b.transient)
 
     @property
     def at_wall(self) -> tuple[BuildingAtWall, ...]:
         """The buildings whose 3D model hits the rigid wall."""
-        return tuple(one.at_wall for one in self.modelled.values() if one.wall_impact is not None)
+        return tuple(BuildingAtWall(**vars(b)) for b in self.modelled.values() if b.wall_impact)
 
     @property
     def pounding_in_3d(self) -> tuple[str, ...]:
@@ -247,10 +247,10 @@ class Building3D:
         return {key: value for key, value in known.items() if key is not None}
 
     @property
-    def sections(self) -> dict[str, Any]:
-        """What it has in the place of sections of the case."""
+    def with_sections(self) -> Case:
+        """The case with what the building has in the place of whole sections, for hashes."""
         own = ("structure", "transient", "wall_impact", "devices", "device_analysis", "published")
-        return {name: getattr(self, name) for name in own}
+        return self.case.model_copy(update={name: getattr(self, name) for name in own})
 
     def folder(self, run: Path) -> Path:
         """Its folder within that of the run."""
@@ -281,20 +281,6 @@ class Building3D:
         ends = [end for contact in self.contacts for end, _ in contact.ends]
         struck = [one.floor for one in ends if one.building == self.name and one.floor]
         return max(struck, default=self.entry.floors[-1].floor)
-
-    @property
-    def in_time(self) -> BuildingInTime:
-        """The same with a time history; ValueError where the case has no [transient]."""
-        if self.transient is None:
-            raise ValueError("the case has no transient")
-        return BuildingInTime(**vars(self))
-
-    @property
-    def at_wall(self) -> BuildingAtWall:
-        """The same before the wall; ValueError where another building or none hits it."""
-        if self.wall_impact is None:
-            raise ValueError(f"{self.name} hits no wall")
-        return BuildingAtWall(**vars(self))
 
 
 @dataclass(frozen=True)

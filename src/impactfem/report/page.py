@@ -28,6 +28,7 @@ from impactfem.report.sections import TEMPLATES, Picture, anchor, numeric, pictu
 from impactfem.spectra.design import broadening_words
 from impactfem.spectra.frequency_list import rg_1_122_frequencies
 from impactfem.stages.check import POINTS
+from impactfem.stages.manifest import Label
 from impactfem.stages.stage import Stage
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import atomic
@@ -176,7 +177,7 @@ def write_report(folder: Path, stages: Sequence[Stage]) -> Path:
     """
     run = RunFiles(folder)
     known = {stage.name: stage for stage in stages}
-    unknown = [name for name in run.stages if name.rpartition("/")[2] not in known]
+    unknown = [name for name in run.stages if Label.of(name).stage not in known]
     if unknown:
         expected = (
             f"the run has stages that this version does not know: {', '.join(unknown)}; expected a "

@@ -15,6 +15,7 @@ import xarray as xr
 from pydantic import ValidationError
 
 from impactfem.stages.manifest import (
+    Label,
     Manifest,
     Provenance,
     changed_file,
@@ -122,7 +123,7 @@ class RunFiles:
         """The title of a stage, of several 3D models with the name of the building."""
         if not self.further or stage in ("pounding", "ensemble", COMPARISON):
             return title
-        building = stage.rpartition("/")[0] or self.case["structure"]["building"]
+        building = Label.of(stage).part or self.case["structure"]["building"]
         return f"{title}: {building}"
 
     @property
@@ -160,7 +161,7 @@ class RunFiles:
         with its mesh.
         """
         names = sorted(n for n in self._manifest(stage).every if Path(n).parent.name == part)
-        building, _, own = stage.rpartition("/")
+        building, own = Label.of(stage)
         start = f"{building}/" if building else ""
         coloured = f"{start}transient" in self.stages
         if part == "figures" and own == ("transient" if coloured else "building"):

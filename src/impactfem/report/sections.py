@@ -28,6 +28,7 @@ from impactfem.report.overview import (
     structure_spectra,
 )
 from impactfem.report.run_files import COMPARISON, DRAWING, SCENE, RunFiles
+from impactfem.stages.manifest import Label
 from impactfem.stages.stage import Stage
 from impactfem.stages.stores import names_of
 from impactfem.system.errors import ImpactfemError
@@ -218,7 +219,7 @@ def sections(run: RunFiles, known: Mapping[str, Stage], numbers: Iterator[int]) 
     """
     order = tomllib.loads((TEMPLATES / "sections.toml").read_text("utf-8"))
     names = [*run.stages, *([COMPARISON] if run.compared else [])]
-    names.sort(key=lambda name: order["order"].index(name.rpartition("/")[2]))
+    names.sort(key=lambda name: order["order"].index(Label.of(name).stage))
     return [_section(run, name, known, order, numbers) for name in names]
 
 
@@ -237,7 +238,7 @@ def _section(
     order: Mapping[str, Any],
     numbers: Iterator[int],
 ) -> Section:
-    building, _, own = name.rpartition("/")
+    building, own = Label.of(name)
     stage = known.get(own)
     if stage is not None:
         title, about = stage.title, stage.about

@@ -22,6 +22,7 @@ from impactfem.case import Building3D, Case
 from impactfem.case.buildings import FileMesh
 from impactfem.case.motions import SyntheticMotion
 from impactfem.case.transient import MAXIMUM_FREQUENCY, TOLERANCE
+from impactfem.stages.manifest import Label
 from impactfem.system.errors import Fault
 from impactfem.system.memory import available_memory, disk_folder
 from impactfem.system.parallel import threads, world
@@ -55,7 +56,7 @@ class Estimate:
 
     def of(self, names: set[str]) -> Self:
         """Return the estimate of some stages; of all where none of them is named."""
-        stages = tuple(one for one in self.stages if one.name.rpartition("/")[2] in names)
+        stages = tuple(one for one in self.stages if Label.of(one.name).stage in names)
         return replace(self, stages=stages or self.stages)
 
     @property

@@ -35,7 +35,7 @@ from impactfem.stages.manifest import (
     read_manifest,
     remove_drawings,
 )
-from impactfem.stages.stage import DRAWING, CaseOrBuilding, Stage, part_of
+from impactfem.stages.stage import DRAWING, Stage, Subject, part_of
 from impactfem.stages.stores import open_store, stores_kept_open
 from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.executor import workers
@@ -227,7 +227,7 @@ class _Context:
                     _compute_named, stage.name, subject, key, self.folder, quiet=True
                 )
 
-    def _unfinished(self, stages: Iterable[Stage]) -> dict[str, tuple[Stage, CaseOrBuilding, str]]:
+    def _unfinished(self, stages: Iterable[Stage]) -> dict[str, tuple[Stage, Subject, str]]:
         """Stages with their subjects and keys, by their labels, that are not finished."""
         every = [
             (one, subject, one.key(subject)) for one in stages for subject in one.of(self.case)
@@ -238,14 +238,14 @@ class _Context:
             if self.fresh or not is_finished(self.folder, stage.label(subject), key)
         }
 
-    def run_stage(self, stage: Stage) -> list[tuple[Stage, CaseOrBuilding]]:
+    def run_stage(self, stage: Stage) -> list[tuple[Stage, Subject]]:
         """Run a stage for the case, or for each building in its folder. Collective.
 
         A stage that was not requested is kept, without a message, where it and all that it needs
         are finished: the record of the run in the folder stays whole. Returns what the run has.
         """
         requested = stage in self.requested
-        todo, kept = dict[str, tuple[CaseOrBuilding, str]](), list[CaseOrBuilding]()
+        todo, kept = dict[str, tuple[Subject, str]](), list[Subject]()
         computed = set[str]()
         for subject in stage.of(self.case):
             label, key = stage.label(subject), on_root(partial(stage.key, subject))
@@ -270,7 +270,7 @@ class _Context:
             self._finish_stage(stage, subject, requested, reused)
         return [(stage, subject) for subject in kept]
 
-    def _reusable(self, stage: Stage, subject: CaseOrBuilding, key: str, requested: bool) -> bool:
+    def _reusable(self, stage: Stage, subject: Subject, key: str, requested: bool) -> bool:
         if requested:
             return not self.fresh and is_finished(self.folder, stage.label(subject), key)
         needed = {name for one in stage.needs(subject) for name in one.labels(subject)}
@@ -278,7 +278,7 @@ class _Context:
         return known and is_finished(self.folder, stage.label(subject), key)
 
     def _compute_side_by_side(
-        self, stage: Stage, todo: Mapping[str, tuple[CaseOrBuilding, str]]
+        self, stage: Stage, todo: Mapping[str, tuple[Subject, str]]
     ) -> set[str]:
         """Compute buildings in parallel, if `side_by_side`; returns their labels. Collective."""
         if not side_by_side([one for one in self.estimate.stages if one.name in todo]):
@@ -294,9 +294,7 @@ class _Context:
                 future.result()
         return set(todo)
 
-    def _finish_stage(
-        self, stage: Stage, subject: CaseOrBuilding, requested: bool, reused: bool
-    ) -> None:
+    def _finish_stage(self, stage: Stage, subject: Subject, requested: bool, reused: bool) -> None:
         """Draw the results of a stage if needed, check and read them. Collective."""
         folder, label, result = self.folder, stage.label(subject), self.result
         part = part_of(subject)
@@ -329,7 +327,7 @@ class _Context:
         if not reused and stage is BUILDING and isinstance(subject, Building3D):
             on_root(lambda: _refuse_mesh(subject, own))
 
-    def _draw(self, stage: Stage, subject: CaseOrBuilding, drawing: str, reused: bool) -> None:
+    def _draw(self, stage: Stage, subject: Subject, drawing: str, reused: bool) -> None:
         """Draw a stage: at once, or in the second process before `wait_for_drawings` returns."""
         if reused:
             LOGGER.info("stage %s: tables and figures are drawn again", stage.label(subject))
@@ -347,7 +345,7 @@ class _Context:
 
 def _draw_named(
     name: str,
-    subject: CaseOrBuilding,
+    subject: Subject,
     folder: Path,
     drawing: str,
     *,
@@ -386,7 +384,7 @@ def _draw_named(
 
 def _compute(
     stage: Stage,
-    subject: CaseOrBuilding,
+    subject: Subject,
     key: str,
     folder: Path,
     bar: bool,
@@ -412,7 +410,7 @@ def _compute(
 
 
 def _compute_named(
-    name: str, subject: CaseOrBuilding, key: str, folder: Path, quiet: bool = False
+    name: str, subject: Subject, key: str, folder: Path, quiet: bool = False
 ) -> None:
     """Compute the stage of this name in a worker, whose details name the stage."""
     stage = next(one for one in STAGES if one.name == name)
@@ -442,7 +440,7 @@ def _refuse_mesh(building: Building3D, own: Path) -> None:
         raise InputError(faults)
 
 
-def _log_result(stage: Stage, subject: CaseOrBuilding, result: Record, seconds: float) -> None:
+def _log_result(stage: Stage, subject: Subject, result: Record, seconds: float) -> None:
     """Log one line of a finished stage: its time, its results, checks passed and failed."""
     label = stage.label(subject)
     part = part_of(subject)
@@ -462,7 +460,7 @@ def _log_result(stage: Stage, subject: CaseOrBuilding, result: Record, seconds: 
 
 
 def _write_results(
-    case: Case, result: Record, done: list[tuple[Stage, CaseOrBuilding]], started: str
+    case: Case, result: Record, done: list[tuple[Stage, Subject]], started: str
 ) -> bool:
     """Write the case, the checks of all stages, the scalars, and their provenance.
 

@@ -33,10 +33,7 @@ def inputs_key(
     buildings and parts does not, without ``soil`` not the soil under buildings, and without
     ``contact_laws`` not the restitution of the damping cases.
     """
-    if isinstance(subject, Building3D):
-        case = subject.case.model_copy(update=subject.sections)
-    else:
-        case = subject
+    case = subject if isinstance(subject, Case) else subject.with_sections
     digest = hashlib.sha256(program_key().encode())
     # The content of a record or a mesh counts, not its path.
     nowhere: dict[str, Any] = {

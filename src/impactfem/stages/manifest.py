@@ -11,7 +11,7 @@ import sys
 from collections.abc import Iterable, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, FiniteFloat
 
@@ -90,6 +90,19 @@ class Manifest(BaseModel):
     def every(self) -> dict[str, str]:
         """Hash of each file and each drawing by its name."""
         return self.files | self.drawings
+
+
+class Label(NamedTuple):
+    """A stage in a run, as in `B2/reduce`."""
+
+    part: str  #: the building in whose folder it is; "" for that of the run
+    stage: str
+
+    @classmethod
+    def of(cls, text: str) -> Self:
+        """Read it."""
+        part, _, stage = text.rpartition("/")
+        return cls(part, stage)
 
 
 def manifest_file(folder: Path, stage: str) -> Path:

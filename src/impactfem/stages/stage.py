@@ -17,18 +17,18 @@ DRAWING = "tables and figures"
 """The last step of every stage."""
 
 
-CaseOrBuilding: TypeAlias = Case | Building3D
-Subject = TypeVar("Subject", bound=CaseOrBuilding)
+Subject: TypeAlias = Case | Building3D
 """What a stage is done for: the case, or one of its buildings with a 3D model."""
+S = TypeVar("S", bound=Subject)
 
 
-def part_of(subject: CaseOrBuilding) -> str:
+def part_of(subject: Subject) -> str:
     """Return the folder of a subject within that of the run; "" where it is that of the run."""
     return subject.part if isinstance(subject, Building3D) else ""
 
 
 @dataclass(frozen=True, eq=False)
-class StageOf(Generic[Subject]):
+class StageOf(Generic[S]):
     """One stage of the study.
 
     A finished stage is computed again when its `key` changes: when a section of the case, a file,
@@ -47,23 +47,23 @@ class StageOf(Generic[Subject]):
     #: Its files by the name under which `open_run` has them; the scalars are in the first.
     stores: Mapping[str, str]
     #: Computes and writes stores; gives the files that it wrote, on rank 0.
-    compute: Callable[[Subject, Path, str, Steps], list[Path]]
+    compute: Callable[[S, Path, str, Steps], list[Path]]
     #: Writes tables and figures from the stores of the run; gives their files. On rank 0.
-    draw: Callable[[Subject, Path], list[Path]]
-    checks: Callable[[Subject, Path], list[Check]]  #: the checks of its results in words
+    draw: Callable[[S, Path], list[Path]]
+    checks: Callable[[S, Path], list[Check]]  #: the checks of its results in words
     #: What it is done for: the case in the folder of the run, or buildings in folders of their own.
-    subjects: Callable[[Case], tuple[Subject, ...]]
+    subjects: Callable[[Case], tuple[S, ...]]
     section: str = ""  #: the section of the case file without which there is none of them
     #: The stages whose files it reads; those that these need follow.
-    needs: Callable[[Subject], tuple[StageOf[Any], ...]] = lambda subject: ()
+    needs: Callable[[S], tuple[StageOf[Any], ...]] = lambda subject: ()
     #: Files whose content counts, in addition to those of its sections.
-    files: Callable[[Subject], tuple[Path, ...]] = lambda subject: ()
-    further: Callable[[Subject], str] = lambda subject: ""  #: what else counts, as text
+    files: Callable[[S], tuple[Path, ...]] = lambda subject: ()
+    further: Callable[[S], str] = lambda subject: ""  #: what else counts, as text
     #: Those of its checks that are known before anything is computed.
     announces: Callable[[Case], list[Check]] = lambda case: []
     collective: bool = False  #: whether all ranks compute it together; else rank 0 does
 
-    def of(self, subject: CaseOrBuilding) -> tuple[Subject, ...]:
+    def of(self, subject: Subject) -> tuple[S, ...]:
         """Return what it is done for in a case; of a building that it is done for, this alone."""
         if isinstance(subject, Case):
             return self.subjects(subject)
@@ -75,12 +75,12 @@ class StageOf(Generic[Subject]):
         """Return the section of the case file that it lacks; None where nothing is missing."""
         return None if self.subjects(case) else self.section
 
-    def label(self, subject: CaseOrBuilding) -> str:
+    def label(self, subject: Subject) -> str:
         """Its name in a run, with the building where this has a folder: `B2/reduce`."""
         part = part_of(subject)
         return f"{part}/{self.name}" if part else self.name
 
-    def labels(self, subject: CaseOrBuilding) -> tuple[str, ...]:
+    def labels(self, subject: Subject) -> tuple[str, ...]:
         """Return the labels of all that it is done for."""
         return tuple(self.label(one) for one in self.of(subject))
 
@@ -89,7 +89,7 @@ class StageOf(Generic[Subject]):
         """Its main file, with the scalars."""
         return next(iter(self.stores.values()))
 
-    def key(self, subject: CaseOrBuilding) -> str:
+    def key(self, subject: Subject) -> str:
         """Compute the hash of the inputs of its stores, of all that it is done for."""
         digest = hashlib.sha256()
         for one in self.of(subject):
@@ -98,7 +98,7 @@ class StageOf(Generic[Subject]):
             digest.update(f"{own}{needed}{self.further(one)}".encode())
         return digest.hexdigest()
 
-    def drawing_key(self, subject: CaseOrBuilding) -> str:
+    def drawing_key(self, subject: Subject) -> str:
         """Compute the hash of the inputs of its tables and figures."""
         drawn = inputs_key(subject, ("published",))
         return hashlib.sha256(f"{self.key(subject)}{drawn}".encode()).hexdigest()
