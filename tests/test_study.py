@@ -13,7 +13,7 @@ from impactfem import __version__, study
 from impactfem.run import loop
 from impactfem.stages.manifest import file_digest
 from impactfem.stages.pounding import stage as sticks
-from impactfem.stages.stage import Stage
+from impactfem.stages.stage import StageOf
 from impactfem.system.errors import ImpactfemError, InputError
 
 FILES = {"run.log", "summary.json", "provenance.json", "pounding.nc", "motion.nc", "forces.nc"} | {
@@ -170,8 +170,8 @@ class TestReuse:
         when = stamp(tmp_path / "run")
         figure = next((tmp_path / "run" / "figures").glob("*.svg"))
         before = figure.stat().st_mtime_ns, store.stat().st_mtime_ns
-        key = Stage.drawing_key
-        monkeypatch.setattr(Stage, "drawing_key", lambda stage, case: key(stage, case) + "edited")
+        key = StageOf.drawing_key
+        monkeypatch.setattr(StageOf, "drawing_key", lambda stage, case: key(stage, case) + "edited")
         again = loop.run(copied, out=tmp_path / "run")
         assert again.reused == ["pounding"] and stamp(tmp_path / "run") == when
         assert figure.stat().st_mtime_ns > before[0] and store.stat().st_mtime_ns == before[1]

@@ -240,10 +240,7 @@ class Building3D:
     @property
     def published(self) -> Mapping[str, Published]:
         """The published values of its results, by their names without that of the building."""
-        every = self.case.published
-        if not self.part:
-            return every
-        known = {alone(key, self.part): value for key, value in every.items()}
+        known = {alone(key, self.part): value for key, value in self.case.published.items()}
         return {key: value for key, value in known.items() if key is not None}
 
     @property

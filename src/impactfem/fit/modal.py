@@ -145,8 +145,7 @@ class View:
         if self.floors:
             pieces.floors[self.name] = floor_properties(study.parts, study.masses)
         for one in study_scalars(study):
-            part = self.building.part
-            name = of_building(one.name, part) if part else one.name
+            name = of_building(one.name, self.building.part)
             pieces.scalars[name] = replace(one, name=name)
         pieces.modes[self.name] = study.frequency, at
 

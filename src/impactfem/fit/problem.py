@@ -522,7 +522,7 @@ def _units(case: Case) -> dict[str, str]:
             count = next((k for label, k in counts.items() if pattern.endswith(label)), 1)
             for variable, k in product(variables.split(), range(1, count + 1)):
                 name = pattern.format(variable=variable, bending=k, floor=k)
-                of = of_building(name, modelled.part) if modelled.part else name
+                of = of_building(name, modelled.part)
                 units[of] = OF_BUILDING[variable].unit.partition(",")[0] or "-"
     return units
 

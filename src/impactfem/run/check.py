@@ -240,7 +240,8 @@ def mesh_of(
     if not isinstance(of, GeneratedMesh):
         large = refused and of.file.stat().st_size / NODE > 2 * MOST_ELEMENTS
         return None if large else check_mesh(building, of.file, faults)
-    if elements_of(geometry_of(building)) > MOST_ELEMENTS:
+    geometry = geometry_of(building)
+    if elements_of(geometry) > MOST_ELEMENTS:
         LOGGER.info("check: the mesh is large and is not made; the stage building checks it")
         return None
     # gmsh is loaded in a process of its own, PETSc where it is needed.
@@ -248,9 +249,7 @@ def mesh_of(
 
     with TemporaryDirectory() as folder:
         path, before = Path(folder) / "building.msh", len(faults)
-        _attempt(
-            faults, partial(generate, geometry_of(building), path, source=str(building.case.path))
-        )
+        _attempt(faults, partial(generate, geometry, path, source=str(building.case.path)))
         return check_mesh(building, path, faults) if len(faults) == before else None
 
 

@@ -173,11 +173,8 @@ def run(
             on_root(lambda: write_page(folder, bar=bar))
         elif changed and on_root((folder / PAGE).is_file):
             LOGGER.info("removed outdated %s", PAGE)
-            on_root(
-                lambda: remove_page(
-                    folder, [one.part for one in case.modelled.values() if one.part]
-                )
-            )
+            parts = [one.part for one in case.modelled.values() if one.part]
+            on_root(lambda: remove_page(folder, parts))
     return result
 
 
@@ -297,8 +294,7 @@ class _Context:
     def _finish_stage(self, stage: Stage, subject: Subject, requested: bool, reused: bool) -> None:
         """Draw the results of a stage if needed, check and read them. Collective."""
         folder, label, result = self.folder, stage.label(subject), self.result
-        part = part_of(subject)
-        own = folder / part
+        own = folder / (part := part_of(subject))
         drawing = on_root(lambda: stage.drawing_key(subject))
 
         def finish() -> tuple[list[Scalar], dict[str, float]]:
@@ -313,9 +309,8 @@ class _Context:
                 log_checks(label, (check for check in checks if check not in announced))
             result.memory[label] = manifest.peak_memory
             with open_store(own / stage.store) as store:
-                scalars = scalars_of(store)
-            if part:
-                scalars = [replace(one, name=of_building(one.name, part)) for one in scalars]
+                every = scalars_of(store)
+            scalars = [replace(one, name=of_building(one.name, part)) for one in every]
             return scalars, manifest.seconds
 
         with stores_kept_open():
@@ -383,12 +378,7 @@ def _draw_named(
 
 
 def _compute(
-    stage: Stage,
-    subject: Subject,
-    key: str,
-    folder: Path,
-    bar: bool,
-    quiet: bool = False,
+    stage: Stage, subject: Subject, key: str, folder: Path, bar: bool, quiet: bool = False
 ) -> None:
     """Compute a stage for the case or a building, and write its stores. Collective.
 
@@ -443,12 +433,11 @@ def _refuse_mesh(building: Building3D, own: Path) -> None:
 def _log_result(stage: Stage, subject: Subject, result: Record, seconds: float) -> None:
     """Log one line of a finished stage: its time, its results, checks passed and failed."""
     label = stage.label(subject)
-    part = part_of(subject)
     words = ["reused" if label in result.reused else f"done in {seconds:.1f} s"]
     own = [
         asdict(one) | {"name": name}
         for one in result.scalars
-        if (name := alone(one.name, part) if part else one.name)
+        if (name := alone(one.name, part_of(subject)))
     ]
     words += headlines(stage, own)
     passed = [check.passed for check in result.checks[label]]

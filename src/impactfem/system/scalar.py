@@ -49,13 +49,18 @@ def words(values: Iterable[str]) -> np.ndarray[tuple[int], np.dtype[np.object_]]
 
 
 def of_building(name: str, building: str) -> str:
-    """Name of a result of the 3D model of a further building: `building.B2.frequency.1`."""
+    """Name of a result of the 3D model of a further building: `building.B2.frequency.1`.
+
+    Results of the first building, of which the name is "" here, keep theirs.
+    """
     first, dot, rest = name.partition(".")
-    return f"{first}.{building}{dot}{rest}"
+    return f"{first}.{building}{dot}{rest}" if building else name
 
 
 def alone(name: str, building: str) -> str | None:
     """The same without the building; None of a result that is of none, or of another one."""
+    if not building:
+        return name
     first, _, rest = name.partition(".")
     own, _, rest = rest.partition(".")
     return f"{first}.{rest}" if own == building and rest and first != "sticks" else None

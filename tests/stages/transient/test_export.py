@@ -98,8 +98,10 @@ def whole(frame, loads):
     def made(**asked):
         transient = Transient(time_step=loads.time_step, export=True, **asked)
         building = building_of(frame.case.model_copy(update={"transient": transient}))
-        prepared = SimpleNamespace(parts=frame.parts, loads=loads, damping=frame.damping)
-        return SimpleNamespace(building=building, prepared=prepared, basis=basis)
+        prepared = SimpleNamespace(
+            building=building, parts=frame.parts, loads=loads, damping=frame.damping
+        )
+        return SimpleNamespace(prepared=prepared, basis=basis)
 
     return made
 

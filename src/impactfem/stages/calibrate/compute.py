@@ -133,7 +133,7 @@ def prepare(building: BuildingAtWall, mesh_file: Path) -> Prepared:
 
     InputError where the mesh is not usable, ImpactfemError where edges and wall do not go together.
     """
-    setup = building.wall_impact
+    setup, case = building.wall_impact, building.case
     parts, masses = read_parts(building, mesh_file)
     side = wall_side(parts.mesh, setup.floors, mesh_file)
     edges = [contact_edge(parts.mesh, floor, setup.contact_spacing) for floor in setup.floors]
@@ -144,11 +144,7 @@ def prepare(building: BuildingAtWall, mesh_file: Path) -> Prepared:
             **setup.model_dump(exclude={"building", "contact_spacing"}), side=side
         ),
         dampings={OWN: building.entry.damping.law}
-        | {
-            one.name: one.law
-            for one in building.case.damping_cases
-            if one.restitution == CALIBRATED
-        },
+        | {one.name: one.law for one in case.damping_cases if one.restitution == CALIBRATED},
         position=np.concatenate([edge.position for edge in edges]),
         length=np.concatenate([edge.weight for edge in edges]),
     )

@@ -10,7 +10,7 @@ import pandas as pd
 import xarray as xr
 from numpy.typing import NDArray
 
-from impactfem.case import BuildingInTime, Spectra
+from impactfem.case import Spectra
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.pounding_3d import Models3D
@@ -49,8 +49,8 @@ Arrays = dict[str, Any]
 class DesignInputs:
     """Inputs of the stage, the same on all ranks, but for the reduced building."""
 
-    building: BuildingInTime  #: with the targets of its sticks and the numbers of its contact laws
-    prepared: Prepared  #: the 3D building with the loads of the case's own motion
+    #: the building with the loads of the case's own motion, targets of sticks and contact laws
+    prepared: Prepared
     reduced: ReducedBuilding | None  #: on rank 0
     equipment: DevicePrepared | None = None  #: None without devices, or without an ensemble
     models: Models3D | None = None  #: the 3D models that pound; None if all buildings are sticks
@@ -100,7 +100,7 @@ class Carrier:
     @classmethod
     def of(cls, inputs: DesignInputs, probes: xr.Dataset, whole: WholeFloors | None) -> Carrier:
         """Make it from the reduced building, on rank 0; the probes are those of `read_probes`."""
-        building, reduced = inputs.building, inputs.reduced
+        building, reduced = inputs.prepared.building, inputs.reduced
         if reduced is None:
             raise ValueError("without a reduced building")
         damping, highest = inputs.prepared.damping, building.transient.maximum_frequency
@@ -110,7 +110,7 @@ class Carrier:
         points = probe_points(probes)
         error = reduced.basis.error(nodes, damping, highest)
         at_points = reduced.basis.at(np.union1d(nodes, candidates["node"]))
-        analyst, choice = _analyst(building, inputs.equipment, reduced)
+        analyst, choice = _analyst(inputs.equipment, reduced)
         return cls(
             basis=replace(at_points, difference=error),
             points=points,
@@ -150,7 +150,7 @@ class Carrier:
 
 
 def _analyst(
-    building: BuildingInTime, equipment: DevicePrepared | None, reduced: ReducedBuilding
+    equipment: DevicePrepared | None, reduced: ReducedBuilding
 ) -> tuple[Analyst | None, SpectrumChoice | None]:
     """Return the analyst of the devices with one response spectrum analysis each, and which."""
     if equipment is None:
@@ -159,7 +159,7 @@ def _analyst(
     choice = headline_of(equipment.plans[0].rules)
     rule = choice.combination, choice.rigid
     # The contacts of the wall experiment are most of the model, and not needed here.
-    analyst = analyst_of(building, equipment, replace(reduced.complete, wall=None))
+    analyst = analyst_of(equipment, replace(reduced.complete, wall=None))
     plans = [
         replace(plan, rules={rule: plan.rules[rule]}, rotations=False, broadening=0.0, given=())
         for plan in analyst.plans

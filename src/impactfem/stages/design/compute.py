@@ -52,11 +52,11 @@ def run_design(inputs: DesignInputs, folder: Path, steps: Steps, key: str) -> li
                     members.carry(carrier, executor, lambda part: steps.within("members", part))
 
     def write() -> list[Path]:
-        study = DesignStudy(inputs.building.case, probes, whole, spectra)
+        case = inputs.prepared.building.case
+        study = DesignStudy(case, probes, whole, spectra)
         if members is not None:
-            study = DesignStudy(
-                inputs.building.case, probes, whole, spectra, members.values(), members.analysis
-            )
+            analysis = members.analysis
+            study = DesignStudy(case, probes, whole, spectra, members.values(), analysis)
         with steps.step("stores"):
             write_design(folder / "design.nc", study, key)
         return [folder / "design.nc"]
@@ -76,4 +76,4 @@ def _vertex_spectra(inputs: DesignInputs, whole: WholeFloors) -> ResponseSpectra
         len(whole.governing),
         whole.vertices.sum(),
     )
-    return record_spectra(records, loads.time_step, inputs.building.case.spectra)
+    return record_spectra(records, loads.time_step, inputs.prepared.building.case.spectra)

@@ -60,7 +60,7 @@ class Members:
 
         InputError: `forces.nc`, in the folder of the run, is not usable.
         """
-        building, prepared = inputs.building, inputs.prepared
+        prepared, building = inputs.prepared, inputs.prepared.building
         case = building.case
         count = 0 if case.ensemble is None else case.ensemble.structure_motions
         if not count:
@@ -76,18 +76,12 @@ class Members:
         keys = {name: member_key(member, shared) for name, member in cases.items()}
         files = {name: folder / FOLDER / f"{name}.npz" for name in keys}
         results = on_root(lambda: {name: read_archive(files[name], keys[name]) for name in keys})
-        path, loads = of_run(folder, "forces.nc"), prepared.loads
+        path, loads, mesh = of_run(folder, "forces.nc"), prepared.loads, prepared.parts.mesh
         duration = loads.time_step * (len(loads.ground) - 1)
         given = on_root(lambda: read_forces(path))  # the stage before checked its inputs
         history, edges = on_root(
             lambda: checked_forces(
-                given,
-                path,
-                building,
-                prepared.parts.mesh,
-                duration,
-                given.inputs,
-                prepared.impulses,
+                given, path, building, mesh, duration, given.inputs, prepared.impulses
             )
         )
         known = {name: arrays for name, arrays in results.items() if arrays is not None}
@@ -100,7 +94,7 @@ class Members:
 
     def pound(self, progress: Callable[[float], None]) -> None:
         """Compute the pounding of the waiting members. On rank 0, which keeps the loads."""
-        waiting, calibration = self.waiting, calibration_of(self.inputs.building.case)
+        waiting, calibration = self.waiting, calibration_of(self.inputs.prepared.building.case)
         next(iter(self.files.values())).parent.mkdir(parents=True, exist_ok=True)
         for number, name in enumerate(waiting, 1):
             try:
@@ -175,7 +169,7 @@ def motion_loads(
         InputError: A record is not usable.
         SolutionError: The sticks found no usable result, or their motion is too short.
     """
-    building = replace(inputs.building, case=case)
+    building = replace(inputs.prepared.building, case=case)
     motions = ground_motions(case.motions, accept=False)
     response = pounded(case, calibration, motions, models=inputs.models)
     duration = building.transient.duration or float(response.time[-1])

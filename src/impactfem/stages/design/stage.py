@@ -74,9 +74,9 @@ def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> 
             lambda: prepare(building, mesh, forces, storey_factor(folder), inputs, impulses)
         )
         if members and building.devices:
-            equipment = on_root(lambda: prepare_devices(building, prepared))
+            equipment = on_root(lambda: prepare_devices(prepared))
         models = on_root(lambda: models_of_run(case, run)) if members else None
-    given = DesignInputs(building, prepared, reduced, equipment, models, shared)
+    given = DesignInputs(prepared, reduced, equipment, models, shared)
     return run_design(given, folder, steps, key)
 
 

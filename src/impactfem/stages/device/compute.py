@@ -6,14 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from impactfem.case import (
-    Building3D,
-    BuildingInTime,
-    Case,
-    DampingCase,
-    DeviceAnalysis,
-    KelvinVoigtLaw,
-)
+from impactfem.case import BuildingInTime, Case, DampingCase, DeviceAnalysis, KelvinVoigtLaw
 from impactfem.case.damping import OWN
 from impactfem.case.quantity import CALIBRATED
 from impactfem.coupling.force_history import ForceHistory
@@ -57,7 +50,6 @@ class Prepared(PreparedBuilding):
 
 
 def prepare_devices(
-    building: BuildingInTime,
     prepared: PreparedBuilding,
     calibrated_laws: frozenset[str] = frozenset(),
     restitution: Mapping[str, float] | None = None,
@@ -71,6 +63,7 @@ def prepare_devices(
         InputError: A device is not usable.
         SolutionError: An anchor stands on no node of a floor.
     """
+    building = prepared.building
     analysis = _analysis_of(building)
     return Prepared(
         **vars(prepared),
@@ -91,7 +84,7 @@ def prepare_devices(
     )
 
 
-def _analysis_of(building: Building3D) -> DeviceAnalysis:
+def _analysis_of(building: BuildingInTime) -> DeviceAnalysis:
     if building.device_analysis is None:
         raise ValueError(f"{building.name} has no devices")
     return building.device_analysis
@@ -116,7 +109,6 @@ class DampedStudy:
 class DeviceStudy:
     """Results of the stage."""
 
-    building: BuildingInTime
     prepared: Prepared  #: its inputs
     basis_vectors: int = si("", "number of basis vectors of the reduced model")
     basis_error: float = si("-", "error estimate of the reduced model, transfer functions")
@@ -138,25 +130,25 @@ class DeviceStudy:
         ]
 
 
-def analyst_of(building: BuildingInTime, prepared: Prepared, model: CompleteModel) -> Analyst:
+def analyst_of(prepared: Prepared, model: CompleteModel) -> Analyst:
     """What analyses the devices under any load on a reduced model, as the case asks."""
     return Analyst(
         model=model,
         plans=prepared.plans,
         positions=np.array([one.point for one in prepared.base_plates]),
         covered=prepared.points.of_anchor,
-        spectra=building.case.spectra,
-        substeps=_substeps_of(building),
+        spectra=prepared.building.case.spectra,
+        substeps=_substeps_of(prepared.building),
     )
 
 
 def run_devices(
-    building: BuildingInTime, prepared: Prepared, steps: Steps, *, model: CompleteModel | None
+    prepared: Prepared, steps: Steps, *, model: CompleteModel | None
 ) -> DeviceStudy | None:
     """Run the stage; return its results on rank 0. Collective.
 
-    The case has the targets of its sticks and the numbers of its contact laws, `prepared` is the
-    same on all ranks, and the model is on rank 0.
+    The case of the building has the targets of its sticks and the numbers of its contact laws,
+    `prepared` is the same on all ranks, and the model is on rank 0.
 
     Raises:
         ImpactfemError: A spectrum does not reach a mode of a device.
@@ -168,43 +160,41 @@ def run_devices(
         if model is None:
             raise ValueError("rank 0 has no reduced model")
         with steps.step("damping cases"):
-            found.append(_study(building, prepared, model, steps))
+            found.append(_study(prepared, model, steps))
 
     on_root(evaluate)
     return found[0] if found else None
 
 
-def _study(
-    building: BuildingInTime, prepared: Prepared, model: CompleteModel, steps: Steps
-) -> DeviceStudy:
+def _study(prepared: Prepared, model: CompleteModel, steps: Steps) -> DeviceStudy:
     """Analyse the devices with the building's own damping, then with every damping case."""
-    case = building.case
-    analyst, count = analyst_of(building, prepared, model), 1 + len(case.damping_cases)
+    case = prepared.building.case
+    analyst, count = analyst_of(prepared, model), 1 + len(case.damping_cases)
     cases = [_damped(analyst, OWN, prepared.damping, prepared.loads)]
     steps.within("damping cases", 1.0 / count)
     # The sticks are fitted once: their stiffness does not depend on the damping.
     calibration = calibration_of(case) if case.damping_cases else None
     for number, damping_case in enumerate(case.damping_cases, 2):
-        cases.append(_damping_case(building, prepared, analyst, damping_case, calibration))
+        cases.append(_damping_case(prepared, analyst, damping_case, calibration))
         steps.within("damping cases", number / count)
-    if _analysis_of(building).envelope_dampings and case.damping_cases:
+    if _analysis_of(prepared.building).envelope_dampings and case.damping_cases:
         both = zip(
             analyst.over_dampings([one.results[0] for one in cases]),
             analyst.over_dampings([one.results[1] for one in cases]),
             strict=True,
         )
         cases = [replace(one, results=results) for one, results in zip(cases, both, strict=True)]
-    return DeviceStudy(building, prepared, len(model.eigenvalue), model.difference, tuple(cases))
+    return DeviceStudy(prepared, len(model.eigenvalue), model.difference, tuple(cases))
 
 
 def _damping_case(
-    building: BuildingInTime,
     prepared: Prepared,
     analyst: Analyst,
     one: DampingCase,
     calibration: Calibration | None,
 ) -> DampedStudy:
     """Restitution, sticks, 3D model and devices again with another damping."""
+    building = prepared.building
     forces_file = building.transient.forces
     if forces_file is not None:
         # Nothing is known of what another damping would do to forces from elsewhere.
@@ -215,19 +205,12 @@ def _damping_case(
     if one.restitution != CALIBRATED:
         epsilon = float(one.restitution)
     laws = prepared.calibrated_laws if calibrated else ()
-    damped = damped_case(building.case, one, epsilon, laws)
+    damped = replace(building, case=damped_case(building.case, one, epsilon, laws))
+    motions, path = prepared.motions, building.case.path
     duration = prepared.loads.time_step * (len(prepared.loads.ground) - 1)
-    response = pounded(damped, calibration, prepared.motions, duration, prepared.models)
+    response = pounded(damped.case, calibration, motions, duration, prepared.models)
     forces, mesh = ForceHistory.of_response(response), prepared.parts.mesh
-    loads = case_loads(
-        replace(building, case=damped),
-        mesh,
-        prepared.motions,
-        forces,
-        damped.path,
-        duration,
-        impulses=prepared.impulses,
-    )
+    loads = case_loads(damped, mesh, motions, forces, path, duration, impulses=prepared.impulses)
     LOGGER.debug("device: damping case %s with the restitution %s", one.name, epsilon)
     return _damped(analyst, one.name, one.law, loads, epsilon, calibrated=calibrated)
 

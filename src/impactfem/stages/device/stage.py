@@ -61,17 +61,10 @@ def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> 
         case = on_root(lambda: with_contact_of_run(with_structure_targets(case, run), run))
         building = replace(building, case=case)
         forces = of_run(folder, "forces.nc")
+        impulses = on_root(lambda: impulses_of_run(building, run))
         prepared = on_root(
             lambda: prepare_devices(
-                building,
-                prepare(
-                    building,
-                    mesh,
-                    forces,
-                    storey_factor(folder),
-                    inputs,
-                    impulses_of_run(building, run),
-                ),
+                prepare(building, mesh, forces, storey_factor(folder), inputs, impulses),
                 laws,
                 calibrated_restitutions(case, run),
             )
@@ -81,7 +74,7 @@ def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> 
             prepared = replace(prepared, models=models)
         reduced = reduced_on_root(folder, on_root(lambda: model_key(building)), building)
     model = None if reduced is None else reduced.complete
-    study = run_devices(building, prepared, steps, model=model)
+    study = run_devices(prepared, steps, model=model)
 
     def write() -> list[Path]:
         if study is None:

@@ -81,7 +81,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
 
     ImpactfemError where the file cannot be written.
     """
-    building, prepared = study.building, study.prepared
+    building, prepared = study.prepared.building, study.prepared
     case = building.case
     anchors = [
         anchor_of_device(
@@ -137,7 +137,7 @@ def _of_analyses(
     study: DeviceStudy, anchors: Sequence[Anchor], choice: SpectrumChoice
 ) -> dict[str, Any]:
     """Return what the analyses give, by variable, with their labels."""
-    every, axis = study.analyses, "xyz".index(study.building.case.shown_direction)
+    every, axis = study.analyses, "xyz".index(study.prepared.building.case.shown_direction)
     choices = list(dict.fromkeys(choice for _, choice, _ in every))
     turned, modes = replace(choice, rotations=True), max(len(one.mode_mass) for one in anchors)
     shown = turned if turned in choices else choice

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from impactfem.case import BuildingInTime
 from impactfem.coupling.force_history import around_peak
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced_basis import ReducedBasis
@@ -27,7 +26,6 @@ TURNING = ("centre", "point")
 class TransientStudy:
     """The results of the stage; on rank 0."""
 
-    building: BuildingInTime
     prepared: Prepared  #: building, probes, loads and damping
     probes: NodeResults  #: response at the probes by the requested solver
     basis: ReducedBasis | None = None  #: None, as the next three, for the full model alone
@@ -53,7 +51,6 @@ def main_impact(loads: Loads, *, external: bool = False) -> tuple[float, float] 
 
 
 def run_transient(
-    building: BuildingInTime,
     prepared: Prepared,
     folder: Path,
     steps: Steps,
@@ -70,6 +67,7 @@ def run_transient(
         SolutionError: The response is not finite.
         InputError: A load acts on a floor without a pattern in the basis.
     """
+    building = prepared.building
     case, transient = building.case, building.transient
     full = None
     if transient.solver != "reduced":
@@ -85,7 +83,7 @@ def run_transient(
             LOGGER.info("transient: the full model records its probes only; no maps and no waves")
         with steps.step("spectra"):
             probes = full.results(case.spectra, highest)
-        return TransientStudy(building, prepared, probes, full=full)
+        return TransientStudy(prepared, probes, full=full)
     run = ReducedRun(basis, prepared.loads, prepared.damping, case.spectra, highest, transient.band)
     nodes = prepared.probe_nodes
     with steps.step("spectra"):
@@ -103,7 +101,7 @@ def run_transient(
                 floor=building.wave_floor,
                 progress=lambda part: steps.within("maps", part),
             )
-    return TransientStudy(building, prepared, probes, basis, turning, rotations, maps, full, error)
+    return TransientStudy(prepared, probes, basis, turning, rotations, maps, full, error)
 
 
 def _turning(prepared: Prepared, basis: ReducedBasis) -> Index:

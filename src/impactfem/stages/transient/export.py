@@ -68,7 +68,8 @@ def write_motion(
         SolutionError: The first requested time is not computed.
         ImpactfemError: The file cannot be written.
     """
-    transient, prepared, basis = study.building.transient, study.prepared, study.basis
+    case, transient = study.prepared.building.case, study.prepared.building.transient
+    prepared, basis = study.prepared, study.basis
     loads = prepared.loads
     if basis is None:
         raise ValueError("only a case with a reduced basis has the motion of the whole model")
@@ -98,11 +99,7 @@ def write_motion(
     # HDF5 ends the process when it meets a full disk, therefore it writes into memory.
     memory = io.BytesIO()
     with h5py.File(memory, "w") as file:
-        file.attrs.update(
-            title=study.building.case.title,
-            inputs=key,
-            case_hash=study.building.case.content_hash(),
-        )
+        file.attrs.update(title=case.title, inputs=key, case_hash=case.content_hash())
         _fill(file.create_group("VTKHDF"), grid, loads.time_step * steps, fields)
     # The view is released even if the disk is full; else the memory could not be freed.
     with (

@@ -29,7 +29,8 @@ from impactfem.system.errors import Fault, InputError
 class Prepared:
     """What a run needs in addition to the matrices."""
 
-    parts: BuildingParts  #: the building
+    building: BuildingInTime
+    parts: BuildingParts  #: its mesh, sections and masses
     probes: tuple[Probe, ...]  #: output points
     motions: tuple[GroundMotion, ...]
     loads: Loads  #: ground motion and impact forces, at the step of the 3D model
@@ -68,6 +69,7 @@ def prepare(
     loads = case_loads(building, parts.mesh, motions, history, path, duration, inputs, impulses)
     probes = tuple(checked_probes(building, parts.mesh))
     return Prepared(
+        building=building,
         parts=parts,
         probes=probes,
         motions=motions,

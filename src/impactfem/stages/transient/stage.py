@@ -54,7 +54,7 @@ def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> 
         if _reduces(building):
             reduced = reduced_on_root(folder, on_root(lambda: model_key(building)), building)
     basis = None if reduced is None else reduced.basis
-    study = run_transient(building, prepared, folder, steps, basis=basis, key=key)
+    study = run_transient(prepared, folder, steps, basis=basis, key=key)
 
     def write() -> list[Path]:
         if study is None:

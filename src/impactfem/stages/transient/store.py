@@ -131,7 +131,7 @@ def write_stores(folder: Path, study: TransientStudy, key: str) -> list[Path]:
     store = dataset(OUTPUTS, content, attributes=attributes, notes=notes)
     files = {"transient.nc": with_scalars(store, transient_scalars(store))}
     if study.maps is not None:
-        about = {"title": study.building.case.title, "inputs": key}
+        about = {"title": study.prepared.building.case.title, "inputs": key}
         files["transient_maps.nc"] = study.maps.assign_attrs(about)
     for name, one in files.items():
         write_netcdf(folder / name, one)
@@ -168,7 +168,7 @@ def _response(study: TransientStudy) -> dict[str, Any]:
         "edge_force": loads.resultants[0],
         "impact_force": loads.impact_force,
         "edge_moment": loads.resultants[1],
-        **_slab_waves(prepared.parts, study.building.wave_floor),
+        **_slab_waves(prepared.parts, study.prepared.building.wave_floor),
         **value(Quality.of(study)),
     }
     if study.rotations is not None and study.turning is not None:
@@ -243,14 +243,14 @@ def _transfer(study: TransientStudy) -> dict[str, Any]:
 
 def _notes(study: TransientStudy) -> dict[str, str]:
     """Return the method of the error bands, by variable."""
-    band = study.building.transient.band
+    band = study.prepared.building.transient.band
     note = f"by {band} bases, safety factor {SAFETY[band]:g}"
     return {} if study.basis is None else {"psa_band": note, "pfa_band": note}
 
 
 def _attributes(study: TransientStudy, key: str) -> dict[str, Any]:
     """Return what holds for the store as a whole."""
-    building = study.building
+    building = study.prepared.building
     case, transient = building.case, building.transient
     step, last = study.probes.time_step, float(study.probes.spectra.frequency[-1])
     return {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -185,23 +186,21 @@ def _spectra_rows(
     return found
 
 
-def paper_building(
-    case_file: Path | None, window: float, size: float | None = None
-) -> BuildingInTime:
+def paper_building(file: Path | None, window: float, size: float | None = None) -> BuildingInTime:
     """Return the building of the paper's or another case, with another element size [m].
 
     It is computed for a window [s].
     """
-    case = load_case(in_source_tree(CASE) if case_file is None else case_file)
-    if case.transient is None or case.structure is None:
+    case = load_case(in_source_tree(CASE) if file is None else file)
+    if not case.in_time:
         raise ValueError(f"{case.path} has no transient part or no structure")
-    transient = case.transient.model_copy(update={"duration": window})
-    structure = case.structure
+    building = case.in_time[0]
+    transient, structure = building.transient, building.structure
     if size is not None:
         mesh = structure.mesh.model_copy(update={"size": size})
         structure = structure.model_copy(update={"mesh": mesh})
-    case = case.model_copy(update={"transient": transient, "structure": structure})
-    return case.in_time[0]
+    transient = transient.model_copy(update={"duration": window})
+    return replace(building, transient=transient, structure=structure)
 
 
 def prepared_building(building: BuildingInTime, folder: Path, window: float) -> Prepared:
