@@ -2,6 +2,7 @@
 
 import shutil
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ import xarray as xr
 from frame_case import LIGHT, QUICK, SOFT_NEIGHBOUR, pump
 from impactfem import study
 from impactfem.run import loop
+from impactfem.stages.design import members as design_members
 from impactfem.system.errors import InputError
-from no_pictures import ENSEMBLE, no_pictures
+from no_pictures import no_pictures
 
 pytestmark = pytest.mark.slow
 GEOMETRY = Path(__file__).parents[3] / "geometry"
@@ -72,7 +74,7 @@ def case(edited, tmp_path_factory):
 @pytest.fixture(scope="module")
 def done(case):
     with pytest.MonkeyPatch.context() as patch:
-        no_pictures(patch, ENSEMBLE)
+        no_pictures(patch)
         return loop.run(case, out=case.parent / "run", stage="design")
 
 
@@ -185,15 +187,28 @@ def test_reused(case, done):
 
 def test_an_interrupted_ensemble_goes_on(copied_run, edited, done, monkeypatch):
     """One member is lost and one is added: these alone are computed, the sticks of none again."""
-    no_pictures(monkeypatch, ENSEMBLE)
+    no_pictures(monkeypatch)
     edited(copied_run, ("structure_motions = 3", "structure_motions = 4"))
-    folder = copied_run.parent / "run"
-    kept = {path.name: path.stat().st_mtime_ns for path in (folder / "design/members").iterdir()}
+    folder, seeds = copied_run.parent / "run", []
+    archive = folder / "design" / "members.zip"
+    assert not archive.with_suffix("").exists()
+    with ZipFile(archive) as whole:
+        kept = {name: whole.read(name) for name in whole.namelist()}
     assert sorted(kept) == ["seed_10.npz", "seed_8.npz", "seed_9.npz"]
-    (folder / "design/members/seed_9.npz").unlink()
+    with ZipFile(archive, "w") as written:
+        for name in sorted(kept.keys() - {"seed_9.npz"}):
+            written.writestr(name, kept[name])
+    real = design_members.motion_loads
+
+    def recorded(case, *given):
+        seeds.append(case.motions[0].seed)
+        return real(case, *given)
+
+    monkeypatch.setattr(design_members, "motion_loads", recorded)
     again = loop.run(copied_run, out=folder, stage="design")
-    now = {path.name: path.stat().st_mtime_ns for path in (folder / "design/members").iterdir()}
-    assert {name for name in now if now[name] != kept.get(name)} == {"seed_9.npz", "seed_11.npz"}
+    assert seeds == [9, 11]
+    with ZipFile(archive) as whole:
+        assert len(whole.namelist()) == 4
     assert "ensemble" in again.reused and "design" not in again.reused
     assert values(again)["ensemble3d.members"] == 4.0
     found, known = opened(folder, "design.nc"), opened(done.folder, "design.nc")
@@ -203,7 +218,7 @@ def test_an_interrupted_ensemble_goes_on(copied_run, edited, done, monkeypatch):
 
 def test_probes_alone(copied_run, edited, monkeypatch):
     """Without fields over the floors the probes stand alone: that is told, and the check fails."""
-    no_pictures(monkeypatch, ENSEMBLE)
+    no_pictures(monkeypatch)
     fields = 'maximum_frequency = "100 Hz"\nfields = []\nsnapshots = false\n'
     edited(copied_run, ('maximum_frequency = "100 Hz"\n', fields))
     folder = copied_run.parent / "run"
@@ -216,7 +231,7 @@ def test_probes_alone(copied_run, edited, monkeypatch):
 
 
 def test_without_an_ensemble(copied_run, edited, monkeypatch):
-    no_pictures(monkeypatch, ENSEMBLE)
+    no_pictures(monkeypatch)
     edited(copied_run, ("structure_motions = 3", "structure_motions = 0"))
     folder = copied_run.parent / "run"
     again = loop.run(copied_run, out=folder, stage="design")

@@ -4,6 +4,7 @@ The impact forces of each motion of the ensemble, from the sticks, act on the 3D
 devices.
 """
 
+from contextlib import ExitStack
 from pathlib import Path
 
 from impactfem.reduction.response import modal_histories, record_spectra
@@ -11,9 +12,10 @@ from impactfem.spectra import ResponseSpectra
 from impactfem.stages.design.carrier import Carrier, DesignInputs, point_records
 from impactfem.stages.design.envelopes import DesignStudy
 from impactfem.stages.design.floors import WholeFloors, read_probes, read_whole_floors
-from impactfem.stages.design.members import Members
+from impactfem.stages.design.members import FOLDER, Members
 from impactfem.stages.design.store import write_design
 from impactfem.system.executor import workers
+from impactfem.system.files import kept_in_one_file
 from impactfem.system.log import LOGGER, Steps
 from impactfem.system.parallel import on_root
 
@@ -31,6 +33,16 @@ def run_design(inputs: DesignInputs, folder: Path, steps: Steps, key: str) -> li
         SolutionError: Fewer than two members have a result.
         ImpactfemError: A file cannot be read or written.
     """
+    with ExitStack() as held:
+        ensemble = inputs.prepared.building.case.ensemble
+        if ensemble is not None and ensemble.structure_motions:
+            on_root(lambda: held.enter_context(kept_in_one_file(folder / FOLDER)))
+        files = _run(inputs, folder, steps, key)
+        on_root(held.close)
+        return files
+
+
+def _run(inputs: DesignInputs, folder: Path, steps: Steps, key: str) -> list[Path]:
     probes = on_root(lambda: read_probes(folder / "transient.nc"))
     whole = on_root(
         lambda: read_whole_floors(folder / "transient_maps.nc", probes["elevation"].values)
