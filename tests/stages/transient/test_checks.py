@@ -198,11 +198,7 @@ def test_along_the_direction_that_is_shown(against_model):
 def test_tables(transient_folder):
     folder = transient_folder()
     published = {"transient.wave_crossing": 0.006, "transient.wave_speed": 1250.0}
-    probes, physics, sides, *densities = transient_tables(folder, published)
-    assert [path.stem for path in densities] == [
-        "transient_edge_density",
-        "transient_force_density",
-    ]
+    probes, physics, sides = transient_tables(folder, published)
     struck = rows(sides)
     assert [row["side"] for row in struck] == ["floor 2", "floor 3"]
     assert [float(row["largest force [MN]"]) for row in struck] == pytest.approx([10.0, 20.0])
@@ -229,9 +225,6 @@ def test_tables(transient_folder):
 
 
 def test_without_impact(transient_folder):
-    probes, physics, edges = transient_tables(
-        transient_folder(loads=(), solver="full", maps=False), {}
-    )
+    probes, physics = transient_tables(transient_folder(loads=(), solver="full", maps=False), {})
     assert {row["band [m/s2]"] for row in rows(probes)} == {"0.0"}
     assert "transient.wave_crossing" not in {row["name"] for row in rows(physics)}
-    assert edges.stem == "transient_edge_density"

@@ -17,8 +17,7 @@ from impactfem.stages.transient.physics import (
     longest_above,
     power_spectrum,
 )
-from impactfem.stages.transient.selection import floors_of, shown
-from impactfem.stages.transient.tables import density_tables
+from impactfem.stages.transient.selection import shown
 
 F = np.geomspace(1.0, 500.0, 60)
 
@@ -265,22 +264,10 @@ def test_the_power_of_the_main_impacts(stores):
     """Parseval: the densities add up to the mean square over the same time."""
     given = shown(stores()[0])
     loads = given["edge_force"].transpose("edge", "time").values
-    edges, forces = density_tables(given)
-    floors = given["edge_floor"].values
-    assert [name for name, _ in forces.columns] == ["frequency", *(f"floor {f}" for f in floors)]
-    f, *densities = np.array(forces.rows).T
+    spectra = force_spectra(loads.T, float(given["time"][1] - given["time"][0]))
     ends = [around_peak(np.abs(load), SILENT) for load in loads]
     longest = max(last - first for first, last in ends)
-    for density, load, (first, last) in zip(densities, loads, ends, strict=True):
+    for density, load, (first, last) in zip(spectra.density, loads, ends, strict=True):
         power = np.sum(load[first:last] ** 2) / longest
         assert power > 0.0
-        assert np.sum(density) * f[1] == pytest.approx(power, rel=1e-9)
-    hit = floors_of(given, "edge")
-    assert [name for name, _ in edges.columns] == ["frequency", *(f"floor {f}" for f in hit)]
-    step = float(given["time"][1] - given["time"][0])
-    assert f[-1] == edges.rows[-1][0] == pytest.approx(0.5 / step)
-
-
-def test_nothing_is_hit(stores):
-    tables = density_tables(shown(stores(loads=())[0]))
-    assert [table.name for table in tables] == ["transient_edge_density"]
+        assert np.sum(density) * spectra.frequency[1] == pytest.approx(power, rel=1e-9)

@@ -3,15 +3,13 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
 import xarray as xr
 from scipy.integrate import trapezoid
 
 from impactfem.plot.table import Table, beside_published, columns_of, write_tables
 from impactfem.stages.stores import open_store, time_step
 from impactfem.stages.transient.findings import finding_scalars
-from impactfem.stages.transient.physics import force_spectra, power_spectrum
-from impactfem.stages.transient.selection import floors_of, known, of_kind, shown, struck
+from impactfem.stages.transient.selection import known, shown
 from impactfem.system.scalar import scalars_of
 
 PEAKS = (
@@ -26,52 +24,14 @@ PEAKS = (
 
 
 def transient_tables(folder: Path, published: Mapping[str, float]) -> list[Path]:
-    """Write the tables of the stage and, without the densities, into the log; the files.
+    """Write the tables of the stage, also into the log; returns the files.
 
     Published values are in SI, by the name of the result.
     """
     with open_store(folder / "transient.nc") as store:
         tables = [_probes(store), _physics(store, published)]
         tables += [_rotations(store)] if "rotation" in store.dims else []
-        files = write_tables(folder, tables + ([_sides(store)] if store.sizes["edge"] else []))
-        return files + [t.write_csv(folder / "tables") for t in density_tables(shown(store))]
-
-
-def density_tables(response: xr.Dataset) -> list[Table]:
-    """Densities of the accelerations at the impact edges, and of the main impact forces.
-
-    Those that the case has: none without impact edges, the first alone where nothing is hit.
-    """
-    tables, step = [], time_step(response)
-    edges = of_kind(response, "edge")
-    force = struck(response)["impact_force"].transpose("edge", "time")
-    if edges.sizes["probe"]:
-        histories = edges["acceleration"].transpose("probe", "time").values
-        frequency, density = power_spectrum(histories, step)
-        title = (
-            f"One-sided power spectral density of the acceleration along "
-            f"{response['component'].item()} at the middle of the impact edges (Welch's method, "
-            "Hann windows)"
-        )
-        floors = [f"floor {k}" for k in floors_of(response, "edge")]
-        tables.append(("transient_edge_density", title, "(m/s2)2/Hz", floors, frequency, density))
-    if len(force):
-        spectra = force_spectra(force.values.T, step)
-        title = (
-            "One-sided power spectral density of the main impact force on each side, as the mean "
-            f"power over {spectra.duration:.4g} s"
-        )
-        places, found = force["edge"].values.tolist(), (spectra.frequency, spectra.density)
-        tables.append(("transient_force_density", title, "N2/Hz", places, *found))
-    return [
-        Table(
-            name,
-            title,
-            (("frequency", "Hz"), *((column, unit) for column in columns)),
-            tuple(map(tuple, np.column_stack([frequency, *density]).tolist())),
-        )
-        for name, title, unit, columns, frequency, density in tables
-    ]
+        return write_tables(folder, tables + ([_sides(store)] if store.sizes["edge"] else []))
 
 
 def _probes(store: xr.Dataset) -> Table:
