@@ -28,8 +28,8 @@ PACKAGES = {
     "building": {"_fenicsx", "case", "dynamics"},
     "reduction": {"building", "case", "coupling", "dynamics", "spectra"},
     "device": {"case", "coupling", "dynamics", "spectra", "sticks"},
-    "plot": {"spectra"},
-    "stages": {"case", "dynamics", "spectra"},
+    "plot": {"case", "spectra"},
+    "stages": {"case", "dynamics", "plot", "spectra"},
     "stages.building": {"building", "case", "dynamics", "plot", "reduction", "stages"},
     "stages.reduce": {*("building", "case", "dynamics", "reduction", "stages", "stages.building")},
     "stages.calibrate": {
@@ -41,7 +41,7 @@ PACKAGES = {
         *("stages.building", "stages.calibrate", "stages.reduce", "sticks"),
     },
     "stages.ensemble": {
-        *("case", "coupling", "plot", "reduction", "stages", "stages.building"),
+        *("case", "coupling", "plot", "reduction", "spectra", "stages", "stages.building"),
         *("stages.calibrate", "stages.pounding", "stages.reduce", "sticks"),
     },
     "stages.transient": {

@@ -11,6 +11,7 @@ import xarray as xr
 
 from impactfem import __version__, study
 from impactfem.run import loop
+from impactfem.stages.drawing import Figures
 from impactfem.stages.manifest import file_digest
 from impactfem.stages.pounding import stage as sticks
 from impactfem.stages.stage import StageOf
@@ -168,7 +169,7 @@ class TestReuse:
     ):
         store = tmp_path / "run" / "pounding.nc"
         when = stamp(tmp_path / "run")
-        figure = next((tmp_path / "run" / "figures").glob("*.svg"))
+        figure = tmp_path / "run" / "figures" / "elevation.svg"
         before = figure.stat().st_mtime_ns, store.stat().st_mtime_ns
         key = StageOf.drawing_key
         monkeypatch.setattr(StageOf, "drawing_key", lambda stage, case: key(stage, case) + "edited")
@@ -314,7 +315,7 @@ class TestReuse:
             raise ImpactfemError("no space")
 
         with monkeypatch.context() as patch:
-            patch.setattr(sticks, "stick_figures", fail)
+            patch.setattr(Figures, "draw", fail)
             with pytest.raises(ImpactfemError, match="no space"):
                 loop.run(case, out=tmp_path / "run")
         assert not (tmp_path / "run" / "summary.json").exists()

@@ -30,7 +30,7 @@ class TestRun:
         ended = process(*words, cwd=folder)
         assert ended.code == 0, ended.err
         assert (folder / "mes résultats" / "summary.json").is_file()
-        assert len(list(folder.glob("mes résultats/figures/figure_*.svg"))) == 6
+        assert (folder / "mes résultats" / "figures" / "elevation.svg").is_file()
         # No bar, no colour: only text and line ends.
         for text in (ended.out, ended.err):
             assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f]", text)

@@ -1,7 +1,6 @@
 """Figures of curves, and the words in their files."""
 
 import re
-from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -32,7 +31,6 @@ def test_a_long_history_keeps_its_extremes(size):
 
 F = np.geomspace(0.5, 50.0, 30)
 SPECTRA = CurveFigure(
-    "spectra",
     "Spectra along $e_y$ of <a> & b. All.",
     [
         Panel(
@@ -64,7 +62,7 @@ def drawn(tmp_path, monkeypatch):
     kept = []
     real = style.letter
     monkeypatch.setattr(curves, "letter", lambda axes: kept.extend(axes) or real(axes))
-    assert SPECTRA.write(tmp_path) == tmp_path / "spectra.svg"
+    SPECTRA.write(tmp_path / "spectra.svg")
     return kept
 
 
@@ -89,9 +87,9 @@ def test_a_file_is_a_part_of_a_page(drawn, tmp_path):
     names = re.findall(r'\bid="([^"]*)"', text)
     assert names and len(set(names)) == len(names)
     assert not re.search(r"<style|<script|\d\.\d{3,}|\d{4}-\d\d-\d\d", text)
-    SPECTRA.write(tmp_path)
+    SPECTRA.write(tmp_path / "spectra.svg")
     assert (tmp_path / "spectra.svg").read_text() == text
-    replace(SPECTRA, name="others").write(tmp_path)
+    SPECTRA.write(tmp_path / "others.svg")
     others = re.findall(r'\bid="([^"]*)"', (tmp_path / "others.svg").read_text())
     assert not set(names) & set(others)
 
@@ -99,10 +97,9 @@ def test_a_file_is_a_part_of_a_page(drawn, tmp_path):
 def test_what_is_seen_is_said(drawn, tmp_path):
     words = read_words(tmp_path / "spectra.svg")
     one = (
-        "{} acceleration [m/s²] over frequency [Hz], logarithmic, 2 curves; the largest value is "
-        "100 m/s² at 50 Hz (floor 2)."
+        "{}: acceleration [m/s²] over frequency [Hz], 2 curves; largest value 100 at 50 (floor 2)."
     )
-    both = " ".join(one.format(name) for name in ("(a) with", "(b) without"))
+    both = " ".join(one.format(name) for name in ("with", "without"))
     assert words == Words("Spectra along $e_y$ of <a> & b. All.", both)
     assert words.title == "Spectra along y of <a> & b"
 
@@ -110,7 +107,7 @@ def test_what_is_seen_is_said(drawn, tmp_path):
 @pytest.mark.parametrize("ending", ["svg", "png"])
 def test_words_of_a_picture(tmp_path, ending):
     path = tmp_path / f"a.{ending}"
-    with style.figure(path, (1, 1), (2.0, 1.0), "Figure 1: Élan (a).", "Two ‘lines’ & <b>.") as _:
+    with style.sheet(path, (1, 1), (2.0, 1.0), "Figure 1: Élan (a).", "Two ‘lines’ & <b>.") as _:
         pass
     assert read_words(path) == Words("Figure 1: Élan (a).", "Two ‘lines’ & <b>.")
     assert read_words(path).title == "Figure 1: Élan"
@@ -119,7 +116,7 @@ def test_words_of_a_picture(tmp_path, ending):
 def test_a_short_logarithmic_axis_has_plain_numbers(tmp_path):
     """Their powers of ten would run into each other."""
     path = tmp_path / "short.svg"
-    with style.figure(path, (1, 1), (6.0, 3.0), "Short.") as (_, (panel,)):
+    with style.sheet(path, (1, 1), (6.0, 3.0), "Short.") as (_, (panel,)):
         panel.loglog([1.5, 40.0], [0.2, 0.9])
     root = ElementTree.fromstring(path.read_text())
     ticks = {one.text for one in root.iter("{http://www.w3.org/2000/svg}text")}

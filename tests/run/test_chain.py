@@ -12,7 +12,7 @@ import xarray as xr
 from frame_case import LIGHT, QUICK, SOFT_NEIGHBOUR, floors_meet, pump
 from impactfem import study
 from impactfem.run import loop
-from no_pictures import ENSEMBLE, no_pictures
+from no_pictures import no_pictures
 
 pytestmark = pytest.mark.slow
 GEOMETRY = Path(__file__).parents[2] / "geometry"
@@ -64,7 +64,7 @@ def case(edited, tmp_path_factory):
 @pytest.fixture(scope="module")
 def done(case):
     with pytest.MonkeyPatch.context() as patch:
-        no_pictures(patch, ENSEMBLE)
+        no_pictures(patch)
         return loop.run(case, out=case.parent / "run")
 
 
@@ -212,10 +212,10 @@ MAIN = f"""
 import sys
 import pytest
 sys.path.insert(0, {str(Path(__file__).parents[1])!r})
-from no_pictures import ENSEMBLE, no_pictures
+from no_pictures import no_pictures
 from impactfem.cli import main
 
-no_pictures(pytest.MonkeyPatch(), ENSEMBLE)
+no_pictures(pytest.MonkeyPatch())
 main()
 """
 ROUNDING = {

@@ -9,7 +9,7 @@ import xarray as xr
 
 from impactfem.case import load_case
 from impactfem.run import loop
-from no_pictures import ENSEMBLE, no_pictures
+from no_pictures import no_pictures
 from two_models import BUILDINGS, DEVICE, WALL, write_case
 
 FURTHER = """
@@ -59,7 +59,7 @@ def runs(tmp_path_factory):
     """The folders of one case with Rayleigh damping, with its tables, and with 1 % more."""
     folder = tmp_path_factory.mktemp("laws")
     with pytest.MonkeyPatch.context() as patch:
-        no_pictures(patch, ENSEMBLE)
+        no_pictures(patch)
         path = write_case(folder, WALL, DEVICE, FURTHER)
         stick = BUILDINGS[0][: BUILDINGS[0].index("[buildings.structure]")]
         text = path.read_text(encoding="utf-8").replace(BUILDINGS[0], stick).replace(*CALIBRATED)

@@ -33,6 +33,21 @@ def results(folder, names):
     return json.loads((folder / "summary.json").read_text(encoding="utf-8")), stores
 
 
+def test_requested_figures_are_drawn_from_stored_results(finished, edited, tmp_path):
+    """A later run adds them without computation, and removes them when they are not requested."""
+    shutil.copytree(finished.case.parent, tmp_path, dirs_exist_ok=True)
+    case, folder = tmp_path / finished.case.name, tmp_path / "other"
+    shutil.copytree(finished.folder, folder)
+    text = case.read_text(encoding="utf-8")
+    assert not (folder / "figures" / "damping.svg").exists()
+    for figures, drawn in (('["damping"]', True), ('["all"]', True), ("[]", False)):
+        case.write_text(f"{text}\n[report]\nfigures = {figures}\n", encoding="utf-8")
+        assert run(case, out=folder).reused == ["pounding"]
+        assert (folder / "figures" / "damping.svg").exists() == drawn
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "Peak floor accelerations and largest impacts" in page
+
+
 def test_results_alone(finished, edited, tmp_path):
     """Nothing is drawn, what was drawn of other results goes, and the next run draws."""
     shutil.copytree(finished.case.parent, tmp_path, dirs_exist_ok=True)

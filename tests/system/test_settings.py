@@ -12,8 +12,8 @@ PETSC = "from petsc4py import PETSc; PETSc.Vec().createSeq(3).destroy()"
 NUMBA = "import numba; print(numba.config.DISABLE_JIT)"
 KERNEL = f"{NUMBA}; numba.njit(lambda x: x + 1.0)(1.0); print(numba.config.DISABLE_JIT)"
 FIGURE = (
-    "import pathlib; from impactfem.plot.style import figure\n"
-    "with figure(pathlib.Path('f.svg'), (1, 1), (2.0, 2.0), 'Words.') as (_, (panel,)):\n"
+    "import pathlib; from impactfem.plot.style import sheet\n"
+    "with sheet(pathlib.Path('f.svg'), (1, 1), (2.0, 2.0), 'Words.') as (_, (panel,)):\n"
     "    panel.plot([0.0, 1.0], label='$x$')\n"
     "print(pathlib.Path('f.svg').read_text())"
 )

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, ValidationError, ValidationInfo
 
-from impactfem.case.base import Section, nearest, refuse
+from impactfem.case.base import Section, nearest, once, refuse
 from impactfem.case.explain import explain
 from impactfem.case.leaf import File, Prose, Text
 from impactfem.case.quantity import Weight
@@ -238,6 +238,9 @@ def _read_reference(path: Path, faults: list[Fault], info: ValidationInfo) -> Re
 REFERENCE_FILE = TableFile(REFERENCE, _read_reference, sited=True)
 
 
+ALL_FIGURES = "all"
+
+
 class Report(Section):
     """The report that a run ends in: one page that shows all results with their checks."""
 
@@ -247,8 +250,25 @@ class Report(Section):
     """Checker of the study, likewise."""
     revision: Text | None = None
     """Revision of the study, as 'B, 2 March 2026', likewise."""
+    figures: tuple[Text, ...] = ()
+    """Figures in addition to the default ones and those that the reference shows, by the names of
+    their files; ["all"] for all."""
     reference: Annotated[Reference, REFERENCE_FILE] | None = None
     """Equations, figures and tables of a publication, with tolerances (TOML), for comparison in the
     report."""
     assumptions: tuple[Assumption, ...] = ()
     """Assumptions of the case, in addition to those of the method."""
+
+    _figures_once = once("figures", "figure")
+
+    @property
+    def shown_files(self) -> tuple[str, ...]:
+        """Files that the items of the reference show; * for any letters."""
+        items = () if self.reference is None else self.reference.items
+        return tuple(name for item in items for name in item.shows)
+
+    def requests(self, name: str, file: str) -> bool:
+        """Return whether a figure is requested by its name, or shown by the reference."""
+        if name in self.figures or ALL_FIGURES in self.figures:
+            return True
+        return any(fnmatch.fnmatchcase(f"figures/{file}", pattern) for pattern in self.shown_files)

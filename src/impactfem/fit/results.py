@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from impactfem.fit.problem import Problem
-from impactfem.plot.style import BLUE, ORANGE, figure
+from impactfem.plot.style import BLUE, ORANGE, sheet
 from impactfem.plot.table import Cell, Table
 from impactfem.system.arrays import Array
 from impactfem.system.files import atomic, write_json
@@ -292,7 +292,7 @@ def _figures(result: Fit) -> list[Path]:
         f"{np.abs(after).max():.3g} standard deviations ({worst})."
     )
     size = (7.0, 0.22 * len(groups) + 0.9)
-    with figure(files[0], (1, 1), size, caption, seen) as (_, (panel,)):
+    with sheet(files[0], (1, 1), size, caption, seen) as (_, (panel,)):
         y = np.empty(len(after))
         for row, own in enumerate(groups.values()):
             y[own] = row
@@ -318,7 +318,7 @@ def _figures(result: Fit) -> list[Path]:
         short = [_short(key, problem.keys) for key in problem.keys]
         label = 0.07 * max(len(name) for name in short)
         size = (0.6 * n + label + 0.6, 0.6 * n + 0.6 * label + 0.5)
-        with figure(files[-1], (1, 1), size, caption, seen) as (_, (panel,)):
+        with sheet(files[-1], (1, 1), size, caption, seen) as (_, (panel,)):
             panel.pcolormesh(C, cmap="RdBu_r", vmin=-1.0, vmax=1.0, edgecolors="white")
             for a in range(n):
                 for b in range(n):

@@ -11,13 +11,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from impactfem.plot.style import BLUE, HANDLE, figure, letter
+from impactfem.plot.style import BLUE, HANDLE, letter, sheet
+from impactfem.plot.words import spoken
 from impactfem.system.arrays import Array
 
 SAMPLES = 2400
 """Points of a curve at most: twice what can be told apart; extremes of each interval are kept."""
 ENTRY = 1.5
 """Width of an entry of a legend above the panels [inch]."""
+FEW = 3
+"""Most panels that the text alternative describes one by one."""
 NONE: Mapping[str, float] = MappingProxyType({})
 """Published values of a case without a publication."""
 SIZES = {"*": 11.0, "^": 8.0}
@@ -66,6 +69,26 @@ class Panel:
             return 0.0, 1.0
         return min(float(x[0]) for x in shown), max(float(x[-1]) for x in shown)
 
+    @property
+    def largest(self) -> tuple[float, float, str]:
+        """The value of largest size, its place along x, and its curve; zeros without curves."""
+        found = [(0.0, 0.0, "")]
+        for curve in self.curves:
+            if curve.dash and not np.isnan(curve.y).all():
+                k = int(np.nanargmax(np.abs(curve.y)))
+                found.append((float(curve.y[k]), float(curve.x[k]), curve.label))
+        return max(found, key=lambda one: abs(one[0]))
+
+    @property
+    def seen(self) -> str:
+        """The text alternative: axes, number of curves, largest value."""
+        count = sum(1 for curve in self.curves if curve.dash)
+        value, place, label = self.largest
+        axes = " over ".join(spoken(label) for label in (self.ylabel, self.xlabel) if label)
+        text = ": ".join(part for part in (spoken(self.title), axes) if part)
+        text += f", {count} curve{'s' * (count > 1)}; largest value {value:.4g} at {place:.4g}"
+        return text + (f" ({spoken(label)})." if label and count > 1 else ".")
+
     def draw(self, axes: Axes) -> None:
         """Draw it."""
         for one in self.curves:
@@ -106,7 +129,6 @@ class Panel:
 class CurveFigure:
     """A figure of panels with curves."""
 
-    name: str  #: name of its file without ending
     caption: str  #: what it shows
     panels: Sequence[Panel]  #: the panels, row by row
     columns: int = 2  #: panels in a row
@@ -121,11 +143,22 @@ class CurveFigure:
         """Rows of panels."""
         return math.ceil(len(self.panels) / self.columns)
 
-    def write(self, folder: Path) -> Path:
-        """Draw it into a folder; gives the file. ImpactfemError where it cannot be written."""
-        path = folder / f"{self.name}.svg"
+    @property
+    def seen(self) -> str:
+        """The text alternative: axes, curves and largest value of each panel, or of the largest."""
+        shown = [panel for panel in self.panels if panel.curves]
+        if not shown:
+            return ""
+        if len(shown) <= FEW:
+            return " ".join(panel.seen for panel in shown)
+        largest = max(shown, key=lambda panel: abs(panel.largest[0]))
+        titles = ", ".join(spoken(panel.title) for panel in shown if panel.title)
+        return f"{len(shown)} panels{f': {titles}' if titles else ''}. Largest: {largest.seen}"
+
+    def write(self, path: Path) -> Path:
+        """Draw it into an SVG file; ImpactfemError if it cannot be written."""
         layout = (self.rows, self.columns)
-        with figure(path, layout, self.size, self.caption) as (drawn, axes):
+        with sheet(path, layout, self.size, self.caption, self.seen) as (drawn, axes):
             for one, panel in zip(axes, self.panels, strict=False):
                 panel.draw(one)
             for spare in axes[len(self.panels) :]:

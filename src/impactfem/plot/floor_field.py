@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
-from impactfem.plot.style import figure, letter
+from impactfem.plot.style import letter, sheet
 from impactfem.system.arrays import Array, Index
 
 COLOURS = "cividis"
@@ -129,7 +129,7 @@ def line_load_maps(
     columns = min(2, len(loads))
     rows = -(-len(loads) // columns)
     size = (3.6 * columns + 1.2, 3.2 * rows)
-    with figure(path, (rows, columns), size, caption, seen) as (drawn, axes):
+    with sheet(path, (rows, columns), size, caption, seen) as (drawn, axes):
         for spare in axes[len(loads) :]:
             spare.set_axis_off()
         axes = axes[: len(loads)]

@@ -4,18 +4,18 @@ Everything is made from a store with `psa` over damping, station, direction and 
 over station and direction, and both over `motion` before that when it holds an ensemble. Rotations
 are `rotational_psa` and `rotational_pfa` over `rotation` in place of direction.
 
-Written are, into `products/`, `floor_spectra.csv` (a row for each building, floor, direction,
-damping and frequency), `floor_peaks.csv` (a row for each spectrum), `floor_spectra.xlsx` (a sheet
-for each building, direction and damping) and `floor_spectra.nc`, and a figure for each building;
-of rotations `floor_rotations.*`, `floor_rotation_peaks.csv`, and a figure.
-Ordinates that were not computed, at the corners of broadened peaks, are left empty.
+Into `products/`: `floor_spectra.csv` (a row for each building, floor, direction, damping and
+frequency), `floor_peaks.csv` (a row for each spectrum), `floor_spectra.xlsx` (a sheet for each
+building, direction and damping) and `floor_spectra.nc`; of rotations `floor_rotations.csv` and
+`.nc`. Ordinates that were not computed, at the corners of broadened peaks, are left empty.
 """
 
 import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -25,10 +25,11 @@ from openpyxl.cell.cell import ILLEGAL_CHARACTERS_RE
 from openpyxl.styles import Alignment, Font
 from openpyxl.utils import get_column_letter
 
+from impactfem.case.analysis import Spectra
 from impactfem.plot.curves import Curve, CurveFigure, Panel
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED
 from impactfem.plot.table import Cell, Table, cell, heads
-from impactfem.spectra.design import ZPA_TOLERANCE, Ratio
+from impactfem.spectra.design import ZPA_TOLERANCE
 from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet, Station
 from impactfem.spectra.statistics import Statistic, statistic_words
 from impactfem.system.arrays import Array
@@ -39,9 +40,6 @@ from impactfem.system.scalar import words
 FOLDER = "products"
 FRACTILES = (0.16, 0.5, 0.84)
 LABELS = heads("building; floor; direction; damping [-]")
-TRANSLATIONS = ("floor_spectra", "floor_peaks")
-ROTATIONS = ("floor_rotations", "floor_rotation_peaks")
-"""Names of the products: of the spectra, and of the table of their peaks."""
 COLUMNS = 4
 PANEL = (2.6, 2.0)
 """Width and height of a panel [inch]."""
@@ -52,93 +50,99 @@ LABEL_WIDTH, COLUMN_WIDTH = 26, 13  # characters
 
 
 def write_floor_products(
-    folder: Path,
-    store: Path,
-    *,
-    broadening: Ratio = 0.15,
-    clipping: bool = False,
-    statistic: Statistic = "envelope",
+    folder: Path, store: Path, rules: Spectra, *, statistic: Statistic = "envelope"
 ) -> list[Path]:
-    """Write all products of a store; gives the files.
+    """Write the products of `pounding.nc`, or of a results file of an ensemble; gives the files.
 
     Args:
-        folder: The run's folder.
-        store: `pounding.nc`, or the store of an ensemble.
-        broadening: Of the peaks to either side: a ratio, or one down and one up [-].
-        clipping: Whether narrow peaks are reduced before they are broadened.
-        statistic: Over the motions of an ensemble: "envelope", "mean" or a probability.
+        folder: The folder in which `products/` is.
+        store: The results file.
+        rules: The section `spectra` of the case.
+        statistic: Over the motions of an ensemble: "envelope", "mean" or a probability. An ensemble
+            has no workbook, NetCDF file and rotations.
 
     Raises:
-        ImpactfemError: The store is not usable, or a file cannot be written.
+        ImpactfemError: The results file is not usable, or a file cannot be written.
     """
-    *both, inputs = read_floor_spectra(store)
-    files: list[Path] = []
-    for spectra, names in zip(both, (TRANSLATIONS, ROTATIONS), strict=True):
-        if spectra is not None:
-            design = spectra.design(broadening, clipping=clipping, statistic=statistic)
-            files += write_floor_design(folder, design, inputs, names)
+    translations, rotations, inputs = floor_designs(store, rules, statistic)
+    target = folder / FOLDER
+    target.mkdir(parents=True, exist_ok=True)
+    files = [table.write_csv(target) for table in (curve_table(translations), _peaks(translations))]
+    if len(translations.source.motions) > 1:
+        return files
+    files += write_design_files(target / "floor_spectra", translations, inputs)
+    if rotations is not None:
+        files.append(curve_table(rotations, "floor_rotations").write_csv(target))
+        files.append(target / "floor_rotations.nc")
+        write_netcdf(files[-1], floor_store(rotations, inputs))
     return files
 
 
-def write_floor_design(
-    folder: Path, design: DesignFloorSpectra, inputs: str, names: tuple[str, str]
-) -> list[Path]:
-    """Write tables, workbook, store and figures of design spectra by their names; the files.
-
-    ImpactfemError where one cannot be written, as by `write_design_files`.
-    """
-    target, figures = folder / FOLDER, folder / "figures"
-    target.mkdir(parents=True, exist_ok=True)
-    files = [table.write_csv(target) for table in _tables(design, names)]
-    files += write_design_files(target / names[0], design, inputs)
-    return files + floor_figures(figures, design, names[0])
-
-
 def write_design_files(stem: Path, design: DesignFloorSpectra, inputs: str) -> list[Path]:
-    """Write design spectra as workbook and store, at `stem` with their endings; gives the files."""
+    """Write design spectra as workbook and NetCDF file, at `stem` with their endings."""
     book, store = (stem.with_name(f"{stem.name}.{ending}") for ending in ("xlsx", "nc"))
     write_workbook(book, design)
     write_netcdf(store, floor_store(design, inputs))
     return [book, store]
 
 
-def floor_figures(folder: Path, design: DesignFloorSpectra, name: str) -> list[Path]:
-    """Draw the spectra at the first damping, a figure a building with a panel for each floor."""
-    source, files = design.source, []
+class FloorDesigns(NamedTuple):
+    """Floor response spectra for design."""
+
+    translations: DesignFloorSpectra
+    rotations: DesignFloorSpectra | None  #: None if there are none
+    inputs: str  #: hash of the inputs of their results file
+
+
+def floor_designs(store: Path, rules: Spectra, statistic: Statistic = "envelope") -> FloorDesigns:
+    """Read the floor spectra of a results file and broaden them.
+
+    `rules` is the section `spectra` of the case; the statistic is over the motions.
+    """
+    translations, rotations, inputs = read_floor_spectra(store)
+    design = partial(
+        FloorSpectrumSet.design,
+        broadening=rules.broadening,
+        clipping=rules.clipping,
+        statistic=statistic,
+    )
+    turned = None if rotations is None else design(rotations)
+    return FloorDesigns(design(translations), turned, inputs)
+
+
+def building_page(design: DesignFloorSpectra, building: str) -> CurveFigure:
+    """Return a figure of the spectra of a building at the first damping, a panel for each floor."""
+    source = design.source
     turned = source.unit == "rad/s2"
     ends = design.frequency[[0, -1]]
-    for building in dict.fromkeys(station.building for station in source.stations):
-        panels: list[tuple[str, list[Curve]]] = []
-        for s, station in enumerate(source.stations):
-            if station.building != building:
-                continue
-            curves: list[Curve] = []
-            for x, direction in enumerate(source.directions):
-                colour = DIRECTION_COLOURS.get(direction[-1], ORANGE)
-                raw, psa, zpa = design.raw[0, s, x], design.psa[0, s, x], design.zpa[s, x].repeat(2)
-                along = f"{'about' if turned else 'along'} $e_{direction[-1]}$"
-                curves += [
-                    Curve(source.frequency, raw, f"computed, {along}", colour, width=0.6),
-                    Curve(design.frequency, psa, f"for design, {along}", colour, width=1.4),
-                    Curve(ends, zpa, "", colour, ":", 0.8),
-                ]
-            panels.append((station.label, curves))
-        caption = (
-            f"Floor response spectra of building {building} ("
-            f"{'rotational ' if turned else ''}pseudo-acceleration, "
-            f"{100.0 * source.damping[0]:g} % damping) as computed (thin) and for design (thick); "
-            f"{design.broadening_text}. Dotted: zero-period acceleration. {design.motions_text}."
-        )
-        # The slope of a slab at a struck edge is many times that of other floors.
-        if turned:
-            caption += " Scales of the floors differ."
-        page = floor_page(f"{name}_{building}", caption, panels, unit=source.unit, alike=not turned)
-        files.append(page.write(folder))
-    return files
+    panels: list[tuple[str, list[Curve]]] = []
+    for s, station in enumerate(source.stations):
+        if station.building != building:
+            continue
+        curves: list[Curve] = []
+        for x, direction in enumerate(source.directions):
+            colour = DIRECTION_COLOURS.get(direction[-1], ORANGE)
+            raw, psa, zpa = design.raw[0, s, x], design.psa[0, s, x], design.zpa[s, x].repeat(2)
+            along = f"{'about' if turned else 'along'} $e_{direction[-1]}$"
+            curves += [
+                Curve(source.frequency, raw, f"computed, {along}", colour, width=0.6),
+                Curve(design.frequency, psa, f"for design, {along}", colour, width=1.4),
+                Curve(ends, zpa, "", colour, ":", 0.8),
+            ]
+        panels.append((station.label, curves))
+    caption = (
+        f"Floor response spectra of building {building} ("
+        f"{'rotational ' if turned else ''}pseudo-acceleration, "
+        f"{100.0 * source.damping[0]:g} % damping) as computed (thin) and for design (thick); "
+        f"{design.broadening_text}. Dotted: zero-period acceleration. {design.motions_text}."
+    )
+    # The slope of a slab at a struck edge is many times that of other floors.
+    if turned:
+        caption += " Scales of the floors differ."
+    return floor_page(caption, panels, unit=source.unit, alike=not turned)
 
 
 def floor_page(
-    name: str,
     caption: str,
     panels: Sequence[tuple[str, Sequence[Curve]]],
     unit: str = "m/s2",
@@ -158,7 +162,7 @@ def floor_page(
         for k, (title, curves) in enumerate(panels)
     ]
     whole = max(columns, 3) * PANEL[0], math.ceil(count / columns) * PANEL[1] + 0.5
-    return CurveFigure(name, caption, pages, columns, whole, above=True, **options)
+    return CurveFigure(caption, pages, columns, whole, above=True, **options)
 
 
 def read_floor_spectra(store: Path) -> tuple[FloorSpectrumSet, FloorSpectrumSet | None, str]:
@@ -225,30 +229,34 @@ def curve_rows(
     return [(*before, *map(cell, row), *after) for row in zip(*columns, strict=True)]
 
 
-def _tables(design: DesignFloorSpectra, names: tuple[str, str]) -> list[Table]:
-    """All spectra as a tidy table, and of each its peak and zero-period acceleration."""
-    source, unit = design.source, design.source.unit
+def curve_table(design: DesignFloorSpectra, name: str = "floor_spectra") -> Table:
+    """Return all spectra as a table with a row for each frequency."""
+    unit = design.source.unit
     columns = {"raw": design.computed, "broadened": design.psa}
     columns |= {name: design.at_design(values) for name, values in _statistics(design).items()}
-    curves: list[tuple[Cell, ...]] = []
-    peaks: list[tuple[Cell, ...]] = []
+    rows: list[tuple[Cell, ...]] = []
+    for labels, at in labelled(design):
+        rows += curve_rows(labels, [design.frequency, *(v[at] for v in columns.values())])
+    heading = (*LABELS, ("frequency", "Hz"), *((column, unit) for column in columns))
+    title = f"Floor response spectra; {design.broadening_text}"
+    return Table(name, title, heading, tuple(rows))
+
+
+def _peaks(design: DesignFloorSpectra) -> Table:
+    """Return the peak and the zero-period acceleration of each spectrum."""
+    source, unit = design.source, design.source.unit
+    rows: list[tuple[Cell, ...]] = []
     for labels, (d, s, x) in labelled(design):
         at, raw = (d, s, x), design.raw[d, s, x]
-        curves += curve_rows(labels, [design.frequency, *(v[at] for v in columns.values())])
         highest = float(source.frequency[int(np.argmax(raw))])
         numbers = (source.stations[s].elevation, raw.max(), highest, design.psa[at].max())
-        peaks.append((*labels, *map(cell, (*numbers, design.zpa[s, x], design.rigid[at]))))
-    numbers_of_peaks = heads(
+        rows.append((*labels, *map(cell, (*numbers, design.zpa[s, x], design.rigid[at]))))
+    columns = heads(
         f"elevation [m]; raw peak [{unit}]; frequency of the raw peak [Hz]; broadened peak [{unit}]"
         f"; zero-period acceleration [{unit}]; {WITHIN}"
     )
-    of_curves = (*LABELS, ("frequency", "Hz"), *((name, unit) for name in columns))
-    title = f"Floor response spectra; {design.broadening_text}"
-    of_peaks = "Peaks and zero-period accelerations of the floor response spectra"
-    return [
-        Table(names[0], title, of_curves, tuple(curves)),
-        Table(names[1], of_peaks, (*LABELS, *numbers_of_peaks), tuple(peaks)),
-    ]
+    title = "Peaks and zero-period accelerations of the floor response spectra"
+    return Table("floor_peaks", title, (*LABELS, *columns), tuple(rows))
 
 
 def _statistics(design: DesignFloorSpectra) -> dict[str, Array]:

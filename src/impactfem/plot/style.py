@@ -8,6 +8,7 @@ import io
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from matplotlib.ticker import LogFormatter
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from impactfem.plot.words import CAPTION, SEEN, Words, seen_in
+from impactfem.plot.words import CAPTION, SEEN, Words
 from impactfem.system.arrays import Array
 from impactfem.system.files import atomic
 
@@ -101,7 +102,7 @@ def own_style(**settings: Any) -> AbstractContextManager[None]:
 
 
 @contextmanager
-def figure(
+def sheet(
     path: Path, panels: tuple[int, int], size: tuple[float, float], caption: str, seen: str = ""
 ) -> Iterator[tuple[Figure, list[Axes]]]:
     """A figure with panels; it is written to `path` with its words when the block ends.
@@ -111,7 +112,7 @@ def figure(
         panels: Rows and columns.
         size: Width and height [inch].
         caption: What it shows; mathematics between $. It is not drawn.
-        seen: What is seen, for those who do not; of panels with curves it is said from their data.
+        seen: The text alternative; "" for the first sentence of the caption.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     salt = {"svg.hashsalt": f"{path.stem} {caption}"}  # ids are those of one figure, in every run
@@ -128,7 +129,8 @@ def figure(
         # Laid out once here: savefig would draw everything once more for it.
         drawn.get_layout_engine().execute(drawn)  # type: ignore[union-attr]
         drawn.set_layout_engine("none")
-        words = Words(caption, seen or seen_in(axes))
+        words = Words(caption, seen)
+        words = words if seen else replace(words, seen=words.title)
         with atomic(path) as temporary:
             if path.suffix == ".svg":
                 temporary.write_text(_svg(drawn, words), encoding="utf-8")

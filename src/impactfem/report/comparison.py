@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from impactfem.plot.curves import Curve, CurveFigure, Panel
+from impactfem.plot.figure import figure
 from impactfem.plot.style import BLUE, RED
 from impactfem.plot.table import Cell, Table, heads
 from impactfem.report.run_files import RunFiles
@@ -38,6 +39,7 @@ def comparison_table(run: RunFiles, other: RunFiles) -> Table:
     return Table(TABLE, title, heads("name; unit; this run; the other; ratio [-]"), tuple(rows))
 
 
+@figure(FIGURE, "Floor spectra", "Floor spectra of both runs")
 def spectra_figure(target: Path, run: RunFiles, other: RunFiles, highest: float) -> list[Path]:
     """Draw the floor spectra of both runs at the mass centres up to a frequency [Hz].
 
@@ -69,4 +71,6 @@ def spectra_figure(target: Path, run: RunFiles, other: RunFiles, highest: float)
         f"{100.0 * common[0]:g} %, up to {highest:g} Hz."
     )
     size = 9.0, 2.6 * math.ceil(len(panels) / 2)
-    return [CurveFigure(FIGURE, caption, panels, size=size).write(target)]
+    path = target / f"{FIGURE}.svg"
+    CurveFigure(caption, panels, size=size).write(path)
+    return [path]

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from impactfem.plot.curves import Curve, CurveFigure, Panel
+from impactfem.plot.figure import figure
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED
 from impactfem.report.overview import (
     RESIDUAL,
@@ -420,8 +421,9 @@ def at_wall(run: RunFiles) -> float | None:
     return next((value for value in found if value is not None), None)
 
 
+@figure(SPECTRA, "Summary", "Governing floor response spectra")
 def spectra_figure(run: RunFiles, spectra: list[Spectrum]) -> Path | None:
-    """Draw `decision_spectra.svg`: governing spectra of a building, and of an anchor or another."""
+    """Draw the governing spectra of a building, and of an anchor or of a second building."""
     anchors = [one for one in spectra if one.at_anchor]
     buildings = dict.fromkeys(one.building for one in spectra if not one.at_anchor)
     panels = [_building_panel(run, spectra, name) for name in [*buildings][: 1 if anchors else 2]]
@@ -441,8 +443,9 @@ def spectra_figure(run: RunFiles, spectra: list[Spectrum]) -> Path | None:
         + " ".join(f"({'ab'[k]}) {panel.title}." for k, panel in enumerate(panels))
     )
     size = (5.5 * len(panels), 3.3)
-    drawn = CurveFigure(SPECTRA, caption, panels, len(panels), size)
-    return drawn.write(run.folder / "figures")
+    path = run.folder / "figures" / f"{SPECTRA}.svg"
+    CurveFigure(caption, panels, len(panels), size).write(path)
+    return path
 
 
 def _building_panel(run: RunFiles, spectra: list[Spectrum], building: str) -> Panel:

@@ -205,10 +205,13 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
         ),
     }
     numbers = itertools.count(1)
-    overall = [_overall(run, name, numbers) for name in (SPECTRA, DRAWING)]
+    cases = {one.name: one.title for one in known["pounding"].figures.declared}
+    titles = {SPECTRA: "Governing floor response spectra", DRAWING: cases[DRAWING]}
+    overall = [_overall(run, name, title, numbers) for name, title in titles.items()]
     shown = sections(run, known, numbers)
     written = [name for section in shown for name in section.files]
     written += [str(one.path.relative_to(run.folder)) for one in overall if one is not None]
+    written = list(dict.fromkeys(written))
     reference = run.case["report"]["reference"]
     compared = [] if reference is None else places(reference, run.summary, written)
     tally = [(f"{kind}s", count(compared, kind)) for kind in KINDS]
@@ -275,10 +278,10 @@ def content_policy(scripts: Sequence[str]) -> str:
     )
 
 
-def _overall(run: RunFiles, stem: str, numbers: Iterator[int]) -> Picture | None:
+def _overall(run: RunFiles, stem: str, title: str, numbers: Iterator[int]) -> Picture | None:
     """A figure of the run as a whole."""
     path = next((run.folder / "figures").glob(f"{stem}.*"), None)
-    return None if path is None else picture(path, anchor(run, path), next(numbers))
+    return None if path is None else picture(path, title, anchor(run, path), next(numbers))
 
 
 def conventions(run: RunFiles) -> list[tuple[str, str]]:

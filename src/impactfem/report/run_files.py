@@ -30,7 +30,7 @@ from impactfem.system.scalar import alone
 
 COMPARISON = "comparison"
 """What `impactfem compare` writes is listed as if it were a stage, which no run has."""
-DRAWING, SPECTRA = "figure_02_case", "decision_spectra"
+DRAWING, SPECTRA = "case", "decision_spectra"
 SCENE = "building_scene.html"
 """Figures of the run as a whole."""
 CASE, SUMMARY, PROVENANCE, CHECKS = "case.json", "summary.json", "provenance.json", "checks.json"

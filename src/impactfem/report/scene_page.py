@@ -16,6 +16,7 @@ import xarray as xr
 from jinja2 import Environment
 from matplotlib.colors import to_hex
 
+from impactfem.plot.figure import figure
 from impactfem.plot.floor_field import COLOURS
 from impactfem.plot.scene import (
     FAMILIES,
@@ -60,6 +61,7 @@ class Notes:
     scale: tuple[str, float, float] | None = None
 
 
+@figure("building_scene", "The building in 3D", "The building in 3D", ending="html", in_3d=True)
 def write_scene(folder: Path) -> list[Path]:
     """Write `figures/building_scene.html` of a run's folder, in a separate process.
 

@@ -5,19 +5,19 @@ import csv
 import html
 import io
 import re
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from fnmatch import fnmatchcase
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from markupsafe import Markup, escape
+from markupsafe import Markup
 from PIL import Image
 
+from impactfem.plot.figure import BETWEEN, declared
 from impactfem.plot.words import as_html, read_words
+from impactfem.report import comparison, scene_page
 from impactfem.report.overview import (
     Facts,
     carried,
@@ -70,8 +70,18 @@ ELEMENTS = frozenset(
 """Elements of an SVG that draw or describe; others, as a script, have no place in a figure."""
 _COMMENT = re.compile(r"<!-- (?:(?!--|>).)* -->", re.S)
 _OUTSIDE = re.compile(r"url\(\s*[\"']?(?!#)|@import|expression\(", re.I)
-_NUMBERED = re.compile(r"(^|<title>|<metadata>)Figure \d+: ")
-"""The number in a publication that a case need not have; the page counts its own figures."""
+ORDER = (
+    "pounding",
+    "transient",
+    "device",
+    "design",
+    "ensemble",
+    COMPARISON,
+    "calibrate",
+    "building",
+    "reduce",
+)
+"""The stages in the order of their use for a decision."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +91,7 @@ class Picture:
     path: Path
     anchor: str  #: id of its place in the page
     number: int  #: in the order of the page
+    title: str  #: its heading
     markup: Markup  #: the picture itself
     caption: Markup  #: below it
 
@@ -95,19 +106,16 @@ class Picture:
         return self.path.suffix == ".mp4"
 
 
-def picture(path: Path, anchor: str, number: int) -> Picture:
+def picture(path: Path, title: str, anchor: str, number: int) -> Picture:
     """A file as a figure of the page; ImpactfemError where it cannot be read."""
     if path.suffix == ".mp4":
-        title = path.stem.replace("_", " ")
         markup = Markup('<video controls muted loop playsinline aria-label="{}" src="{}"></video>')
-        film = markup.format(f"Film: {title}", data(read(path), "video/mp4"))
-        return Picture(path, anchor, number, film, escape(f"Film: {title}."))
+        film = markup.format(title, data(read(path), "video/mp4"))
+        return Picture(path, anchor, number, title, film, Markup())
     words = read_words(path)
-    title = _NUMBERED.sub("", words.title) or path.stem.replace("_", " ")
     if path.suffix == ".svg":
         # Figures of several buildings may be alike, parts of a page have different names.
-        drawn = _NAMED.sub(rf"\g<1>p{number}", passive(path, read(path)))
-        markup = Markup(_NUMBERED.sub(r"\1", drawn))
+        markup = Markup(_NAMED.sub(rf"\g<1>p{number}", passive(path, read(path))))
     else:
         with Image.open(path) as image:
             dots, packed = image.info.get("dpi", (CSS_DOTS,))[0], io.BytesIO()
@@ -117,8 +125,7 @@ def picture(path: Path, anchor: str, number: int) -> Picture:
         markup = Markup('<img loading="lazy" width="{}" height="{}" alt="{}" src="{}">').format(
             width, height, words.seen or title, data(packed.getvalue(), "image/webp")
         )
-    caption = Markup(as_html(_NUMBERED.sub("", words.caption) or title))
-    return Picture(path, anchor, number, markup, caption)
+    return Picture(path, anchor, number, title, markup, Markup(as_html(words.caption)))
 
 
 def passive(path: Path, content: bytes) -> str:
@@ -193,6 +200,7 @@ class Group:
 
     title: str
     anchor: str
+    subject: str = ""  #: name of the building or the device; "" for a topic
     facts: list[Facts] = field(default_factory=list)
     pictures: list[Picture] = field(default_factory=list)
     scenes: list[str] = field(default_factory=list)  #: pages, as the text of an attribute
@@ -217,10 +225,9 @@ def sections(run: RunFiles, known: Mapping[str, Stage], numbers: Iterator[int]) 
 
     `known` are all stages by their names, `numbers` those of the figures in their order.
     """
-    order = tomllib.loads((TEMPLATES / "sections.toml").read_text("utf-8"))
     names = [*run.stages, *([COMPARISON] if run.compared else [])]
-    names.sort(key=lambda name: order["order"].index(Label.of(name).stage))
-    return [_section(run, name, known, order, numbers) for name in names]
+    names.sort(key=lambda name: ORDER.index(Label.of(name).stage))
+    return [_section(run, name, known, numbers) for name in names]
 
 
 def anchor(run: RunFiles, path: Path | str) -> str:
@@ -235,44 +242,40 @@ def _section(
     run: RunFiles,
     name: str,
     known: Mapping[str, Stage],
-    order: Mapping[str, Any],
     numbers: Iterator[int],
 ) -> Section:
     building, own = Label.of(name)
     stage = known.get(own)
     if stage is not None:
-        title, about = stage.title, stage.about
+        title, about, figures = stage.title, stage.about, stage.figures.declared
     else:
+        figures = declared(comparison)
         title, about = "Comparison with another run", "Scalar results and floor spectra of both."
     place = f"stage_{name}"
     drawn, tables = run.files_of(name, "figures"), run.files_of(name, "tables")
-    own_drawn = [path for path in drawn if path.stem != DRAWING]
     groups = _groups(run.of(building) if building else run, own, place)
-    named = {
-        group.title.partition(" ")[2]: group for group in groups if group.anchor[:6] != "stage_"
-    }
-    topics = [Group(t["title"], f"{place}_{k}") for k, t in enumerate(order.get(own, ()), 1)]
-    listed = [_table(run, path) for path in tables]
-    topics.append(Group("Further figures" if topics else "", f"{place}_{len(topics) + 1}"))
-    shown = [*groups, *topics] if own != "pounding" else [*groups[:1], *topics, *groups[1:]]
-    patterns = [t["figures"] for t in order.get(own, ())]
-    chosen: list[tuple[Group, Path]] = []
-    for path in sorted(own_drawn, key=lambda one: _rank(one.name, patterns)):
-        found = [subject for subject in named if path.stem.endswith(f"_{subject}")]
-        topic = topics[min(_rank(path.name, patterns)[0], len(topics) - 1)]
-        into = named[max(found, key=len)] if found else topic
-        if own == "device" and not found and named and path.stem != "figure_28_damping":
-            into = next(iter(named.values()))  # files of the first one have short names
-        chosen.append((into, path))
-    places = {id(group): k for k, group in enumerate(shown)}
-    for into, path in sorted(chosen, key=lambda one: places[id(one[0])]):
-        if path.suffix == ".html":
-            if path.name != SCENE:  # the scene was written just now, others may be somebody else's
-                continue
-            # A page as the text of an attribute, for a frame within this one.
-            into.scenes.append(html.escape(read(path).decode(), quote=True))
-        else:
-            into.pictures.append(picture(path, anchor(run, path), next(numbers)))
+    named = {group.subject: group for group in groups if group.subject}
+    figures = (*figures, *declared(scene_page))
+    titles = list(dict.fromkeys(one.section for one in figures))
+    topics = {title: Group(title, f"{place}_{k}") for k, title in enumerate(titles, 1)}
+    shown = [*groups, *topics.values()]
+    if own == "pounding":
+        shown = [*groups[:1], *topics.values(), *groups[1:]]
+    chosen: dict[str, list[tuple[str, Path]]] = {group.anchor: [] for group in shown}
+    for one in figures:
+        for path in drawn:
+            known_as, _, subject = path.stem.partition(BETWEEN)
+            if known_as == one.name and path.stem != DRAWING:
+                heading = f"{one.title}: {subject}" if subject else one.title
+                into = named.get(subject, topics[one.section])
+                chosen[into.anchor].append((heading, path))
+    for group in shown:
+        for heading, path in chosen[group.anchor]:
+            if path.name == SCENE:
+                # A page as the text of an attribute, for a frame within this one.
+                group.scenes.append(html.escape(read(path).decode(), quote=True))
+            else:
+                group.pictures.append(picture(path, heading, anchor(run, path), next(numbers)))
     return Section(
         name,
         place,
@@ -280,7 +283,7 @@ def _section(
         about,
         [check for check in run.checks if check["stage"] == name],
         [group for group in shown if group.facts or group.pictures or group.scenes],
-        listed,
+        [_table(run, path) for path in tables],
         [str(path.relative_to(run.folder)) for path in (*drawn, *tables)],
     )
 
@@ -289,30 +292,22 @@ def _groups(run: RunFiles, stage: str, place: str) -> list[Group]:
     """The buildings and devices of a stage, with what was found of them."""
     groups = []
     if stage == "pounding":
-        groups.append(Group("What hits what", f"{place}_0", [impacts(run)]))
+        groups.append(Group("What hits what", f"{place}_0", facts=[impacts(run)]))
     elif stage == "transient":
-        groups.append(Group("Largest ordinates", f"{place}_0", [structure_spectra(run)]))
+        groups.append(Group("Largest ordinates", f"{place}_0", facts=[structure_spectra(run)]))
     elif stage == "design" and "ensemble3d.members" in run.values:
-        groups.append(Group("Spread over the motions", f"{place}_0", [carried(run)]))
+        groups.append(Group("Spread over the motions", f"{place}_0", facts=[carried(run)]))
     if stage == "pounding":
         for name in (building["name"] for building in run.case["buildings"]):
             title = f"{'3D model' if name in in_3d(run.case) else 'Stick'} {name}"
-            groups.append(Group(title, f"building_{name}", [stick_spectra(run, name)]))
+            groups.append(Group(title, f"building_{name}", name, [stick_spectra(run, name)]))
     elif stage == "device":
         with run.store("device.nc") as store:
             devices = names_of(store, "device")
         for name in devices:
-            groups.append(Group(f"Device {name}", f"device_{name}", [device_verdict(run, name)]))
+            facts = [device_verdict(run, name)]
+            groups.append(Group(f"Device {name}", f"device_{name}", name, facts))
     return groups
-
-
-def _rank(name: str, patterns: Sequence[Sequence[str]]) -> tuple[int, int, str]:
-    """Group of a figure and its place there; behind all others where no pattern takes it."""
-    for k, group in enumerate(patterns):
-        for place, pattern in enumerate(group):
-            if fnmatchcase(name, pattern):
-                return k, place, name
-    return len(patterns), 0, name
 
 
 def _table(run: RunFiles, path: Path) -> Rows:

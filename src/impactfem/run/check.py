@@ -13,6 +13,7 @@ from impactfem.building.mesh import BuildingMesh
 from impactfem.building.mesh_report import MeshReport
 from impactfem.building.read_mesh import read_mesh
 from impactfem.case import Building3D, Case
+from impactfem.case.base import nearest
 from impactfem.case.buildings import GeneratedMesh
 from impactfem.case.contact_checks import pair_distance
 from impactfem.case.facing import facing_floors
@@ -20,6 +21,7 @@ from impactfem.case.load import read_case
 from impactfem.case.model import CaseFile
 from impactfem.case.motions import RecordMotion, read_force_table
 from impactfem.case.plausibility import implausible
+from impactfem.case.report import ALL_FIGURES
 from impactfem.case.source import read_source
 from impactfem.case.transient import transient_files
 from impactfem.coupling.force_history import FORCES, ForceHistory
@@ -36,7 +38,7 @@ from impactfem.run.estimate import (
     estimate,
     too_much,
 )
-from impactfem.run.stages import asked_stages, needed_stages
+from impactfem.run.stages import STAGES, asked_stages, needed_stages
 from impactfem.stages.check import log_checks
 from impactfem.stages.inputs import program_key
 from impactfem.stages.patches import contact_patches
@@ -150,7 +152,7 @@ def further_checks(
     impact forces of another program. Gives what a run of the stages
     will take, None where faults hide it, and the faults.
     """
-    faults: list[Fault] = []
+    faults = unknown_figures(case)
     attempt = partial(_attempt, faults)
     if not left_out & {"devices", "device_analysis", "damping_cases"}:
         for building in case.modelled.values():
@@ -227,6 +229,16 @@ def further_checks(
         found = estimate(case, longest, meshes).of(stages)
         faults += too_much(case, found) if counted and not refused else ()
     return found, faults
+
+
+def unknown_figures(case: Case) -> list[Fault]:
+    """Return a fault for each requested figure that no stage declares."""
+    known = [one.name for stage in STAGES for one in stage.figures.declared] + [ALL_FIGURES]
+    return [
+        Fault(case.path, f"report.figures[{k}]", name, f"no such figure; {nearest(name, known)}")
+        for k, name in enumerate(case.report.figures)
+        if name not in known
+    ]
 
 
 def mesh_of(

@@ -371,7 +371,10 @@ def _draw_named(
         pictures = stage.draw(subject, folder / part_of(subject))
     took = {f"{label}: {DRAWING}": round(steps.times[DRAWING], 3)}
     manifest = read_manifest(folder, label)
-    update: dict[str, object] = {"drawn_from": drawing, "drawings": digests(folder, pictures)}
+    drawings = digests(folder, pictures)
+    for name in manifest.drawings.keys() - drawings.keys():  # no longer requested
+        (folder / name).unlink(missing_ok=True)
+    update: dict[str, object] = {"drawn_from": drawing, "drawings": drawings}
     update["seconds"] = manifest.seconds | took
     write_json(manifest_file(folder, label), manifest.model_copy(update=update).model_dump())
     return took

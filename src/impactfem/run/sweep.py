@@ -19,7 +19,7 @@ import pandas as pd
 from impactfem.case import Building3D, Case
 from impactfem.case.model import CaseFile
 from impactfem.case.source import read_source
-from impactfem.plot.style import figure, letter
+from impactfem.plot.style import letter, sheet
 from impactfem.plot.table import Table
 from impactfem.report.comparison import FIRST
 from impactfem.run.check import check
@@ -189,7 +189,7 @@ class SweepTable:
         rows, columns = math.ceil(len(drawn) / 2), min(2, len(drawn))
         dashed = " Dashed: published." if self.published.keys() & set(drawn) else ""
         caption = f"{self.title}: results over {along}.{dashed}"
-        with figure(path, (rows, columns), (4.5 * columns, 2.8 * rows), caption) as (_, axes):
+        with sheet(path, (rows, columns), (4.5 * columns, 2.8 * rows), caption) as (_, axes):
             for panel, name in zip(axes, drawn, strict=False):
                 y = self.results[name].set_axis(self.values[along])
                 for label, line in y.groupby(others.to_numpy(), sort=False):

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, TypeAlias, TypeVar
 
 from impactfem.case import Building3D, Case
 from impactfem.stages.check import Check
+from impactfem.stages.drawing import Figures
 from impactfem.stages.inputs import inputs_key
 from impactfem.system.log import Steps
 
@@ -48,11 +49,12 @@ class StageOf(Generic[S]):
     stores: Mapping[str, str]
     #: Computes and writes stores; gives the files that it wrote, on rank 0.
     compute: Callable[[S, Path, str, Steps], list[Path]]
-    #: Writes tables and figures from the stores of the run; gives their files. On rank 0.
-    draw: Callable[[S, Path], list[Path]]
+    #: Writes tables and products from the stores of the run; gives their files. On rank 0.
+    tabulate: Callable[[S, Path], list[Path]]
     checks: Callable[[S, Path], list[Check]]  #: the checks of its results in words
     #: What it is done for: the case in the folder of the run, or buildings in folders of their own.
     subjects: Callable[[Case], tuple[S, ...]]
+    figures: Figures = field(default_factory=Figures)  #: drawn from the stores of the run
     section: str = ""  #: the section of the case file without which there is none of them
     #: The stages whose files it reads; those that these need follow.
     needs: Callable[[S], tuple[StageOf[Any], ...]] = lambda subject: ()
@@ -98,10 +100,16 @@ class StageOf(Generic[S]):
             digest.update(f"{own}{needed}{self.further(one)}".encode())
         return digest.hexdigest()
 
+    def draw(self, subject: S, folder: Path) -> list[Path]:
+        """Write tables, products and figures from the stores of the run; gives their files."""
+        return [*self.tabulate(subject, folder), *self.figures.draw(subject, folder)]
+
     def drawing_key(self, subject: Subject) -> str:
         """Compute the hash of the inputs of its tables and figures."""
         drawn = inputs_key(subject, ("published",))
-        return hashlib.sha256(f"{self.key(subject)}{drawn}".encode()).hexdigest()
+        report = (subject if isinstance(subject, Case) else subject.case).report
+        requested = [report.figures, *report.shown_files]
+        return hashlib.sha256(f"{self.key(subject)}{drawn}{requested}".encode()).hexdigest()
 
 
 Stage: TypeAlias = StageOf[Any]

@@ -5,10 +5,12 @@ import pytest
 import xarray as xr
 from PIL import Image
 
-from impactfem.stages.building.pictures import draw_pictures, open_side
+from impactfem.stages.building.pictures import open_side
+from impactfem.stages.building.stage import BUILDING
 from impactfem.system.errors import ImpactfemError
-from impactfem.system.executor import in_own_process
 from impactfem.system.files import write_netcdf
+
+from ..figure_file import draw_all
 
 
 def house(*, walls=True, lines=True, modes=2):
@@ -70,13 +72,13 @@ def house(*, walls=True, lines=True, modes=2):
 @pytest.mark.parametrize(
     ("wanted", "names"),
     [
-        ({}, ["figure_01_mesh.png", "figure_03_mode.png", "building_mode_2.png"]),
-        ({"walls": False, "lines": False, "modes": 0}, ["figure_01_mesh.png"]),
+        ({}, ["bending_mode-1.png", "bending_mode-2.png", "mesh.png"]),
+        ({"walls": False, "lines": False, "modes": 0}, ["mesh.png"]),
     ],
 )
 def test_pictures(tmp_path, wanted, names):
     write_netcdf(tmp_path / "building.nc", house(**wanted))
-    drawn = in_own_process(draw_pictures, tmp_path)
+    drawn = draw_all(BUILDING.figures, tmp_path, in_3d=True)
     assert drawn == [tmp_path / "figures" / name for name in names]
     for path in drawn:
         with Image.open(path) as picture:
@@ -86,7 +88,7 @@ def test_pictures(tmp_path, wanted, names):
 
 def test_no_store(tmp_path):
     with pytest.raises(ImpactfemError, match=r"building\.nc"):
-        in_own_process(draw_pictures, tmp_path)
+        draw_all(BUILDING.figures, tmp_path, in_3d=True)
 
 
 def test_the_side_with_most_openings():

@@ -11,11 +11,11 @@ from matplotlib.axes import Axes
 from impactfem.case.report import read_published
 from impactfem.plot import style
 from impactfem.stages.calibrate.checks import wall_checks
-from impactfem.stages.calibrate.figures import wall_figures
+from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.calibrate.tables import wall_tables
 from impactfem.system.files import write_netcdf
 
-from ..figure_file import assert_drawn, rows
+from ..figure_file import assert_drawn, draw_all, rows
 from ..wall_store import WantedWall, calibrate_store
 
 PUBLISHED = Path(__file__).parents[3] / "geometry" / "npp_pair_published.csv"
@@ -219,8 +219,7 @@ def test_a_stick_that_is_before_the_3d_model(wall_folder):
     assert (name_of(found[3]), found[3].value) == ("stick_delay", pytest.approx(-2.0))
 
 
-ALL = ["figure_06_wall_impact", "figure_07_wall_stick"]
-ALL += ["wall_damping", "wall_energy", "wall_line_load"]
+ALL = ["wall_damping", "wall_energy", "wall_impact", "wall_line_load", "wall_stick"]
 ONE_FLOOR = {8: ((0.2003, 0.016, 800e3),)}
 CASES = {
     "three dampings": ({}, ALL),
@@ -254,7 +253,7 @@ def drawn(tmp_path_factory):
             patch.setattr(Axes, "plot", kept_plot)
             patch.setattr(Axes, "pcolormesh", kept_image)
             write_netcdf(one.folder / "calibrate.nc", calibrate_store(WantedWall(**wanted)))
-            one.files = wall_figures(one.folder)
+            one.files = draw_all(CALIBRATE.figures, one.folder)
     return found
 
 

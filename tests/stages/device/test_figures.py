@@ -9,27 +9,25 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from impactfem.plot import style
-from impactfem.stages.device import figures
-from impactfem.stages.device.figures import device_figures
 from impactfem.stages.device.model_figures import (
     device_size,
     drawing_of,
     elements_figure,
     model_figure,
 )
-from impactfem.stages.device.pictures import Floor, draw_pictures
+from impactfem.stages.device.pictures import Floor
 from impactfem.stages.device.selection import input_variants
-from impactfem.system.executor import in_own_process
+from impactfem.stages.device.stage import DEVICE
 from impactfem.system.files import write_netcdf
 
-from ..figure_file import assert_drawn
+from ..figure_file import assert_drawn, draw_all
 from .device_store import FREQUENCIES, HEIGHT, WantedDevice, device_folder, device_store
 
-FORCES = ["device_demand", "figure_27_shear_force", "figure_28_damping"]
-FORCES += ["figure_29_anchor_spectra", "figure_30_shear_force_damping"]
-SPRINGS = ["figure_24_elements", "figure_25_modes", "figure_26_model"]
-POSITION = ["figure_23_position"]
-ONE = [name for name in FORCES if name != "figure_30_shear_force_damping"]
+FORCES = ["device_demand-pump", "device_force-pump", "damping_cases"]
+FORCES += ["anchor_spectra-pump", "device_force_damping-pump"]
+SPRINGS = ["device_elements-pump", "device_modes-pump", "device_model-pump"]
+POSITION = ["device_on_floor-pump"]
+ONE = [name for name in FORCES if name != "device_force_damping-pump"]
 INPUTS = {
     "srss": (0.6, 0.8),
     "cqc": (0.61, 0.81),
@@ -40,14 +38,14 @@ INPUTS = {
     "srss, envelope-dampings": (1.1, 1.3),
     "srss, supports abs": (0.8, 0.9),
 }
-OWN = [name for name in FORCES if name != "figure_28_damping"]
+OWN = [name for name in FORCES if name != "damping_cases"]
 CASES = {
     "the paper's": ({}, True, [*FORCES, *SPRINGS, *POSITION]),
     "one damping, no building": ({"dampings": 1}, False, [*ONE, *SPRINGS]),
     "two devices from modes": (
         {"devices": ("pump", "fan"), "from_modes": True, "nodes": 1},
         True,
-        [*FORCES, *POSITION, *(f"{name}_fan" for name in [*OWN, *POSITION])],
+        [*FORCES, *POSITION, *(name.replace("pump", "fan") for name in [*OWN, *POSITION])],
     ),
     "along x, no beam, no cylinder": (
         {"direction": "x", "beam": False, "cylinder": False},
@@ -62,7 +60,7 @@ CASES = {
     "other inputs": (
         {"choices": INPUTS, "dampings": 2},
         False,
-        [*FORCES, *SPRINGS, "device_inputs"],
+        [*FORCES, *SPRINGS, "device_inputs-pump"],
     ),
 }
 
@@ -85,8 +83,6 @@ def drawn(tmp_path_factory):
     plot, bar, text = Axes.plot, Axes.bar, Axes.text
     with pytest.MonkeyPatch.context() as patch:
         patch.setitem(style.SETTINGS, "figure.dpi", 40.0)
-        # The pictures in 3D have a test of their own.
-        patch.setattr(figures, "in_own_process", lambda *_: [])
         for name, (wanted, building, _) in CASES.items():
             one = found[name] = Drawn(device_folder(tmp_path_factory.mktemp("device"), **wanted))
             if building:
@@ -108,7 +104,7 @@ def drawn(tmp_path_factory):
             patch.setattr(Axes, "plot", seen_plot)
             patch.setattr(Axes, "bar", seen_bar)
             patch.setattr(Axes, "text", seen_text)
-            one.files = device_figures(one.folder)
+            one.files = draw_all(DEVICE.figures, one.folder)
     return found
 
 
@@ -217,10 +213,10 @@ def test_modes_move_as_in_the_store(drawn):
     (beam, base, centre) = (
         drawn["the paper's"].curves[name] for name in ("beam", "base", "mass centre")
     )
-    # Figure 24 comes first, with both at rest.
-    (at_rest, _), *beam = beam
+    # The elements come last, with both at rest.
+    *beam, (at_rest, _) = beam
     assert at_rest == pytest.approx([0.0, 0.0])
-    centre = centre[1:]
+    centre = centre[:-1]
     first, second = beam[0][0], beam[1][0]
     # Base and mass centre on one side in the first mode, on two in the second.
     assert first[0] * first[-1] > 0.0 and second[0] * second[-1] < 0.0
@@ -237,7 +233,7 @@ def test_the_body_turns_as_its_mass_centre_does(drawn):
     body = drawn["the paper's"].curves["body"]
     x, z = body[0]
     # The rigid body's middle line has the slope of the straight beam below it.
-    line, levels = drawn["the paper's"].curves["beam"][1]
+    line, levels = drawn["the paper's"].curves["beam"][0]
     slope = (line[-1] - line[0]) / (levels[-1] - levels[0])
     assert (x[3] - x[0]) == pytest.approx(slope * 1.0)
     assert (z[1] - z[0]) == pytest.approx(-slope * 1.0)
@@ -262,20 +258,18 @@ def test_a_rigid_spring(tmp_path):
     store["base_stiffness"][0, 1] = np.inf
     drawing = drawing_of(store, "pump")
     assert drawing.value("base_stiffness", component=drawing.axis) == np.inf
-    model_figure(tmp_path / "model.png", store, "pump", drawing)
+    model_figure(tmp_path / "model.png", store, "pump")
     assert (tmp_path / "model.png").is_file()
 
 
-def test_a_device_that_follows_the_floor(tmp_path, monkeypatch):
+def test_a_device_that_follows_the_floor(tmp_path):
     store = device_store(WantedDevice(dampings=1))
     store["effective_mass"].loc[{"component": "y"}] = 0.0
     write_netcdf(tmp_path / "device.nc", store)
-    (tmp_path / "figures").mkdir()
-    monkeypatch.setattr(figures, "in_own_process", lambda *given: [])
-    drawn = {path.stem: path for path in device_figures(tmp_path)}
-    assert {"figure_24_elements", "figure_26_model"} <= set(drawn)
-    assert "figure_25_modes" not in drawn
-    text = drawn["figure_26_model"].read_text("utf-8")
+    drawn = {path.stem: path for path in draw_all(DEVICE.figures, tmp_path)}
+    assert {"device_elements-pump", "device_model-pump"} <= set(drawn)
+    assert "device_modes-pump" not in drawn
+    text = drawn["device_model-pump"].read_text("utf-8")
     assert "along y: it follows" in text
 
 
@@ -295,10 +289,13 @@ def test_plan_of_a_floor():
 @pytest.mark.slow
 def test_pictures_of_two_devices(tmp_path):
     folder = device_folder(tmp_path, devices=("pump", "fan"))
-    assert draw_pictures(folder) == []
+    assert draw_all(DEVICE.figures, folder, in_3d=True) == []
     one_floor().to_netcdf(folder / "building.nc", engine="netcdf4")
-    found = in_own_process(draw_pictures, folder)
-    assert [path.name for path in found] == ["figure_23_model.png", "figure_23_model_fan.png"]
+    found = draw_all(DEVICE.figures, folder, in_3d=True)
+    assert [path.name for path in found] == [
+        "device_in_building-fan.png",
+        "device_in_building-pump.png",
+    ]
     for path in found:
         assert_drawn(path, 2000, 1000)
 
@@ -332,7 +329,7 @@ def test_a_mass_centre_that_is_not_above_the_anchor(tmp_path, height, cylinder, 
     drawing = drawing_of(store, "pump")
     low, high = drawing.outline[:, 1].min(), drawing.outline[:, 1].max()
     assert (low, high) == pytest.approx(ends)
-    elements_figure(tmp_path / "elements.svg", store, "pump", drawing)
+    elements_figure(tmp_path / "elements.svg", store, "pump")
     below = "below" if height < 0.0 else "above"
     words = f"centre {abs(height):g} m {below} springs and rigid links"
     assert words in (tmp_path / "elements.svg").read_text("utf-8")

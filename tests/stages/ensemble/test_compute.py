@@ -3,6 +3,7 @@
 import csv
 import shutil
 from concurrent.futures import Executor, Future
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,14 +13,18 @@ from impactfem.case import load_case
 from impactfem.coupling.from_case import calibration_of, system_of
 from impactfem.records.accelerogram import Accelerogram
 from impactfem.records.csv import write_csv
+from impactfem.stages.drawing import Figures
 from impactfem.stages.ensemble import compute as ensemble
 from impactfem.stages.ensemble.compute import members_of, run_ensemble
-from impactfem.stages.ensemble.figures import bands, ensemble_checks, ensemble_results
+from impactfem.stages.ensemble.figures import bands, ensemble_checks, ensemble_table
+from impactfem.stages.ensemble.stage import ENSEMBLE
 from impactfem.stages.ensemble.store import OUTPUTS, percentiles, write_ensemble
 from impactfem.stages.stores import dataset, open_store
 from impactfem.system.errors import SolutionError
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import scalars_of
+
+from ..figure_file import draw_all
 
 pytestmark = pytest.mark.filterwarnings("ignore:`product` is deprecated:DeprecationWarning")
 
@@ -254,21 +259,21 @@ def folder(tmp_path):
 
 
 def test_files(folder):
-    files = ensemble_results(folder, {"a.b": 20.0})
-    assert [path.name for path in files] == [
-        "ensemble.csv",
-        "ensemble_floor_spectra.svg",
-        "ensemble_published.svg",
-    ]
-    assert all(path.stat().st_size > (100 if path.suffix == ".csv" else 5000) for path in files)
-    with files[0].open(newline="") as stream:
+    published = {"a.b": SimpleNamespace(value=20.0, kind="result")}
+    some = Figures(
+        ENSEMBLE.figures.data,
+        tuple(one for one in ENSEMBLE.figures.declared if not one.each),
+    )
+    drawn = draw_all(some, folder, published=published)
+    assert [path.name for path in drawn] == ["ensemble_published.svg", "ensemble_spectra.svg"]
+    assert all(path.stat().st_size > 5000 for path in drawn)
+    assert [path.name for path in draw_all(some, folder)] == ["ensemble_spectra.svg"]
+    (table,) = ensemble_table(folder, {"a.b": 20.0})
+    assert table.name == "ensemble.csv"
+    with table.open(newline="") as stream:
         rows = list(csv.reader(stream))
     assert rows[1][0] == "a.b" and float(rows[1][5]) == pytest.approx(19.5)
     assert rows[0][2] == "motions" and rows[1][2] == "40"
-
-
-def test_without_published_values(folder):
-    assert len(ensemble_results(folder, {})) == 2
 
 
 def test_inside_or_not(folder):

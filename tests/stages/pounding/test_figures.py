@@ -14,22 +14,24 @@ from impactfem.plot import style
 from impactfem.plot.style import (
     BUILDINGS,
     DOTS,
-    figure,
     floor_colours,
     floor_looks,
     letter,
     ordered_looks,
+    sheet,
 )
 from impactfem.plot.words import read_words
+from impactfem.stages.drawing import Figures
 from impactfem.stages.pounding import figures, model_figures
 from impactfem.stages.pounding.compute import run_sticks
-from impactfem.stages.pounding.figures import stick_figures
+from impactfem.stages.pounding.figures import PoundingData
+from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.pounding.store import write_motion, write_sticks
 
-from ..figure_file import assert_drawn
+from ..figure_file import assert_drawn, draw_all
 
-ALL = ["02_case", "03_stick", "05_contact", "08_response", "09_forces", "10_floor_spectra"]
-FREE = ["02_case", "03_stick", "08_response", "10_floor_spectra"]
+FREE = ["case", "damping", "elevation", "pounding_spectra", "response", "stick_model"]
+ALL = sorted([*FREE, "contact_pairs", "impact_forces"])
 FASTER = (('duration = "3 s"', 'duration = "1.6 s"'), ('["0.5 s", "2.5 s"]', '["0.4 s", "1.4 s"]'))
 FAR = """[[buildings]]
 name = "far"
@@ -128,7 +130,8 @@ def draw(new_case, tmp_path, monkeypatch):
         write_sticks(tmp_path / "pounding.nc", study, "")
         write_forces(tmp_path / "forces.nc", study.response, "", "")
         if one is None:
-            return stick_figures(tmp_path)
+            some = tuple(one for one in POUNDING.figures.declared if one.each == "")
+            return draw_all(Figures(PoundingData, some), tmp_path)
         stores = [
             xr.load_dataset(tmp_path / f"{name}.nc", engine="netcdf4") for name in STORES[one]
         ]
@@ -141,8 +144,7 @@ def draw(new_case, tmp_path, monkeypatch):
 def test_a_case(draw, tmp_path, name):
     change, expected = CASES[name]
     drawn = draw(change)
-    names = ["damping.svg", "elevation.svg", *(f"figure_{kind}.svg" for kind in expected)]
-    assert sorted(path.name for path in drawn) == names
+    assert sorted(path.stem for path in drawn) == expected
     assert sorted((tmp_path / "figures").iterdir()) == sorted(drawn)
     for path in drawn:
         assert_drawn(path, 0, 0)
@@ -171,7 +173,7 @@ def test_the_elevation_holds_its_rigid_wall(draw, tmp_path, name, shown):
 
 
 @pytest.mark.parametrize("hertz", [False, True])
-def test_the_law_of_figure_5(draw, tmp_path, hertz):
+def test_the_law_of_the_contact(draw, tmp_path, hertz):
     """A spring and a dashpot are the picture of one law alone."""
     linear = 'type = "kelvin-voigt"\nstiffness = "1.2e10 N/m" '
     other = 'type = "hunt-crossley"\nstiffness = "3e11 N/m^1.5" #'
@@ -181,7 +183,7 @@ def test_the_law_of_figure_5(draw, tmp_path, hertz):
 
 
 def test_3d_models_are_no_sticks(draw, tmp_path, monkeypatch):
-    """Slabs in figure 5, no modes of sticks, no figure 3."""
+    """Slabs in the figure of the contact, no modes of sticks."""
     draw(changed(), "contact_figure")
     store = xr.load_dataset(tmp_path / "pounding.nc", engine="netcdf4")
     laws = ["unilateral"] * store.sizes["pair"]
@@ -195,21 +197,21 @@ def test_3d_models_are_no_sticks(draw, tmp_path, monkeypatch):
     assert drawn == ["_draw_slabs"] * store.sizes["building"]
     words = read_words(tmp_path / "one.svg")
     assert "no dashpot" in words.caption and "spring" not in words.seen
-    assert "sticks" not in figures._damping(store).caption
+    assert "sticks" not in figures.damping(store).caption
     assert (
         "sticks"
-        in figures._damping(store.assign(building_model=("building", ["stick"] * 2))).caption
+        in figures.damping(store.assign(building_model=("building", ["stick"] * 2))).caption
     )
 
 
 @pytest.mark.parametrize("gap", ["2 cm", "2 mm"])
-def test_what_figure_9_shows(draw, gap):
+def test_pairs_that_touch(draw, gap):
     """At a gap of 2 cm the top floors alone touch, at 2 mm others as well."""
     path = next(
-        path for path in draw(changed(('"2 cm"', f'"{gap}"'))) if path.stem == "figure_09_forces"
+        path for path in draw(changed(('"2 cm"', f'"{gap}"'))) if path.stem == "impact_forces"
     )
     words = read_words(path)
-    several = ", 1 curve;" not in words.seen.partition("(b)")[0]
+    several = ", 1 curve;" not in words.seen.partition(".")[0]
     assert several == (gap == "2 mm") == ("touch (a)" in words.caption)
 
 
@@ -227,7 +229,7 @@ def test_buildings_are_as_wide_as_their_points_say(draw, monkeypatch):
 
 def test_of_the_finished_run(finished):
     names = {path.name for path in (finished.folder / "figures").iterdir()}
-    assert names >= {f"figure_{kind}.svg" for kind in ALL}
+    assert names >= {"case.svg", "elevation.svg", "impact_forces.svg", "pounding_spectra.svg"}
 
 
 def test_floors_have_colours_of_their_own():
@@ -249,7 +251,7 @@ def test_neighbours_are_told_apart_without_colour():
 
 def test_a_picture(tmp_path):
     path = tmp_path / "a.png"
-    with figure(path, (2, 2), (6.0, 4.0), "Figure 1") as (_, axes):
+    with sheet(path, (2, 2), (6.0, 4.0), "Figure 1") as (_, axes):
         letter(axes)
         assert [panel.get_title("left") for panel in axes] == ["(a)", "(b)", "(c)", "(d)"]
         assert not path.exists()
@@ -260,6 +262,6 @@ def test_a_picture(tmp_path):
 
 
 def test_an_error_leaves_no_picture(tmp_path):
-    with pytest.raises(ZeroDivisionError), figure(tmp_path / "a.png", (1, 1), (3, 3), "") as _:
+    with pytest.raises(ZeroDivisionError), sheet(tmp_path / "a.png", (1, 1), (3, 3), "") as _:
         raise ZeroDivisionError
     assert not list(tmp_path.iterdir())

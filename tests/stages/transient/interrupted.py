@@ -10,8 +10,8 @@ import sys
 from contextlib import contextmanager
 
 from impactfem.cli import main
+from impactfem.stages.drawing import Figures
 from impactfem.stages.transient import export
-from impactfem.stages.transient import stage as transient
 from impactfem.system import files
 
 whole = files.atomic
@@ -30,6 +30,6 @@ def interrupted(path):
 
 for module in (files, export):
     module.atomic = interrupted
-transient.transient_figures = lambda *_, **__: []
+Figures.draw = lambda *_: []
 sys.argv = ["impactfem", "run", case, "--stage", "transient", "--out", folder, *options]
 main()

@@ -1,5 +1,7 @@
 """The figures of the stage `transient`, from stores no solver made: all kinds, waves, fields."""
 
+from functools import partial
+
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -7,29 +9,36 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import rgb_to_hsv
 
+from impactfem.case.transient import Transient
 from impactfem.plot import style
 from impactfem.plot.floor_field import SIGNED, TopFloor, round_factor, signed_limits
-from impactfem.stages.transient import figures as transient_figures
-from impactfem.stages.transient import floor_figures
-from impactfem.stages.transient.curve_figures import centre_spectrum, probe_figures
+from impactfem.stages.transient import curve_figures, floor_figures
+from impactfem.stages.transient.curve_figures import (
+    across_spectra,
+    centre,
+    centre_spectrum,
+    edge_spectra,
+    transfer_functions,
+)
 from impactfem.stages.transient.floor_figures import psa_at
 from impactfem.stages.transient.selection import at_floor, forces_note, of_pounding, shown
+from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.errors import ImpactfemError
 
-from ..figure_file import assert_drawn
+from ..figure_file import assert_drawn, draw_all
 
 PROBES = [
-    "figure_12_centre",
-    "figure_13_centre_spectrum",
-    "figure_15_across_spectra",
-    "figure_16_across",
-    "figure_19_edge_spectra",
-    "figure_20_edge",
+    "centre",
+    "centre_spectrum",
+    "across_spectra",
+    "across",
+    "edge_spectra",
+    "edge",
 ]
-IMPACTS = ["figure_11_impact_forces", "figure_17_map", "figure_21_force_spectra"]
-WAVES = ["figure_17_snapshots", "figure_18_membrane"]
-TRANSFER = ["figure_22_transfer"]
-MAPS = ["building_map_pfa", *(f"building_map_psa_{f}hz" for f in (10, 75, 85))]
+IMPACTS = ["edge_impacts", "wave_map", "force_density"]
+WAVES = ["wave_snapshots", "membrane_force"]
+TRANSFER = ["transfer_functions"]
+MAPS = ["top_floor_pfa", *(f"top_floor_psa-{f}hz" for f in (10, 75, 85))]
 
 ALL = [*PROBES, *IMPACTS, *WAVES, *TRANSFER, *MAPS]
 CASES = {
@@ -52,9 +61,8 @@ CASES = {
 @pytest.fixture
 def draw(monkeypatch):
     """Draw without pictures and film, which have tests of their own, and coarsely."""
-    monkeypatch.setattr(transient_figures, "in_own_process", lambda *_: [])
     monkeypatch.setitem(style.SETTINGS, "figure.dpi", 40.0)
-    return transient_figures.transient_figures
+    return partial(draw_all, TRANSIENT.figures)
 
 
 @pytest.mark.slow
@@ -71,30 +79,23 @@ def test_a_building(transient_folder, draw, name):
 
 def test_maps_that_are_asked_for(transient_folder, draw):
     folder = transient_folder(loads=())
-    drawn = draw(folder, fields=("psa",), field_frequencies=(0.2, 2.5, 700.0))
+    maps = Transient.model_construct(fields=("psa",), field_frequencies=(0.2, 2.5, 700.0))
+    drawn = draw(folder, transient=maps)
     # 0.2 Hz and 700 Hz are outside of what was computed.
-    assert [path.stem for path in drawn if path.stem not in PROBES] == ["building_map_psa_2p5hz"]
-
-
-def test_with_pictures(transient_folder, monkeypatch):
-    folder = transient_folder(loads=(), maps=False)
-    pictures = [folder / "figures" / "figure_14_probes.png"]
-    monkeypatch.setattr(transient_figures, "in_own_process", lambda *_: pictures)
-    monkeypatch.setattr(transient_figures, "probe_figures", lambda *_: [])
-    assert transient_figures.transient_figures(folder) == pictures
+    assert [path.stem for path in drawn if path.stem not in PROBES] == ["top_floor_psa-2p5hz"]
 
 
 def test_a_folder_that_is_a_file(transient_folder, draw):
     folder = transient_folder(loads=(), maps=False)
     (folder / "figures").mkdir()
-    (folder / "figures" / "figure_12_centre.svg").mkdir()
-    (folder / "figures" / "figure_12_centre.svg" / "something").touch()
+    (folder / "figures" / "centre.svg").mkdir()
+    (folder / "figures" / "centre.svg" / "something").touch()
     with pytest.raises(ImpactfemError, match="cannot write"):
         draw(folder)
 
 
 def test_the_band_is_drawn(stores, tmp_path, monkeypatch):
-    """Figure 13 has the store's band, and none for the full solver."""
+    """The spectrum has the store's band, and none for the full solver."""
     widths = []
 
     def kept(self, x, low, high, **options):
@@ -104,7 +105,7 @@ def test_the_band_is_drawn(stores, tmp_path, monkeypatch):
 
     def draw_one(**wanted):
         store, sticks = stores(**wanted)
-        centre_spectrum(shown(store), sticks).write(tmp_path)
+        centre_spectrum(shown(store), sticks).write(tmp_path / "one.svg")
         return at_floor(shown(store), "centre", 3)["psa"].values
 
     psa = draw_one()
@@ -117,7 +118,7 @@ def test_the_band_is_drawn(stores, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("count", [3, 30])
 def test_many_points_are_one_curve(stores, count):
-    """A legend of 78 left no room for the curves of figure 13."""
+    """A legend of 78 left no room for the curves."""
     store, sticks = stores()
     response = shown(store)
     other = response.isel(probe=[0] * count)
@@ -131,14 +132,11 @@ def test_many_points_are_one_curve(stores, count):
 
 
 def test_forces_inside_storeys_are_called_so(stores):
-    """The legend and caption of figure 21 name what is struck."""
-    store, sticks = stores()
+    """Legend and caption name what is struck."""
+    store, _ = stores()
     names = [name.replace("floor", "storey") for name in store["edge"].values]
     response = shown(store.assign_coords(edge=names))
-    every = {one.name: one for one in probe_figures(response, sticks)}
-    figure = every["figure_21_force_spectra"]
-    # The page has numbers of its own, to which no caption leads.
-    assert not any("figure " in one.caption for one in every.values())
+    figure = curve_figures.force_density(response)
     assert all(curve.label in names for curve in figure.panels[0].curves)
     assert "floor" not in figure.caption and names[-1] in figure.caption
 
@@ -160,15 +158,15 @@ def drawn(transient_folder, monkeypatch):
 
         return method
 
-    def figure(path, panels, size, caption, seen):
+    def sheet(path, panels, size, caption, seen):
         captions.append(caption)
-        return style.figure(path, panels, size, caption, seen)
+        return style.sheet(path, panels, size, caption, seen)
 
     def make(name, *, maps=True, **wanted):
         folder = transient_folder(**wanted)
         for method in ("tripcolor", "pcolormesh"):
             monkeypatch.setattr(Axes, method, kept(method))
-        monkeypatch.setattr(floor_figures, "figure", figure)
+        monkeypatch.setattr(floor_figures, "sheet", sheet)
         monkeypatch.setitem(style.SETTINGS, "figure.dpi", 40.0)
         given = [shown(xr.load_dataset(folder / "transient.nc", engine="netcdf4"))]
         if maps:
@@ -225,13 +223,13 @@ def test_speeds_beside_the_arrivals(drawn, monkeypatch):
     ("model", "words"), [("stick", "sticks"), ("structure", "pounding, steps of 0.5 ms")]
 )
 def test_what_pounded(stores, model, words):
-    """Figures 12 and 13 have it beside the 3D model."""
+    """Response and spectrum of the mass centre have it together with the 3D model."""
     store, pounding = stores(model=model)
-    found = {one.name[:9]: one for one in probe_figures(shown(store), pounding)}
-    for name in ("figure_12", "figure_13"):
-        labels = [curve.label for curve in found[name].panels[0].curves]
+    for figure in (centre, centre_spectrum):
+        found = figure(shown(store), pounding)
+        labels = [curve.label for curve in found.panels[0].curves]
         assert sum(label.startswith(words) for label in labels) == 1
-        assert f"3D model and {words}" in found[name].caption
+        assert f"3D model and {words}" in found.caption
 
 
 def test_displacements_are_relative_to_the_ground_under_the_building(stores):
@@ -250,9 +248,11 @@ def test_displacements_are_relative_to_the_ground_under_the_building(stores):
 
 def test_captions_of_spectra_say_it_too(stores):
     store, sticks = stores(plates=True)
-    figures = probe_figures(shown(store), sticks)
-    told = {one.name[:9] for one in figures if "that of pump at" in one.caption}
-    assert told == {"figure_13", "figure_15", "figure_22"}
+    response = shown(store)
+    figures = [centre_spectrum(response, sticks), across_spectra(response)]
+    figures.append(transfer_functions(response, {}))
+    assert all("that of pump at" in one.caption for one in figures)
+    assert "that of pump at" not in edge_spectra(response).caption
 
 
 def test_without_an_impact_there_is_nothing_to_say(stores):

@@ -5,9 +5,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from impactfem.plot.figure import declared
+from impactfem.stages.drawing import Figures
 from impactfem.stages.transient import film
-from impactfem.system.errors import ImpactfemError
-from impactfem.system.executor import in_own_process
+from impactfem.stages.transient.figures import TransientData
+
+from ..figure_file import draw_all
 
 GAP = 0.02
 
@@ -39,13 +42,10 @@ def pair(transient_folder):
 
 
 @pytest.mark.parametrize("normal", [(0.0, -1.0, 0.0), (0.6, 0.8, 0.0)])
-def test_the_gap_has_the_factor_of_the_displacements(pair, monkeypatch, normal):
+def test_the_gap_has_the_factor_of_the_displacements(pair, normal):
     """Façades touch in the film when the smallest gap is closed, and stand opposite."""
-    written = []
-    monkeypatch.setattr(film, "_write", lambda *arguments: written.append(arguments))
-    with pytest.raises(ImpactfemError):  # nothing is written here
-        film.draw_film(pair(normal))
-    _, parts, times, factor, _ = written[0]
+    found = film.film_of(pair(normal))
+    parts, times, factor = found.parts, found.times, found.factor
     second, first, moved = parts[0].points, parts[2].points, parts[0].displacement
     # The film is that of "two", which is on the side of b.
     assert (second @ normal).min() - (first @ normal).max() == pytest.approx(factor * GAP, rel=1e-5)
@@ -67,14 +67,15 @@ def test_walls_move_linearly_between_floors():
 @pytest.mark.parametrize("options", [{"loads": ()}, {"other": ""}, {"other": "three"}], ids=str)
 def test_nothing_is_drawn_without_an_impact_between_two_models(pair, options):
     folder = pair(**options)
-    assert film.draw_film(folder) == [] and film.draw_film(folder.parent) == []
+    assert film.film_of(folder) is None and film.film_of(folder.parent) is None
 
 
 @pytest.mark.slow
 def test_files(pair):
     """The picture changes with time."""
     folder = pair()
-    mp4, gif = in_own_process(film.draw_film, folder)
+    figures = Figures(TransientData, declared(film))
+    gif, mp4 = sorted(draw_all(figures, folder, in_3d=True), key=lambda path: path.suffix)
     with xr.open_dataset(folder / "transient_maps.nc") as maps:
         count = maps.sizes["frame"]
     assert mp4.name == "main_impact.mp4" and imageio.get_reader(mp4).count_frames() == count

@@ -7,15 +7,11 @@ from matplotlib.colors import LogNorm
 from PIL import Image
 
 from impactfem.plot.scene import impact_view, screen_axes
-from impactfem.stages.transient.pictures import (
-    AMPLIFICATION,
-    PEAKS,
-    PROBES,
-    colour_scale,
-    draw_pictures,
-)
+from impactfem.stages.transient.pictures import colour_scale
+from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.errors import ImpactfemError
-from impactfem.system.executor import in_own_process
+
+from ..figure_file import draw_all
 
 
 def inked(path):
@@ -33,8 +29,12 @@ def inked(path):
 @pytest.mark.slow
 def test_a_building(transient_folder):
     folder = transient_folder(direction="x")
-    drawn = in_own_process(draw_pictures, folder)
-    assert [path.name for path in drawn] == [PROBES, PEAKS, AMPLIFICATION]
+    drawn = draw_all(TRANSIENT.figures, folder, in_3d=True)
+    assert [path.name for path in drawn] == [
+        "floor_amplification.png",
+        "floor_peaks.png",
+        "probes.png",
+    ]
     for path in drawn:
         with Image.open(path) as picture:
             assert picture.width > 900 and picture.height > 300
@@ -45,14 +45,15 @@ def test_a_building(transient_folder):
 @pytest.mark.slow
 def test_without_fields(transient_folder):
     folder = transient_folder(maps=False)
-    assert [path.name for path in in_own_process(draw_pictures, folder)] == [PROBES]
+    drawn = draw_all(TRANSIENT.figures, folder, in_3d=True)
+    assert [path.name for path in drawn] == ["probes.png"]
 
 
 def test_a_store_that_is_missing(transient_folder):
     folder = transient_folder(maps=False)
     (folder / "building.nc").unlink()
     with pytest.raises(ImpactfemError, match=r"building\.nc"):
-        in_own_process(draw_pictures, folder)
+        draw_all(TRANSIENT.figures, folder, in_3d=True)
 
 
 def test_floors_that_are_far_above_the_others_take_the_logarithm():

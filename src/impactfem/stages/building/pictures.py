@@ -1,6 +1,7 @@
-"""Pictures of the 3D building: its mesh (figure 1) and its bending modes (figure 3 a)."""
+"""Figures of the 3D building and their data: its mesh and its bending modes."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.colors import Normalize
 
 from impactfem.building.mesh import areas
+from impactfem.plot.figure import figure
 from impactfem.plot.floor_field import COLOURS
 from impactfem.plot.scene import (
     FAMILIES,
@@ -28,18 +30,19 @@ from impactfem.plot.scene import (
     show,
     surface,
 )
-from impactfem.plot.style import figure, letter
-from impactfem.stages.stores import open_store
+from impactfem.plot.style import letter, sheet
+from impactfem.stages.drawing import FigureData
 from impactfem.system.arrays import Array
 
 FLAT = 1e-6
 """How far the nodes of a side may be from its plane [m]."""
-SHOWN = 3
+ORDER = ("First", "Second", "Third")
+"""Modes that can be drawn."""
 AMPLITUDE = 0.12
 """Largest displacement in the picture of a mode over the size of the building."""
 LINES = {"beam": 2.5, "column": 7.0}
-MESH = "figure_01_mesh.png"
-FIRST_MODE = "figure_03_mode.png"
+MODEL = "Mesh and modes"
+"""Section of the report."""
 WIDTH, SIDE_WIDTH = 4.4, 2.4
 """Of a picture of the building and of a side of it [inch]."""
 MODE_VIEW = (-1.0, -0.55, 0.35)
@@ -78,24 +81,28 @@ def open_side(store: xr.Dataset) -> Side | None:
     return max(sides, key=lambda side: side.opened, default=None)
 
 
-def draw_pictures(folder: Path) -> list[Path]:
-    """Draw the mesh and the first bending modes of `building.nc` into `figures/`.
+class BuildingData(FigureData):
+    """The data of the figures of the stage."""
 
-    Run it in a process of its own: it crashes where OpenGL is missing (Debian's libegl1 and
-    libgl1). ImpactfemError where a file cannot be written.
-    """
-    target = folder / "figures"
-    with open_store(folder / "building.nc") as store:
-        files = [_mesh(store, target / MESH)]
-        modes = [int(mode) for mode in store["bending_mode"].values]
-        for number, mode in enumerate(modes[:SHOWN], start=1):
-            name = FIRST_MODE if number == 1 else f"building_mode_{number}.png"
-            files.append(_mode(store, mode, number, target / name))
-    return files
+    @cached_property
+    def store(self) -> xr.Dataset:
+        """`building.nc`."""
+        return self.opened("building.nc")
+
+    @property
+    def mode(self) -> list[str]:
+        """Numbers of the first bending modes."""
+        return [str(k + 1) for k in range(min(len(ORDER), self.store["bending_mode"].size))]
+
+    @property
+    def first_mode(self) -> list[str]:
+        """Number of the first bending mode."""
+        return self.mode[:1]
 
 
-def _mesh(store: xr.Dataset, path: Path) -> Path:
-    """Figure 1: the mesh from outside, what stands inside, and the side with most openings."""
+@figure("mesh", MODEL, "Mesh of the 3D model", ending="png", in_3d=True)
+def mesh(path: Path, store: xr.Dataset) -> None:
+    """Draw the mesh from outside, beams and columns inside, and the side with most openings."""
     side = open_side(store)
     outside, legend = _drawn(store, outside=True)
     pictures = [outside]
@@ -111,7 +118,7 @@ def _mesh(store: xr.Dataset, path: Path) -> Path:
     area = areas(store["node_position"].values, store["triangle_node"].values).mean()
     size = float(np.sqrt(area * 4.0 / np.sqrt(3.0)))
     caption = (
-        f"Figure 1: Building {store.attrs['building']}: {', '.join(parts)}. {count:,} "
+        f"Building {store.attrs['building']}: {', '.join(parts)}. {count:,} "
         f"elements with {store.sizes['node']:,} nodes; triangles with sides of {size:.2g} m in the "
         "mean."
     )
@@ -125,7 +132,7 @@ def _mesh(store: xr.Dataset, path: Path) -> Path:
     seen += (
         "." if side is None else f", and its side at {side.axis} = {side.at:.4g} m in elevation."
     )
-    with figure(path, (1, len(widths)), (sum(widths), 4.1), caption, seen) as (drawn, axes):
+    with sheet(path, (1, len(widths)), (sum(widths), 4.1), caption, seen) as (drawn, axes):
         grid = axes[0].get_gridspec()
         if grid is not None:
             grid.set_width_ratios(widths)
@@ -150,7 +157,6 @@ def _mesh(store: xr.Dataset, path: Path) -> Path:
             panel.grid(False)
         drawn.legend(handles=keys(legend), loc="outside upper center", ncols=len(legend))
         letter(axes)
-    return path
 
 
 def _drawn(store: xr.Dataset, outside: bool) -> tuple[Picture, list[tuple[str, str, str]]]:
@@ -178,9 +184,19 @@ def _drawn(store: xr.Dataset, outside: bool) -> tuple[Picture, list[tuple[str, s
     return render(scene, store["node_position"].values), legend
 
 
-def _mode(store: xr.Dataset, mode: int, number: int, path: Path) -> Path:
-    """One bending mode, coloured by its displacement, over the building at rest."""
-    shape = store["shape"].sel(mode=mode).values.astype(np.float64)
+@figure(
+    "bending_mode",
+    MODEL,
+    "Bending mode of the 3D model",
+    each="mode",
+    default="first_mode",
+    ending="png",
+    in_3d=True,
+)
+def bending_mode(path: Path, store: xr.Dataset, mode: str) -> None:
+    """Draw one bending mode, coloured by its displacement, over the building at rest."""
+    number = int(store["bending_mode"].values[int(mode) - 1])
+    shape = store["shape"].sel(mode=number).values.astype(np.float64)
     rest = store["node_position"].values
     length = np.linalg.norm(shape, axis=1)
     moved = rest + shape * (AMPLITUDE * float(np.ptp(rest, axis=0).max()) / length.max())
@@ -198,10 +214,9 @@ def _mode(store: xr.Dataset, mode: int, number: int, path: Path) -> Path:
     picture = render(scene, np.concatenate([rest, moved]), MODE_VIEW)
     direction = store.attrs["bending_direction"]
     axis = {"x": "y", "y": "x"}[direction]
-    start = {1: "Figure 3 (a): First", 2: "Second", 3: "Third"}[number]
     caption = (
-        f"{start} mode of bending along $e_{direction}$, about $e_{axis}$, of the 3D mesh of "
-        f"building {store.attrs['building']}: {float(store['frequency'].sel(mode=mode)):.3f} Hz. "
+        f"{ORDER[int(mode) - 1]} mode of bending along $e_{direction}$, about $e_{axis}$, of "
+        f"building {store.attrs['building']}: {float(store['frequency'].sel(mode=number)):.3f} Hz. "
         "Black lines: floors at rest; displacement not to scale."
     )
     least, most = rest[np.argmin(length)], rest[np.argmax(length)]
@@ -209,9 +224,8 @@ def _mode(store: xr.Dataset, mode: int, number: int, path: Path) -> Path:
         f"The deformed building; its displacement is largest at a height of {most[2]:.3g} m and "
         f"least at {least[2]:.3g} m."
     )
-    with figure(path, (1, 1), (6.5, 4.6), caption, seen) as (drawn, axes):
+    with sheet(path, (1, 1), (6.5, 4.6), caption, seen) as (drawn, axes):
         show(axes[0], picture)
         scale = ScalarMappable(Normalize(0.0, 1.0), COLOURS)
         bar = drawn.colorbar(scale, ax=axes[0], shrink=0.7, aspect=25, pad=0.02)
         bar.set_label("displacement over the largest [-]")
-    return path

@@ -11,13 +11,14 @@ from impactfem.case.buildings import GeneratedMesh, structure_files
 from impactfem.case.floors import Floor
 from impactfem.case.members import Bay
 from impactfem.case.plausibility import PERIOD_PER_STOREY
-from impactfem.stages.building.pictures import draw_pictures
+from impactfem.stages.building import pictures
+from impactfem.stages.building.pictures import BuildingData
 from impactfem.stages.building.tables import building_tables
 from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
+from impactfem.stages.drawing import Figures
 from impactfem.stages.inputs import published_values
 from impactfem.stages.stage import DRAWING, Stage, StageOf
 from impactfem.stages.stores import number_of, open_store
-from impactfem.system.executor import in_own_process
 from impactfem.system.log import Steps
 from impactfem.system.parallel import communicator, on_root
 
@@ -62,13 +63,10 @@ def _compute(building: Building3D, folder: Path, key: str, steps: Steps) -> list
     return on_root(write) or []
 
 
-def _draw(building: Building3D, folder: Path) -> list[Path]:
+def _tabulate(building: Building3D, folder: Path) -> list[Path]:
     mesh = building.structure.mesh
     bays: tuple[Bay, ...] = mesh.built[1] if isinstance(mesh, GeneratedMesh) else ()
-    return [
-        *building_tables(folder, published_values(building), building.entry.floors, bays),
-        *in_own_process(draw_pictures, folder),
-    ]
+    return building_tables(folder, published_values(building), building.entry.floors, bays)
 
 
 MESH_WARNINGS = Criterion(
@@ -189,7 +187,8 @@ BUILDING = StageOf[Building3D](
     files=lambda building: structure_files(building.structure),
     stores={"building": "building.nc"},
     compute=_compute,
-    draw=_draw,
+    tabulate=_tabulate,
+    figures=Figures.of(BuildingData, pictures),
     checks=lambda building, folder: building_checks(folder, building.entry.floors),
     subjects=lambda case: tuple(case.modelled.values()),
     section="structure",

@@ -1,24 +1,26 @@
-"""The figures of the stage `calibrate`, from its store, in the paper's layout and numbering."""
+"""The figures of the stage `calibrate` and their data."""
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from impactfem.case.damping import OWN
-from impactfem.plot.curves import NONE, Curve, CurveFigure, Panel, published_point
+from impactfem.plot.curves import Curve, CurveFigure, Panel, published_point
+from impactfem.plot.figure import figure
 from impactfem.plot.floor_field import line_load_maps
 from impactfem.plot.style import (
     BLUE,
     GREEN,
     ORANGE,
     RED,
-    figure,
     floor_colours,
     letter,
     ordered_colours,
+    sheet,
 )
 from impactfem.stages.calibrate.selection import (
     MODEL,
@@ -30,26 +32,21 @@ from impactfem.stages.calibrate.selection import (
     impacts_of,
     running_impulse,
 )
-from impactfem.stages.stores import open_store
+from impactfem.stages.drawing import FigureData
 
 CUT = 0.05
 """Part of the values of the line load that may lie beyond the upper end of the colours."""
 MARKERS = "osD^vP*X"
+THE_IMPACT = "The impact"
 
 
-def wall_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[Path]:
-    """Draw figures 6 and 7, line load, energies and what several dampings do; the files.
+class CalibrationData(FigureData):
+    """The data of the figures of the stage."""
 
-    Published values, in SI by the name of the result, are drawn with ours.
-    """
-    target = folder / "figures"
-    with open_store(folder / "calibrate.nc") as store:
-        curves = (_forces(store, published), _with_stick(store), _energy(store))
-        drawn = [one.write(target) for one in curves]
-        drawn.append(_line_load(target / "wall_line_load.png", store))
-        if store.sizes["case"] > 1:
-            drawn.append(_damping(target / "wall_damping.svg", store))
-    return sorted(drawn)
+    @cached_property
+    def store(self) -> xr.Dataset:
+        """`calibrate.nc`."""
+        return self.opened("calibrate.nc")
 
 
 def _and(floors: list[int]) -> str:
@@ -58,7 +55,9 @@ def _and(floors: list[int]) -> str:
     return f"floors {', '.join(first)} and {last}" if first else f"floor {last}"
 
 
-def _forces(store: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
+@figure("wall_impact", THE_IMPACT, "Contact forces of the first impact on the wall")
+def wall_impact(store: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
+    """Draw contact forces and impulses of the floors."""
     history, time = history_of(store, MODEL), store["time"].values
     colours = dict(zip(history.floors, floor_colours(len(history.floors)), strict=True))
     first, last = focus(store)
@@ -67,7 +66,7 @@ def _forces(store: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
     spared = [k for k in history.floors if k not in hitting]
     note = f" No contact of {_and(spared)}." if spared else ""
     caption = (
-        f"Figure 6: Resultant of the contact forces on {_and(hitting)} of the 3D building "
+        f"Resultant of the contact forces on {_and(hitting)} of the 3D building "
         f"{store.attrs['building']} in the first impact on the rigid wall (a), mean of each time "
         f"step of {1e3 * history.time_step:g} ms, and the impulse (b) over time.{note}"
     )
@@ -97,16 +96,18 @@ def _forces(store: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
             ("impulse [kN·s]", impulses, "left", 0.12),
         )
     ]
-    return CurveFigure("figure_06_wall_impact", caption, panels, size=(9.0, 3.4))
+    return CurveFigure(caption, panels, size=(9.0, 3.4))
 
 
-def _with_stick(store: xr.Dataset) -> CurveFigure:
+@figure("wall_stick", THE_IMPACT, "Impact on the wall: stick and 3D model", default=False)
+def wall_stick(store: xr.Dataset) -> CurveFigure:
+    """Draw displacement, velocity and impulse of the stick and of the 3D model."""
     name, side, update, gap = (
         store.attrs[key] for key in ("building", "side", "stick_contact_update", "gap")
     )
     top, time = int(store["floor"][-1]), store["time"].values
     caption = (
-        f"Figure 7: Displacement (a) and velocity (b) towards the wall, on side {side}, of the "
+        f"Displacement (a) and velocity (b) towards the wall, on side {side}, of the "
         f"mass centre of floor {top} of building {name}, and impulse of its contact forces (c), "
         "over time: 3D model with unilateral contact, and stick on the penalty law "
         f"({update} contact force) with the ε and $K_{{Ceq}}$ that the 3D model gives. The "
@@ -123,11 +124,12 @@ def _with_stick(store: xr.Dataset) -> CurveFigure:
             panel.append(Curve(time, values, kind, colour, dash, width=0.9))
     curves[0].append(Curve(time[[0, -1]], np.full(2, 1e2 * gap), "wall", GREEN, ":", width=0.9))
     panels = [Panel("time [s]", *one, legend="") for one in zip(labels, curves, strict=True)]
-    return CurveFigure("figure_07_wall_stick", caption, panels, size=(9.0, 5.6), above=True)
+    return CurveFigure(caption, panels, size=(9.0, 5.6), above=True)
 
 
-def _energy(store: xr.Dataset) -> CurveFigure:
-    """The energies over all the time and in the first impact, and their sum."""
+@figure("wall_energy", THE_IMPACT, "Energies of the impact on the wall", default=False)
+def wall_energy(store: xr.Dataset) -> CurveFigure:
+    """Draw the energies over time and in the first impact, and their sum."""
     time, numerical = store["time"].values, store["numerical_energy"].values
     energies = {
         "kinetic": (store["kinetic_energy"].values, BLUE),
@@ -157,11 +159,14 @@ def _energy(store: xr.Dataset) -> CurveFigure:
         )
         for shown in (slice(None), (time >= first) & (time <= last))
     ]
-    return CurveFigure("wall_energy", caption, panels, size=(9.0, 4.0), alike=True, above=True)
+    return CurveFigure(caption, panels, size=(9.0, 4.0), alike=True, above=True)
 
 
-def _line_load(path: Path, store: xr.Dataset) -> Path:
-    """P_i / w_i, with the force P_i and the length w_i of point i, over edge and time."""
+@figure(
+    "wall_line_load", THE_IMPACT, "Line load of the wall on the edges", default=False, ending="png"
+)
+def wall_line_load(path: Path, store: xr.Dataset) -> None:
+    """Draw P_i / w_i, with the force P_i and the length w_i of point i, over edge and time."""
     load = 1e-6 * (store["constraint_force"] / store["constraint_length"]).transpose(
         "step", "constraint"
     )
@@ -192,10 +197,17 @@ def _line_load(path: Path, store: xr.Dataset) -> Path:
         for floor, one in loads.items()
     }
     line_load_maps(path, caption, seen, maps, limit)
-    return path
 
 
-def _damping(path: Path, store: xr.Dataset) -> Path:
+@figure(
+    "wall_damping",
+    THE_IMPACT,
+    "Restitution, contact stiffness and duration over the damping",
+    when=lambda store: store.sizes["case"] > 1,
+    default=False,
+)
+def wall_damping(path: Path, store: xr.Dataset) -> None:
+    """Draw the results of each damping case."""
     frequency = half_wave(store)
     ratio = 1e2 * damping_ratios(store, frequency)
     cases = store["case"].values.tolist()
@@ -215,7 +227,7 @@ def _damping(path: Path, store: xr.Dataset) -> Path:
     repeated = {0} if np.isclose(ratio[1:], ratio[0], rtol=0.01).any() else set()
     cases = ["case" if case == OWN else case for case in cases]
     colours = ordered_colours(len(cases))
-    with figure(path, (2, 2), (7.5, 5.6), caption) as (_, axes):
+    with sheet(path, (2, 2), (7.5, 5.6), caption) as (_, axes):
         *axes, spare = axes
         spare.set_axis_off()
         for panel, (name, factor, label) in zip(axes, panels, strict=True):
@@ -231,4 +243,3 @@ def _damping(path: Path, store: xr.Dataset) -> Path:
         axes[0].set_ylim(0.0, 1.0)
         spare.legend(*axes[0].get_legend_handles_labels(), loc="center", title="damping")
         letter(axes)
-    return path

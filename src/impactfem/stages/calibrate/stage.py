@@ -6,9 +6,11 @@ from pathlib import Path
 from impactfem.case import BuildingAtWall
 from impactfem.stages.building.stage import target_models
 from impactfem.stages.building.targets import with_structure_targets
+from impactfem.stages.calibrate import figures
 from impactfem.stages.calibrate.checks import wall_checks
-from impactfem.stages.calibrate.figures import wall_figures
+from impactfem.stages.calibrate.figures import CalibrationData
 from impactfem.stages.calibrate.tables import wall_tables
+from impactfem.stages.drawing import Figures
 from impactfem.stages.inputs import published_values
 from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, StageOf
@@ -53,10 +55,8 @@ CALIBRATE = StageOf[BuildingAtWall](
     ),
     stores={"calibrate": "calibrate.nc"},
     compute=_compute,
-    draw=lambda building, folder: [
-        *wall_tables(folder, published_values(building)),
-        *wall_figures(folder, published_values(building)),
-    ],
+    tabulate=lambda building, folder: wall_tables(folder, published_values(building)),
+    figures=Figures.of(CalibrationData, figures),
     checks=lambda building, folder: wall_checks(folder),
     needs=lambda building: (REDUCE,),
     subjects=lambda case: case.at_wall,

@@ -1,20 +1,25 @@
 """Figures of the design spectra of the 3D building, and of the members of an ensemble."""
 
 from collections.abc import Sequence
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from impactfem.plot.curves import Curve, CurveFigure
-from impactfem.plot.floor_products import floor_page
-from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
-from impactfem.spectra.product import FloorSpectrumSet
+from impactfem.plot.figure import figure
+from impactfem.plot.floor_products import building_page, floor_page
+from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, letter, sheet
+from impactfem.spectra.product import DesignFloorSpectra, FloorSpectrumSet
 from impactfem.spectra.statistics import over_members
 from impactfem.stages.design.envelopes import largest_impact
-from impactfem.stages.design.products import DesignProducts
-from impactfem.stages.stores import names_of
+from impactfem.stages.design.products import DesignProducts, design_products_of
+from impactfem.stages.drawing import FigureData
+from impactfem.stages.stores import names_of, of_run
 
+SPECTRA, MOTIONS = "Floor spectra for design", "Over the motions"
+"""Sections of the report."""
 GREY = "0.72"
 STATISTICS = (
     ("mean", "mean", BLUE, "-"),
@@ -26,26 +31,65 @@ DEVICES = 3
 """Panels of devices in a row."""
 
 
-def design_figures(folder: Path, products: DesignProducts) -> list[Path]:
-    """Draw the design spectra along each direction at each damping, and the forces on the anchors.
+class DesignData(FigureData):
+    """The data of the figures of the stage."""
 
-    Gives the files. ImpactfemError: a file cannot be written.
-    """
-    target = folder / "figures"
+    @cached_property
+    def store(self) -> xr.Dataset:
+        """`design.nc`."""
+        return self.opened("design.nc")
+
+    @cached_property
+    def products(self) -> DesignProducts:
+        """The design spectra."""
+        rules, sticks = self.case.spectra, of_run(self.folder, "pounding.nc")
+        return design_products_of(self.store, sticks, rules.broadening, rules.clipping)
+
+    @property
+    def members(self) -> FloorSpectrumSet | None:
+        """Spectra under the motions of an ensemble; None without one."""
+        return self.products.members
+
+    @property
+    def rotations(self) -> DesignFloorSpectra | None:
+        """Spectra of rotations; None if there are none."""
+        return self.products.rotations
+
+    @property
+    def spectrum(self) -> list[str]:
+        """Directions and dampings of the spectra, as "y_5pct"."""
+        return [
+            f"{direction}_{100.0 * damping:g}pct"
+            for direction in names_of(self.store, "direction")
+            for damping in self.store["damping"].values
+        ]
+
+    @property
+    def shown_spectrum(self) -> list[str]:
+        """The spectrum along the shown direction at the first damping."""
+        direction, damping = self.store.attrs["shown_direction"], self.store["damping"].values[0]
+        return [f"{direction}_{100.0 * damping:g}pct"]
+
+
+def _place(products: DesignProducts, spectrum: str) -> tuple[int, int]:
+    """Indices of the damping and of the direction of a spectrum."""
     source = products.case.source
-    files = []
-    for x, d in np.ndindex(len(source.directions), len(source.damping)):
-        files.append(_case_page(products, d, x).write(target))
-        if products.members is not None:
-            files.append(_ensemble_page(products, products.members, d, x).write(target))
-    if "device" in products.store.dims:
-        files.append(target / "design_device_force.svg")
-        _force_figure(files[-1], products.store)
-    return files
+    for d, x in np.ndindex(len(source.damping), len(source.directions)):
+        if spectrum == f"{source.directions[x]}_{100.0 * source.damping[d]:g}pct":
+            return d, x
+    raise KeyError(spectrum)
 
 
-def _case_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
-    design = products.case
+@figure(
+    "design_spectra",
+    SPECTRA,
+    "Design spectra of the floors",
+    each="spectrum",
+    default="shown_spectrum",
+)
+def design_spectra(products: DesignProducts, spectrum: str) -> CurveFigure:
+    """Draw the design spectra under the motion of the case, a panel for each floor."""
+    design, (d, x) = products.case, _place(products, spectrum)
     caption = (
         f"under the case's motion: envelope of {_points(products)} of each floor of the 3D model "
         "as computed and for design; of all vertices of the floor, without samples between; design "
@@ -68,13 +112,27 @@ def _case_page(products: DesignProducts, d: int, x: int) -> CurveFigure:
         ends, zpa = design.frequency[[0, -1]], design.zpa[s, x].repeat(2)
         curves.append(Curve(ends, zpa, "", BLUE, ":", width=0.8))
         floors.append(curves)
-    return _page("design_spectra", products, d, x, caption, floors)
+    return _page(products, d, x, caption, floors)
 
 
-def _ensemble_page(
-    products: DesignProducts, members: FloorSpectrumSet, d: int, x: int
+@figure("design_rotations", SPECTRA, "Design spectra of rotations of the floors", default=False)
+def design_rotations(rotations: DesignFloorSpectra) -> CurveFigure:
+    """Draw the spectra of rotations of the 3D model, computed and for design."""
+    return building_page(rotations, rotations.source.stations[0].building)
+
+
+@figure(
+    "design_ensemble",
+    MOTIONS,
+    "Design spectra over the motions",
+    each="spectrum",
+    default=False,
+)
+def design_ensemble(
+    products: DesignProducts, members: FloorSpectrumSet, spectrum: str
 ) -> CurveFigure:
-    design = products.case
+    """Draw the design spectra of statistics over the motions, a panel for each floor."""
+    design, (d, x) = products.case, _place(products, spectrum)
     caption = (
         f"over {len(members.motions)} motions, envelope of {_points(products)} of each floor of "
         "the 3D model: design spectra of the mean, of the 84 % fractiles and of the "
@@ -92,11 +150,10 @@ def _ensemble_page(
                 curves.append(Curve(one.frequency, one.psa[d, s, x], label, colour, dash, 1.3))
         own = Curve(design.frequency, design.psa[d, s, x], "the case's motion", "black", ":", 0.9)
         floors.append([*curves, own])
-    return _page("design_ensemble", products, d, x, caption, floors)
+    return _page(products, d, x, caption, floors)
 
 
 def _page(
-    name: str,
     products: DesignProducts,
     d: int,
     x: int,
@@ -111,8 +168,7 @@ def _page(
         f"({damping} % damping)"
     )
     panels = [(station.label, one) for station, one in zip(source.stations, floors, strict=True)]
-    stem = f"{name}_{direction}_{damping}pct"
-    return floor_page(stem, f"{head} {caption}", panels, lettered=False)
+    return floor_page(f"{head} {caption}", panels, lettered=False)
 
 
 def _points(products: DesignProducts) -> str:
@@ -120,7 +176,14 @@ def _points(products: DesignProducts) -> str:
     return "the probes and of the governing vertices" if whole else "the PROBES ALONE"
 
 
-def _force_figure(path: Path, store: xr.Dataset) -> None:
+@figure(
+    "design_device_force",
+    MOTIONS,
+    "Anchor forces over the motions",
+    when=lambda store: "device" in store.dims,
+)
+def design_device_force(path: Path, store: xr.Dataset) -> None:
+    """Draw the largest force on each anchor against the largest impact force of each motion."""
     axis, names = str(store.attrs["shown_direction"]), names_of(store, "device")
     impact = 1e-6 * largest_impact(store["member_impact_force"].values)
     columns = min(DEVICES, len(names))
@@ -133,7 +196,7 @@ def _force_figure(path: Path, store: xr.Dataset) -> None:
     )
     size = (max(5.0, 3.4 * columns), 3.2 * rows)
     looks = (("force", BLUE, "o", "3D model"), ("spectrum", ORANGE, "^", "response spectra"))
-    with figure(path, (rows, columns), size, caption) as (_, axes):
+    with sheet(path, (rows, columns), size, caption) as (_, axes):
         for spare in axes[len(names) :]:
             spare.set_visible(False)
         for panel, name in zip(axes, names, strict=False):

@@ -1,11 +1,10 @@
-"""Design spectra of the 3D building as tables, workbooks and stores, with those of the pounding.
+"""Design spectra of the 3D building as tables, a workbook and a NetCDF file, and the pounding.
 
-Into `products/`: `design_spectra.csv`, `.xlsx` and `.nc` under the case's own motion and
-`design_peaks.csv`; of the floors' rotations `design_rotations.*` and `design_rotation_peaks.csv`;
-with an ensemble that was carried through the 3D model `design_ensemble.csv`
-with its statistics, and a workbook and a store of each statistic. Statistics are taken frequency by
-frequency over the envelopes of the members, and broadened afterwards. Into `tables/`: what the
-points of each floor have of the envelope of all its vertices, the vertices that govern, and the
+Into `products/`: `design_spectra.csv`, `.xlsx` and `.nc` under the motion of the case and
+`design_peaks.csv`; `design_rotations.csv` of the rotations of the floors; `design_ensemble.csv`
+with statistics over the motions of an ensemble that was carried through the 3D model. Statistics
+are taken frequency by frequency over the envelopes of the members, and broadened afterwards. Into
+`tables/`: the share of each floor's envelope that its points have, the governing vertices, and the
 members of the ensemble.
 """
 
@@ -23,11 +22,11 @@ from impactfem.plot.floor_products import (
     LABELS,
     WITHIN,
     curve_rows,
+    curve_table,
     floor_store,
     labelled,
     read_floor_spectra,
     write_design_files,
-    write_floor_design,
 )
 from impactfem.plot.table import Cell, Table, cell, heads
 from impactfem.spectra.design import Ratio
@@ -41,8 +40,6 @@ from impactfem.system.arrays import Array
 
 Place = tuple[int, int, int]
 
-ROTATIONS = ("design_rotations", "design_rotation_peaks")
-"""Names of the products of the rotations."""
 VERTICES = "design_vertices"
 """Name of the table of the vertices that govern."""
 EACH = "the vertices that govern under each motion"
@@ -212,7 +209,7 @@ def _vertices(count: int) -> str:
 
 
 def write_design_products(folder: Path, products: DesignProducts) -> list[Path]:
-    """Write tables, workbooks and stores into a run's folder; return the files.
+    """Write tables, workbook and NetCDF file into the folder of a run; return the files.
 
     ImpactfemError: a file cannot be written.
     """
@@ -225,14 +222,10 @@ def write_design_products(folder: Path, products: DesignProducts) -> list[Path]:
         files.append(member_table(store).write_csv(others))
     if store["vertex_count"].any():
         files += [make(products).write_csv(others) for make in (coverage_table, vertex_table)]
-    named = {"design_spectra": products.case}
-    named |= {f"design_ensemble_{name}": one for name, one in products.statistics.items()}
-    inputs = str(store.attrs["inputs"])
     if products.rotations is not None:
-        files += write_floor_design(folder, products.rotations, inputs, ROTATIONS)
-    for name, design in named.items():
-        files += write_design_files(target / name, design, inputs)
-    return files
+        files.append(curve_table(products.rotations, "design_rotations").write_csv(target))
+    inputs = str(store.attrs["inputs"])
+    return files + write_design_files(target / "design_spectra", products.case, inputs)
 
 
 def _spectrum_tables(products: DesignProducts) -> list[Table]:

@@ -13,13 +13,15 @@ from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.selection import impulses_of_run, with_contact_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
-from impactfem.stages.design.figures import design_figures
+from impactfem.stages.design import figures
+from impactfem.stages.design.figures import DesignData
 from impactfem.stages.design.products import (
     design_products_of,
     share_reached,
     write_design_products,
 )
 from impactfem.stages.device.stage import DEVICE
+from impactfem.stages.drawing import Figures
 from impactfem.stages.ensemble.stage import ENSEMBLE
 from impactfem.stages.pounding.stage import POUNDING, motions_key
 from impactfem.stages.reduce.stage import REDUCE, model_key, models_of_run
@@ -80,14 +82,14 @@ def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> 
     return run_design(given, folder, steps, key)
 
 
-def _draw(building: BuildingInTime, folder: Path) -> list[Path]:
-    """Tables and figures from the store."""
+def _tabulate(building: BuildingInTime, folder: Path) -> list[Path]:
+    """Write tables and products from the store."""
     with open_store(folder / "design.nc") as store:
         spectra = building.case.spectra
         products = design_products_of(
             store, of_run(folder, "pounding.nc"), spectra.broadening, spectra.clipping
         )
-        return write_design_products(folder, products) + design_figures(folder, products)
+        return write_design_products(folder, products)
 
 
 VERTICES = Criterion(
@@ -185,7 +187,8 @@ DESIGN = StageOf[BuildingInTime](
     further=lambda building: f"{_carried(building.case)} members",
     stores={"design": "design.nc"},
     compute=_compute,
-    draw=_draw,
+    tabulate=_tabulate,
+    figures=Figures.of(DesignData, figures),
     checks=lambda building, folder: design_checks(folder),
     subjects=lambda case: case.in_time,
     section="transient",

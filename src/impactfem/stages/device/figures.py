@@ -1,14 +1,13 @@
-"""The figures of the stage `device` in the paper's layout and numbering: forces, spectra, dampings.
+"""The figures of the stage `device` and their data: forces, spectra, dampings.
 
-Figures of the force of a device on the floor over time (27, 30), of the spectra at its anchor (29)
-and of the damping of the buildings (28) are here, and of the largest forces by damping case: all
-analyses (tables 7 and 9), and by input: the spectra of the anchor as computed, their envelope with
-those of further points or over all dampings, and spectra of a file; several supports are combined
-in several ways.
+Figures of the force of a device on the floor over time, of the spectra at its anchor and of the
+damping of the buildings are here, and of the largest forces by damping case: all analyses, and by
+input: the spectra of the anchor as computed, their envelope with those of further points or over
+all dampings, and spectra of a file; several supports are combined in several ways.
 """
 
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -16,16 +15,11 @@ import numpy as np
 import xarray as xr
 from matplotlib.ticker import MaxNLocator
 
-from impactfem.plot.curves import NONE, Curve, CurveFigure, Panel, published_level, published_point
-from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter, span
-from impactfem.stages.device.model_figures import (
-    drawing_of,
-    elements_figure,
-    model_figure,
-    modes_figure,
-)
-from impactfem.stages.device.pictures import draw_pictures, position_figure
+from impactfem.plot.curves import Curve, CurveFigure, Panel, published_level, published_point
+from impactfem.plot.figure import figure
+from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, letter, sheet, span
 from impactfem.stages.device.selection import (
+    ALL,
     BROADENED,
     DETAILED,
     GUPTA,
@@ -37,7 +31,6 @@ from impactfem.stages.device.selection import (
     WITHOUT,
     Load,
     direction,
-    file_stem,
     headline,
     input_variants,
     loaded,
@@ -47,15 +40,14 @@ from impactfem.stages.device.selection import (
     shown_modes,
     variant,
 )
-from impactfem.stages.stores import damping_of, names_of, open_stores
+from impactfem.stages.drawing import FigureData
+from impactfem.stages.stores import damping_of, names_of
 from impactfem.system.arrays import Array
-from impactfem.system.executor import in_own_process
-from impactfem.system.parallel import meanwhile
 
 WINDOW = (0.05, 0.15)
 """What is shown before and after the largest force [s]."""
 RANGE = (0.5, 500.0)
-"""Frequencies of figure 28 [Hz]."""
+"""Frequencies of the figure of the damping [Hz]."""
 CASES = ("#56B4E9", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
 """Okabe and Ito's colours of the damping cases in their order; the own damping is black."""
 DASHES = ("-", "-", "-.", "-", "--", "--")
@@ -67,41 +59,23 @@ RIGID_COLOURS = {"none": "0.75", GUPTA: "0.45", LINDLEY_YOW: "#7a4fa3"}
 MARKERS = "os^Dvp*X"
 
 
-def device_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[Path]:
-    """Draw figures 23 to 30 and the demand by damping into `figures/`; gives the files.
+class DeviceData(FigureData):
+    """The data of the figures of the stage."""
 
-    Figures 23 to 27, 29 and 30 of further devices than the first have their names in the files.
-    What the stores have no data for is left out, such as the position without `building.nc`.
-    Published values, in SI by the name of the result, are drawn with ours. ImpactfemError where a
-    file cannot be written, or OpenGL is missing.
-    """
-    target, pictures = folder / "figures", partial(in_own_process, draw_pictures, folder)
-    with meanwhile(pictures) as drawn_meanwhile, open_stores(folder) as opened:
-        store = loaded(opened("device.nc"))
-        building = opened("building.nc") if (folder / "building.nc").is_file() else None
-        drawn = [_damping_figure(target / "figure_28_damping.svg", store)]
-        for device in names_of(store, "device"):
-            for made in (_spectra_figure, _force_figure):
-                drawn.append(made(store, device, published).write(target))
-            # By the name of the first device's file.
-            makers: dict[str, Callable[[Path, xr.Dataset, str], None]]
-            makers = {"device_demand": _demand_figure}
-            if len(input_variants(store, device)) > 1:
-                makers["device_inputs"] = _inputs_figure
-            if store.sizes["case"] > 1:
-                makers["figure_30_shear_force_damping"] = _damping_forces_figure
-            if building is not None:
-                makers["figure_23_position"] = partial(position_figure, building=building)
-            if (drawing := drawing_of(store, device)) is not None:
-                makers["figure_24_elements"] = partial(elements_figure, drawn=drawing)
-                if shown_modes(store, device, drawing.axis).sizes["mode"]:
-                    makers["figure_25_modes"] = partial(modes_figure, drawn=drawing)
-                makers["figure_26_model"] = partial(model_figure, drawn=drawing)
-            for stem, draw in makers.items():
-                path = target / f"{file_stem(store, stem, device)}.svg"
-                draw(path, store, device)
-                drawn.append(path)
-    return sorted([*drawn, *drawn_meanwhile()])
+    @cached_property
+    def store(self) -> xr.Dataset:
+        """`device.nc`."""
+        return loaded(self.opened("device.nc"))
+
+    @cached_property
+    def building(self) -> xr.Dataset | None:
+        """`building.nc`; None without it."""
+        return self.optional("building.nc")
+
+    @cached_property
+    def device(self) -> list[str]:
+        """Names of the devices."""
+        return names_of(self.opened("device.nc"), "device")
 
 
 def _looks(store: xr.Dataset) -> dict[str, tuple[str, str, float]]:
@@ -136,11 +110,12 @@ def _different(store: xr.Dataset, *, restitution: bool = True) -> list[str]:
     return [own, *others]
 
 
-def _force_figure(store: xr.Dataset, device: str, published: Mapping[str, float]) -> CurveFigure:
-    """Figure 27: the force without and with impacts, with the buildings' own damping."""
+@figure("device_force", ALL, "Force of the device on the floor", each="device")
+def device_force(store: xr.Dataset, device: str, published: Mapping[str, float]) -> CurveFigure:
+    """Draw the force without and with impacts, with the damping of the case."""
     axis, time = direction(store), store["time"].values
     caption = (
-        f"Figure 27: Force of {device} on the floor along $e_{axis}$ over time: without impact (a) "
+        f"Force of {device} on the floor along $e_{axis}$ over time: without impact (a) "
         "and with impacts (b), with the damping of the case. Dashed: largest value by response "
         f"spectrum analysis ({headline(store)})."
     )
@@ -161,19 +136,19 @@ def _force_figure(store: xr.Dataset, device: str, published: Mapping[str, float]
         for name, what in zip(names, ("in detail", "by spectrum"), strict=True):
             curves += published_level(published, name, time, what, 1e-3)
         panels.append(Panel("time [s]", f"force $F_{axis}$ [kN]", curves, room=0.1 * len(curves)))
-    stem = file_stem(store, "figure_27_shear_force", device)
-    return CurveFigure(stem, caption, panels, size=(9.0, 3.4))
+    return CurveFigure(caption, panels, size=(9.0, 3.4))
 
 
-def _damping_figure(path: Path, store: xr.Dataset) -> Path:
-    """Figure 28: the damping ratio by damping case."""
+@figure("damping_cases", ALL, "Damping ratio by damping case", default=False)
+def damping_cases(path: Path, store: xr.Dataset) -> None:
+    """Draw the damping ratio by damping case."""
     first, *_ = names_of(store, "device")
     frequency: Array = np.asarray(np.geomspace(*RANGE, 400), dtype=np.float64)
     caption = (
-        "Figure 28: Damping ratio of the buildings over the frequency by damping case. "
+        "Damping ratio of the buildings over the frequency by damping case. "
         f"Dotted: modes of {first} along $e_{direction(store)}$."
     )
-    with figure(path, (1, 1), (6.5, 3.8), caption) as (_, (panel, *_)):
+    with sheet(path, (1, 1), (6.5, 3.8), caption) as (_, (panel, *_)):
         shown = _different(store, restitution=False)
         for case, (colour, dashes, width) in _looks(store).items():
             if case not in shown:
@@ -185,14 +160,14 @@ def _damping_figure(path: Path, store: xr.Dataset) -> Path:
         panel.set(xlabel="frequency [Hz]", ylabel="damping ratio [%]")
         span(panel, frequency)
         panel.legend(loc="upper left")
-    return path
 
 
-def _spectra_figure(store: xr.Dataset, device: str, published: Mapping[str, float]) -> CurveFigure:
-    """Figure 29: spectra of the floor at the anchor, without and with impacts, by damping case."""
+@figure("anchor_spectra", ALL, "Response spectra at the anchor", each="device")
+def anchor_spectra(store: xr.Dataset, device: str, published: Mapping[str, float]) -> CurveFigure:
+    """Draw the spectra of the floor at the anchor, without and with impacts, by damping case."""
     ratio = 100.0 * float(modes_of(store, device)["mode_damping"][0])
     caption = (
-        f"Figure 29: Pseudo-acceleration response spectra at the anchor of {device} along "
+        f"Pseudo-acceleration response spectra at the anchor of {device} along "
         f"$e_{direction(store)}$ at {ratio:.3g} % damping, without the device, by the damping of "
         "the buildings: without impact (a) and with impacts (b). Dotted: modes of the device."
     )
@@ -220,22 +195,29 @@ def _spectra_figure(store: xr.Dataset, device: str, published: Mapping[str, floa
             legend="upper left",
         )
         panels.append(panel)
-    name = file_stem(store, "figure_29_anchor_spectra", device)
-    return CurveFigure(name, caption, panels, size=(9.0, 3.6))
+    return CurveFigure(caption, panels, size=(9.0, 3.6))
 
 
-def _damping_forces_figure(path: Path, store: xr.Dataset, device: str) -> None:
-    """Figure 30: the force without and with impacts by damping case, and around its largest."""
+@figure(
+    "device_force_damping",
+    ALL,
+    "Force of the device by damping case",
+    when=lambda store: store.sizes["case"] > 1,
+    each="device",
+    default=False,
+)
+def device_force_damping(path: Path, store: xr.Dataset, device: str) -> None:
+    """Draw the force without and with impacts by damping case, and around its largest value."""
     axis, time = direction(store), store["time"].values
     caption = (
-        f"Figure 30: Force of {device} on the floor along $e_{axis}$ over time by the damping of "
+        f"Force of {device} on the floor along $e_{axis}$ over time by the damping of "
         "the buildings: without impact (a) and with impacts (b), and around the largest force: "
         "without (c) and with (d)."
     )
     looks, cases = _looks(store), _different(store, restitution=False)
     # What is damped least is behind.
     behind = sorted(cases, key=lambda case: -Load(store, device, WITH, case).detailed)
-    with figure(path, (2, 2), (9.0, 6.0), caption) as (drawn, axes):
+    with sheet(path, (2, 2), (9.0, 6.0), caption) as (drawn, axes):
         for whole, near, impact in zip(axes[:2], axes[2:], LOADS, strict=True):
             loads = [Load(store, device, impact, case) for case in behind]
             for load in loads:
@@ -258,8 +240,15 @@ def _damping_forces_figure(path: Path, store: xr.Dataset, device: str) -> None:
         letter(axes)
 
 
-def _demand_figure(path: Path, store: xr.Dataset, device: str) -> None:
-    """Tables 7 and 9 as bars: forces and their differences by damping case."""
+@figure(
+    "device_demand",
+    ALL,
+    "Largest forces by analysis and damping case",
+    each="device",
+    default=False,
+)
+def device_demand(path: Path, store: xr.Dataset, device: str) -> None:
+    """Draw forces and their differences by damping case as bars."""
     every: list[tuple[str, str | None, str]] = [
         ("detailed", DETAILED, "black"),
         ("RSA", headline(store), BLUE),
@@ -287,7 +276,7 @@ def _demand_figure(path: Path, store: xr.Dataset, device: str) -> None:
         f"Bars for {len(cases)} dampings and {len(kinds)} analyses; the largest force in detail is "
         f"{1e-3 * most.detailed:.4g} kN ({most.case})."
     )
-    with figure(path, (2, 2), (9.0, 5.8), caption, seen) as (drawn, axes):
+    with sheet(path, (2, 2), (9.0, 5.8), caption, seen) as (drawn, axes):
         for forces, differences, impact in zip(axes[:2], axes[2:], LOADS, strict=True):
             for k, (label, analysis, colour) in enumerate(kinds):
                 at = np.arange(len(cases)) + (k - 0.5 * (len(kinds) - 1)) * width
@@ -319,15 +308,23 @@ def _demand_figure(path: Path, store: xr.Dataset, device: str) -> None:
         letter(axes)
 
 
-def _inputs_figure(path: Path, store: xr.Dataset, device: str) -> None:
-    """Force by response spectrum analysis over the detailed one, by the input of the analysis."""
+@figure(
+    "device_inputs",
+    ALL,
+    "Largest forces by input of the response spectrum analysis",
+    when=lambda store, device: len(input_variants(store, device)) > 1,
+    each="device",
+    default=False,
+)
+def device_inputs(path: Path, store: xr.Dataset, device: str) -> None:
+    """Draw the force by response spectrum analysis over the detailed one, by input."""
     choices, axis = input_variants(store, device), direction(store)
     caption = (
         f"Largest force of {device} on the floor along $e_{axis}$ by response spectrum analysis "
         f"({headline(store)}) over that of the 3D model in detail, by the input of the analysis "
         "and by the damping of the buildings: without impact (a) and with impacts (b)."
     )
-    with figure(path, (1, 2), (9.0, 1.5 + 0.34 * len(choices)), caption) as (drawn, axes):
+    with sheet(path, (1, 2), (9.0, 1.5 + 0.34 * len(choices)), caption) as (drawn, axes):
         for panel, impact in zip(axes, LOADS, strict=True):
             panel.axvline(1.0, color="black", lw=0.8)
             for c, case in enumerate(names_of(store, "case")):

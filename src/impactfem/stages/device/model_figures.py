@@ -1,4 +1,4 @@
-"""Figures of a device: its elements (24), its modes (25) and its mechanical model (26)."""
+"""Figures of a device: its elements, its modes and its mechanical model."""
 
 import math
 from pathlib import Path
@@ -7,8 +7,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 
-from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
-from impactfem.stages.device.selection import anchor_of, direction, shown_modes
+from impactfem.plot.figure import figure
+from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, letter, sheet
+from impactfem.stages.device.selection import ALL, anchor_of, direction, shown_modes
 from impactfem.system.arrays import Array
 
 GREY = "0.35"
@@ -93,14 +94,25 @@ def device_size(store: xr.Dataset, device: str) -> tuple[float, float]:
     return (UNKNOWN * drawn.top if math.isnan(drawn.radius) else drawn.radius), drawn.top
 
 
-def modes_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> None:
-    """Figure 25: the modes that move along the shown direction."""
+def _on_springs(store: xr.Dataset, device: str) -> bool:
+    return drawing_of(store, device) is not None
+
+
+def _has_modes(store: xr.Dataset, device: str) -> bool:
+    drawn = drawing_of(store, device)
+    return drawn is not None and bool(shown_modes(store, device, drawn.axis).sizes["mode"])
+
+
+@figure("device_modes", ALL, "Modes of the device", when=_has_modes, each="device", default=False)
+def modes_figure(path: Path, store: xr.Dataset, device: str) -> None:
+    """Draw the modes that move along the shown direction."""
+    drawn = Drawing(store, device)
     axis = drawn.axis
     modes = shown_modes(store, device, axis)
     mass = modes["effective_mass"].sel(component=axis)
     whole = float(mass.sum())
     caption = (
-        f"Figure 25: Modes of {device} that move along $e_{axis}$ and rotate about "
+        f"Modes of {device} that move along $e_{axis}$ and rotate about "
         f"$e_{drawn.about}$, relative to the anchor and not to scale, with their effective masses "
         f"along $e_{axis}$ and the parts of their sum, {whole:.5g} kg. Dashed: at rest."
     )
@@ -111,7 +123,7 @@ def modes_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> 
     reach = max(float(np.abs(outline[:, 0]).max()) + 1.35 * AMPLITUDE * top, 0.95 * top)
     listed = ", ".join(f"{f:.2f} Hz" for f in modes["mode_frequency"].values)
     seen = f"Outlines of {device}, displaced and rotated, over those at rest: modes of {listed}."
-    with figure(path, (1, count), (max(2.9 * count, 4.0), 3.5), caption, seen) as (_, axes):
+    with sheet(path, (1, count), (max(2.9 * count, 4.0), 3.5), caption, seen) as (_, axes):
         for panel, k in zip(axes, modes["mode"], strict=True):
             shift, slope = drawn.shift[int(k) - 1], drawn.slope[int(k) - 1]
             # The body turns about its mass centre, the last level.
@@ -139,11 +151,20 @@ def modes_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> 
         letter(axes)
 
 
-def elements_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> None:
-    """Figure 24: the elements of the device to scale, in the colours of the paper's."""
+@figure(
+    "device_elements",
+    ALL,
+    "Elements of the device",
+    when=_on_springs,
+    each="device",
+    default=False,
+)
+def elements_figure(path: Path, store: xr.Dataset, device: str) -> None:
+    """Draw the elements of the device to scale."""
+    drawn = Drawing(store, device)
     _, floor, nodes = anchor_of(store, device)
     caption = (
-        f"Figure 24: Elements of {device}, in elevation in the plane "
+        f"Elements of {device}, in elevation in the plane "
         f"$(e_{drawn.axis}, e_z)$: a body on a {drawn.carrier} on springs, "
         f"anchored by rigid links to {nodes} node{'s' * (nodes > 1)} of floor {floor}. "
         "Springs and links have no height: what is below 0 is not to scale."
@@ -154,7 +175,7 @@ def elements_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) 
         f"An outline {2.0 * half:.3g} m wide and {np.ptp(outline[:, 1]):.3g} m high, with its mass "
         f"centre {drawn.place} springs and rigid links to the floor."
     )
-    with figure(path, (1, 1), (6.5, 4.4), caption, seen) as (drawing, (panel, *_)):
+    with sheet(path, (1, 1), (6.5, 4.4), caption, seen) as (drawing, (panel, *_)):
         panel.fill(outline[:, 0], outline[:, 1], color=RED, alpha=0.12)
         panel.plot(outline[:, 0], outline[:, 1], color=RED, lw=1.0, label="body, rigid")
         if not math.isnan(drawn.beam):
@@ -181,14 +202,20 @@ def elements_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) 
         drawing.legend(loc="outside upper center", ncols=3)
 
 
-def model_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> None:
-    """Figure 26: the mechanical model of the device, with its values and modes.
-
-    Mass, beam, spring along and spring about; lengths mean nothing.
-    """
+@figure(
+    "device_model",
+    ALL,
+    "Mechanical model of the device",
+    when=_on_springs,
+    each="device",
+    default=False,
+)
+def model_figure(path: Path, store: xr.Dataset, device: str) -> None:
+    """Draw mass, beam and springs of the device with their values and modes, not to scale."""
+    drawn = Drawing(store, device)
     axis, about = drawn.axis, drawn.about
     caption = (
-        f"Figure 26: Mechanical model of {device} in the plane $(e_{axis}, e_z)$, "
+        f"Mechanical model of {device} in the plane $(e_{axis}, e_z)$, "
         "and its modes in this plane with their effective masses."
     )
     spring, turning = (drawn.value("base_stiffness", component=c) for c in (axis, f"r{about}"))
@@ -217,7 +244,7 @@ def model_figure(path: Path, store: xr.Dataset, device: str, drawn: Drawing) -> 
         f"A mass of {drawn.value('body_mass'):.5g} kg, {drawn.place} a spring along "
         f"{axis} and one about {about}, on a {drawn.carrier}; {'; '.join(lines)}."
     )
-    with figure(path, (1, 1), (6.5, 4.4), caption, seen) as (_, (panel, *_)):
+    with sheet(path, (1, 1), (6.5, 4.4), caption, seen) as (_, (panel, *_)):
         # The spring along: a zigzag from a wall on the left to the base.
         across = np.array([0, 0, 1, -1, 1, -1, 1, -1, 0, 0]) * 0.12
         panel.plot(np.linspace(-1.5, -0.4, across.size), across, color=ORANGE, lw=1.6)

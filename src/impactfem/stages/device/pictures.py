@@ -1,4 +1,4 @@
-"""Figure 23: where a device stands, on the plan of its floor and in the 3D model."""
+"""Figures of the position of a device, on the plan of its floor and in the 3D model."""
 
 from pathlib import Path
 from typing import Any
@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 
 from impactfem.building.mesh import Part, parse_group
+from impactfem.plot.figure import figure
 from impactfem.plot.scene import (
     GHOST,
     OUTLINE,
@@ -26,10 +27,9 @@ from impactfem.plot.scene import (
     segments,
     show,
 )
-from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, figure, letter
+from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, letter, sheet
 from impactfem.stages.device.model_figures import device_size
-from impactfem.stages.device.selection import anchor_of, file_stem
-from impactfem.stages.stores import names_of, open_stores
+from impactfem.stages.device.selection import ALL, anchor_of
 from impactfem.system.arrays import Array, Index
 
 FLAT = 1e-6
@@ -113,14 +113,15 @@ class Floor:
         return np.asarray(lines[np.all(inside, axis=1)], dtype=np.int64)
 
 
+@figure("device_on_floor", ALL, "Position of the device in plan", each="device", default=False)
 def position_figure(path: Path, store: xr.Dataset, device: str, building: xr.Dataset) -> None:
-    """Figure 23: plan of the floor (a) and the base plate between the anchor and the mesh (b)."""
+    """Draw the plan of the floor (a), and the base plate between the anchor and the mesh (b)."""
     point, number, count = anchor_of(store, device)
     floor = Floor(building, number)
     plan = floor.nodes[np.unique(floor.cells), :2]
     (x, y), (width, depth) = plan.min(axis=0), np.ptp(plan, axis=0)
     caption = (
-        f"Figure 23: Position of {device} on floor {number} of building {store.attrs['building']} "
+        f"Position of {device} on floor {number} of building {store.attrs['building']} "
         f"at ({point[0]:g}, {point[1]:g}, {point[2]:g}) m (a), and its rigid connection to "
         f"{count} node{'s' * (count > 1)} of the mesh (b)."
     )
@@ -129,7 +130,7 @@ def position_figure(path: Path, store: xr.Dataset, device: str, building: xr.Dat
         f"{point[0]:.4g} m, y = {point[1]:.4g} m; and the mesh around it with {count} rigid "
         f"link{'s' * (count > 1)}."
     )
-    with figure(path, (1, 2), (9.0, 3.7), caption, seen) as (drawn, axes):
+    with sheet(path, (1, 2), (9.0, 3.7), caption, seen) as (drawn, axes):
         grid = axes[0].get_gridspec()
         if grid is not None:
             grid.set_width_ratios((1.7, 1.0))
@@ -173,51 +174,45 @@ def _lines(panel: Axes, lines: Array, colour: str, width: float, label: str) -> 
         panel.add_collection(LineCollection(list(lines), label=label, **look))
 
 
-def draw_pictures(folder: Path) -> list[Path]:
-    """Draw the building with each device (a), and the device on a piece of its floor (b).
-
-    Into `figures/`; none without `building.nc`. Run it in a process of its own: it crashes where
-    OpenGL is missing (Debian's libegl1 and libgl1). ImpactfemError where a file cannot be written.
-    """
-    target = folder / "figures"
-    drawn: list[Path] = []
-    if not (folder / "building.nc").is_file():
-        return drawn
-    with open_stores(folder) as opened:
-        building, store = opened("building.nc"), opened("device.nc")
-        nodes = building["node_position"].values
-        for device in names_of(store, "device"):
-            point, number, count = anchor_of(store, device)
-            caption = (
-                f"Figure 23: Position of {device} in the 3D model of building "
-                f"{store.attrs['building']} (a), and its connection by rigid links to {count} "
-                f"node{'s' * (count > 1)} of floor {number} (b)."
-            )
-            legend = [
-                ("slab", GHOST, "face"),
-                ("beams", ORANGE, "line"),
-                ("rigid links", GREEN, "line"),
-                ("nodes", BLUE, "ball"),
-                (device, RED, "face"),
-            ]
-            scene = plotter()
-            add_ghost(scene, building)
-            ball = balls(point[None], 0.015 * float(np.ptp(nodes, axis=0).max()))
-            scene.add_mesh(ball, color=RED)
-            whole = render(scene, nodes, impact_view(building))
-            near = _near(Floor(building, number), point, count, *device_size(store, device))
-            drawn.append(target / f"{file_stem(store, 'figure_23_model', device)}.png")
-            seen = (
-                f"The building, with {device} as a ball on floor {number}; and its body on the "
-                f"slab, with {count} rigid link{'s' * (count > 1)} and the beams around it."
-            )
-            with figure(drawn[-1], (1, 2), (9.0, 4.0), caption, seen) as (sheet, axes):
-                show(axes[0], whole)
-                note(axes[0], whole, point, device)
-                show(axes[1], near)
-                sheet.legend(handles=keys(legend), loc="outside upper center", ncols=len(legend))
-                letter(axes)
-    return drawn
+@figure(
+    "device_in_building",
+    ALL,
+    "Position of the device in the 3D model",
+    each="device",
+    ending="png",
+    in_3d=True,
+)
+def device_in_building(path: Path, store: xr.Dataset, device: str, building: xr.Dataset) -> None:
+    """Draw the building with the device (a), and the device on a piece of its floor (b)."""
+    nodes = building["node_position"].values
+    point, number, count = anchor_of(store, device)
+    caption = (
+        f"Position of {device} in the 3D model of building {store.attrs['building']} (a), and its "
+        f"connection by rigid links to {count} node{'s' * (count > 1)} of floor {number} (b)."
+    )
+    legend = [
+        ("slab", GHOST, "face"),
+        ("beams", ORANGE, "line"),
+        ("rigid links", GREEN, "line"),
+        ("nodes", BLUE, "ball"),
+        (device, RED, "face"),
+    ]
+    scene = plotter()
+    add_ghost(scene, building)
+    ball = balls(point[None], 0.015 * float(np.ptp(nodes, axis=0).max()))
+    scene.add_mesh(ball, color=RED)
+    whole = render(scene, nodes, impact_view(building))
+    near = _near(Floor(building, number), point, count, *device_size(store, device))
+    seen = (
+        f"The building, with {device} as a ball on floor {number}; and its body on the "
+        f"slab, with {count} rigid link{'s' * (count > 1)} and the beams around it."
+    )
+    with sheet(path, (1, 2), (9.0, 4.0), caption, seen) as (page, axes):
+        show(axes[0], whole)
+        note(axes[0], whole, point, device)
+        show(axes[1], near)
+        page.legend(handles=keys(legend), loc="outside upper center", ncols=len(legend))
+        letter(axes)
 
 
 def _near(floor: Floor, point: Array, count: int, radius: float, height: float) -> Picture:

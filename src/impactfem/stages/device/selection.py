@@ -41,6 +41,8 @@ INPUTS = {
     ("supports", "envelope"): "supports in step by their envelope",
 }
 """Inputs of an analysis in words, by label and value."""
+ALL = "All devices"
+"""Section of the report."""
 MOVES = 1e-6
 """A mode moves along an axis that has more than this part of the mass of all modes along it."""
 
@@ -66,11 +68,6 @@ def headline(store: xr.Dataset) -> str:
 def scalar_start(store: xr.Dataset, device: str) -> str:
     """How the names of a device's scalars begin; published values have the same names."""
     return "device" if device == names_of(store, "device")[0] else f"device.{device}"
-
-
-def file_stem(store: xr.Dataset, stem: str, device: str) -> str:
-    """A file's name: that of the first device is short, others hold the device's name."""
-    return stem if device == names_of(store, "device")[0] else f"{stem}_{device}"
 
 
 @dataclass(frozen=True, eq=False)

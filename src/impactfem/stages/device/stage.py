@@ -18,7 +18,8 @@ from impactfem.stages.calibrate.selection import (
 )
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
-from impactfem.stages.device.figures import device_figures
+from impactfem.stages.device import figures, model_figures, pictures
+from impactfem.stages.device.figures import DeviceData
 from impactfem.stages.device.selection import (
     DETAILED,
     LOADS,
@@ -30,6 +31,7 @@ from impactfem.stages.device.selection import (
 )
 from impactfem.stages.device.tables import device_tables
 from impactfem.stages.device.verdict import causes
+from impactfem.stages.drawing import Figures
 from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key, models_of_run
@@ -214,10 +216,8 @@ DEVICE = StageOf[BuildingInTime](
     files=lambda building: transient_files(building.transient),
     stores={"device": "device.nc"},
     compute=_compute,
-    draw=lambda building, folder: [
-        *device_tables(folder, published_values(building)),
-        *device_figures(folder, published_values(building)),
-    ],
+    tabulate=lambda building, folder: device_tables(folder, published_values(building)),
+    figures=Figures.of(DeviceData, figures, model_figures, pictures),
     checks=lambda building, folder: device_checks(folder),
     subjects=lambda case: tuple(one for one in case.in_time if one.devices),
     section="devices",

@@ -1,17 +1,24 @@
-"""What a person sees of an ensemble: bands beside published values, and spectra with bands."""
+"""The figures, table and checks of the stage `ensemble`: percentiles over the motions."""
 
 import re
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from matplotlib.lines import Line2D
 
+from impactfem.case import Case
 from impactfem.plot.curves import Curve, CurveFigure, Panel
-from impactfem.plot.style import BLUE, ORANGE, RED, figure
+from impactfem.plot.figure import figure
+from impactfem.plot.floor_products import FloorDesigns, building_page, floor_designs
+from impactfem.plot.style import BLUE, ORANGE, RED, sheet
 from impactfem.plot.table import Cell, Table
+from impactfem.spectra.product import DesignFloorSpectra
 from impactfem.stages.check import Check, Criterion
+from impactfem.stages.drawing import FigureData
+from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.checks import SWING, SWING_AT_END
 from impactfem.stages.stores import names_of, open_store
 
@@ -19,25 +26,137 @@ FACING = "pounding.facing_distance_min"
 """Scalar of the closest approach of floors that face each other and are in no contact pair."""
 
 
-def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]:
-    """Write table and figures of `ensemble.nc`; published values by the name of the scalar."""
+class EnsembleData(FigureData):
+    """The data of the figures of the stage."""
+
+    @cached_property
+    def store(self) -> xr.Dataset:
+        """`ensemble.nc`."""
+        return self.opened("ensemble.nc")
+
+    @cached_property
+    def published(self) -> Mapping[str, float]:
+        """Published values that other motions can miss, not those of the input."""
+        return published_results(self.case)
+
+    @cached_property
+    def compared(self) -> Table | None:
+        """The percentiles with published values; None without a published value."""
+        table = bands(self.store, self.published)
+        return None if all(row[-2] is None for row in table.rows) else table
+
+    @cached_property
+    def building(self) -> list[str]:
+        """Names of the buildings."""
+        return list(dict.fromkeys(names_of(self.store, "station_building")))
+
+    @cached_property
+    def translations(self) -> DesignFloorSpectra:
+        """Spectra for design, of the mean over the motions."""
+        return self._designs.translations
+
+    @cached_property
+    def rotations(self) -> DesignFloorSpectra | None:
+        """The same of rotations; None if there are none."""
+        return self._designs.rotations
+
+    @cached_property
+    def _designs(self) -> FloorDesigns:
+        return floor_designs(self.folder / "ensemble.nc", self.case.spectra, "mean")
+
+
+def published_results(case: Case) -> dict[str, float]:
+    """Return published values that other motions can miss: not what all are scaled or given to."""
+    same = ("input", "fitted", "scaled")
+    return {n: v for n, v in published_values(case).items() if case.published[n].kind not in same}
+
+
+def ensemble_table(folder: Path, published: Mapping[str, float]) -> list[Path]:
+    """Write the table of `ensemble.nc`; published values by the name of the scalar."""
     with open_store(folder / "ensemble.nc") as store:
-        for part in ("tables", "figures"):
-            (folder / part).mkdir(exist_ok=True)
+        (folder / "tables").mkdir(exist_ok=True)
         table = bands(store, published)
-        files = [table.comparing({"published", "inside"}).write_csv(folder / "tables")]
-        files.append(_spectra_figure(store).write(folder / "figures"))
-    if all(row[-2] is None for row in table.rows):
-        return files
-    rows = [row for row in table.rows[::-1] if row[-2] is not None and float(row[-2]) != 0.0]
+        return [table.comparing({"published", "inside"}).write_csv(folder / "tables")]
+
+
+@figure("ensemble_spectra", "Floor spectra", "Floor response spectra over all motions")
+def ensemble_spectra(store: xr.Dataset) -> CurveFigure:
+    """Draw median and bands of some floors of the studied building."""
+    direction, studied = str(store.attrs["shown_direction"]), store.attrs["studied_building"]
+    of_building = store["station_building"] == studied
+    spectra = store.sel(direction=direction).isel(damping=0, station=of_building)
+    floors = spectra["station_floor"].values
+    shown = np.unique(np.linspace(0, len(floors) - 1, 4).round().astype(int))[::-1]
+    damping = float(spectra["damping"])
+    caption = (
+        f"Floor response spectra ({100 * damping:g} % damping) of building "
+        f"{studied} along $e_{direction}$ over {store.sizes['motion']} "
+        "motions, with pounding and without contact: median, 16 % to 84 % (shaded) and 5 % to 95 % "
+        "(dotted), linear between the sorted values, the smallest one 0 %."
+    )
+    panels = [
+        Panel(
+            "frequency [Hz]",
+            "pseudo-acceleration [m/s²]",
+            [
+                *_with_band(spectra["psa_percentile"][{"station": s}], BLUE, "with pounding"),
+                *_with_band(
+                    spectra["psa_free_percentile"][{"station": s}], ORANGE, "without contact"
+                ),
+            ],
+            title=f"floor {floors[s]}",
+            log="x",
+            bottom=0.0,
+            legend="upper left" if s == shown[0] else "",
+        )
+        for s in shown
+    ]
+    rows, columns = (len(shown) + 1) // 2, min(2, len(shown))
+    size = (9.0, 2.8 * rows)
+    return CurveFigure(caption, panels, columns=columns, size=size)
+
+
+@figure(
+    "ensemble_design",
+    "Floor spectra",
+    "Floor response spectra for design, mean over the motions",
+    each="building",
+    default=False,
+)
+def ensemble_design(translations: DesignFloorSpectra, building: str) -> CurveFigure:
+    """Draw the design spectra of a building, of the mean over the motions."""
+    return building_page(translations, building)
+
+
+@figure(
+    "ensemble_rotations",
+    "Floor spectra",
+    "Spectra of rotations for design, mean over the motions",
+    each="building",
+    default=False,
+)
+def ensemble_rotations(rotations: DesignFloorSpectra, building: str) -> CurveFigure:
+    """Draw the spectra of rotations of a building, of the mean over the motions."""
+    return building_page(rotations, building)
+
+
+@figure(
+    "ensemble_published",
+    "Published values",
+    "Published values and the spread over the motions",
+    default=False,
+)
+def ensemble_published(path: Path, compared: Table) -> None:
+    """Draw the percentiles of each result divided by its published value."""
+    rows = [row for row in compared.rows[::-1] if row[-2] is not None and float(row[-2]) != 0.0]
     caption = (
         "Results of the ensemble over their published values: median (dot), 16 % to 84 % (thick) "
         "and 5 % to 95 % (thin). The published value is 1, at the dashed line."
     )
-    path, size = folder / "figures" / "ensemble_published.svg", (7.5, 0.26 * len(rows) + 0.8)
+    size = 7.5, 0.26 * len(rows) + 0.8
     outside = [in_words(str(row[0])) for row in rows if row[-1] != "yes"]
     seen = f"{len(rows)} bars over one another; outside: {', '.join(outside) or 'none'}."
-    with figure(path, (1, 1), size, caption, seen) as (_, axes):
+    with sheet(path, (1, 1), size, caption, seen) as (_, axes):
         panel = axes[0]
         for y, row in enumerate(rows):
             paper = float(row[-2] or 1.0)
@@ -55,7 +174,6 @@ def ensemble_results(folder: Path, published: Mapping[str, float]) -> list[Path]
         panel.legend(handles=lines, title="published value")
         panel.set_xlabel("over the published value [-]")
         panel.set_xlim(left=0.0)
-    return [*files, path]
 
 
 def in_words(name: str) -> str:
@@ -94,7 +212,7 @@ PUBLISHED = Criterion(
 
 
 def ensemble_checks(folder: Path, published: Mapping[str, float]) -> list[Check]:
-    """Return the checks of the stage; arguments as `ensemble_results`."""
+    """Return the checks of the stage; arguments as `ensemble_table`."""
     with open_store(folder / "ensemble.nc") as store:
         rows = [row for row in bands(store, published).rows if row[-1] is not None]
         failed, motions = store.sizes.get("failed", 0), store.sizes["motion"]
@@ -143,42 +261,6 @@ def bands(store: xr.Dataset, published: Mapping[str, float]) -> Table:
         ),
         tuple(rows),
     )
-
-
-def _spectra_figure(store: xr.Dataset) -> CurveFigure:
-    """Median and bands of some floors of the studied building."""
-    direction, studied = str(store.attrs["shown_direction"]), store.attrs["studied_building"]
-    of_building = store["station_building"] == studied
-    spectra = store.sel(direction=direction).isel(damping=0, station=of_building)
-    floors = spectra["station_floor"].values
-    shown = np.unique(np.linspace(0, len(floors) - 1, 4).round().astype(int))[::-1]
-    damping = float(spectra["damping"])
-    caption = (
-        f"Floor response spectra ({100 * damping:g} % damping) of building "
-        f"{studied} along $e_{direction}$ over {store.sizes['motion']} "
-        "motions, with pounding and without contact: median, 16 % to 84 % (shaded) and 5 % to 95 % "
-        "(dotted), linear between the sorted values, the smallest one 0 %."
-    )
-    panels = [
-        Panel(
-            "frequency [Hz]",
-            "pseudo-acceleration [m/s²]",
-            [
-                *_with_band(spectra["psa_percentile"][{"station": s}], BLUE, "with pounding"),
-                *_with_band(
-                    spectra["psa_free_percentile"][{"station": s}], ORANGE, "without contact"
-                ),
-            ],
-            title=f"floor {floors[s]}",
-            log="x",
-            bottom=0.0,
-            legend="upper left" if s == shown[0] else "",
-        )
-        for s in shown
-    ]
-    rows, columns = (len(shown) + 1) // 2, min(2, len(shown))
-    size = (9.0, 2.8 * rows)
-    return CurveFigure("ensemble_floor_spectra", caption, panels, columns=columns, size=size)
 
 
 def _with_band(spectra: xr.DataArray, colour: str, label: str) -> list[Curve]:

@@ -7,10 +7,16 @@ from impactfem.coupling.from_case import calibration_of, system_of
 from impactfem.plot.floor_products import write_floor_products
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.selection import with_contact_of_run
+from impactfem.stages.drawing import Figures
+from impactfem.stages.ensemble import figures
 from impactfem.stages.ensemble.compute import run_ensemble
-from impactfem.stages.ensemble.figures import ensemble_checks, ensemble_results
+from impactfem.stages.ensemble.figures import (
+    EnsembleData,
+    ensemble_checks,
+    ensemble_table,
+    published_results,
+)
 from impactfem.stages.ensemble.store import write_ensemble
-from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.stage import POUNDING, motions_key
 from impactfem.stages.reduce.stage import models_of_run
 from impactfem.stages.stage import DRAWING, StageOf
@@ -18,12 +24,6 @@ from impactfem.system.executor import workers
 from impactfem.system.files import kept_in_one_file
 from impactfem.system.log import Steps
 from impactfem.system.parallel import on_root
-
-
-def _published(case: Case) -> dict[str, float]:
-    """Published values that other motions may miss: not what all of them are scaled or given to."""
-    same = ("input", "fitted", "scaled")
-    return {n: v for n, v in published_values(case).items() if case.published[n].kind not in same}
 
 
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
@@ -54,15 +54,11 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     return [folder / "ensemble.nc"]
 
 
-def _draw(case: Case, folder: Path) -> list[Path]:
+def _tabulate(case: Case, folder: Path) -> list[Path]:
     products = write_floor_products(
-        folder / "ensemble",
-        folder / "ensemble.nc",
-        broadening=case.spectra.broadening,
-        clipping=case.spectra.clipping,
-        statistic="mean",
+        folder / "ensemble", folder / "ensemble.nc", case.spectra, statistic="mean"
     )
-    return [*ensemble_results(folder, _published(case)), *products]
+    return [*ensemble_table(folder, published_results(case)), *products]
 
 
 ENSEMBLE = StageOf[Case](
@@ -75,8 +71,9 @@ ENSEMBLE = StageOf[Case](
     files=lambda case: tuple(case.ensemble.files()) if case.ensemble is not None else (),
     stores={"ensemble": "ensemble.nc"},
     compute=_compute,
-    draw=_draw,
-    checks=lambda case, folder: ensemble_checks(folder, _published(case)),
+    tabulate=_tabulate,
+    figures=Figures.of(EnsembleData, figures),
+    checks=lambda case, folder: ensemble_checks(folder, published_results(case)),
     subjects=lambda case: () if case.ensemble is None else (case,),
     section="ensemble",
     needs=lambda case: (POUNDING,),

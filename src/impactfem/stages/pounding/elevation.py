@@ -12,7 +12,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.patches import Rectangle
 
-from impactfem.plot.style import figure
+from impactfem.plot.figure import figure
+from impactfem.plot.style import sheet
 from impactfem.system.arrays import Array, Index
 
 GREY, ARROW = "0.35", "black"
@@ -69,6 +70,7 @@ class _Drawn:
     right: float
 
 
+@figure("elevation", "Impacts", "Peak floor accelerations and largest impacts")
 def elevation_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
     """Draw the buildings with peak floor accelerations, and the largest impact of each pair.
 
@@ -93,7 +95,7 @@ def elevation_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None
         f"{float(_of(peaks, one)['pfa'].max()):.3g} m/s²"
         for one in drawn
     )
-    with figure(path, (1, 1), (7.5, 4.8), caption, f"{seen}.") as (whole, (panel,)):
+    with sheet(path, (1, 1), (7.5, 4.8), caption, f"{seen}.") as (whole, (panel,)):
         storeys = [np.diff(one.elevation.floors, prepend=one.elevation.base) for one in drawn]
         thickness = SLAB * float(np.concatenate(storeys).min())
         for one in drawn:

@@ -1,22 +1,25 @@
-"""The figures of the stage `pounding`, from its stores, in the paper's layout and numbering."""
+"""The figures of the stage `pounding` and their data."""
 
 from __future__ import annotations
 
 import itertools
 import re
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from impactfem.plot.curves import NONE, Curve, CurveFigure, Panel, published_point
+from impactfem.plot.figure import figure
 from impactfem.plot.floor_field import line_load_maps
+from impactfem.plot.floor_products import FloorDesigns, building_page, floor_designs
 from impactfem.plot.style import BUILDINGS, DASHES, GREEN, ORANGE, RED, floor_looks
-from impactfem.stages.pounding.elevation import elevation_figure
-from impactfem.stages.pounding.model_figures import case_figure, contact_figure, stick_figure
-from impactfem.stages.stores import by_line, damping_of, names_of, open_store
+from impactfem.spectra.product import DesignFloorSpectra
+from impactfem.stages.drawing import FigureData
+from impactfem.stages.stores import by_line, damping_of, names_of
 from impactfem.system.arrays import Array
 
 OTHERS = (RED, GREEN, ORANGE, "#CC79A7", "black")
@@ -29,37 +32,107 @@ MARGIN = 0.15
 """Part of the length of the main impact that is shown before and after it."""
 
 
-def stick_figures(folder: Path, published: Mapping[str, float] = NONE) -> list[Path]:
-    """Draw the figures for which the case has data, and return the files.
+class PoundingData(FigureData):
+    """The data of the figures of the stage."""
 
-    Published values are in SI by the name of the result.
-    """
-    target = folder / "figures"
-    target.mkdir(exist_ok=True)
-    drawn = [target / "figure_02_case.svg"]
-    with (
-        open_store(folder / "motion.nc") as motion,
-        open_store(folder / "pounding.nc") as sticks,
-        open_store(folder / "forces.nc") as points,
-    ):
-        forces = by_line(points)
-        case_figure(drawn[0], motion, sticks, forces)
-        drawn.append(target / "elevation.svg")
-        elevation_figure(drawn[-1], sticks, forces)
-        if (sticks["building_model"] != "structure").any():
-            drawn.append(target / "figure_03_stick.svg")
-            stick_figure(drawn[-1], sticks)
-        curves = [_response(sticks), _floor_spectra(sticks, published), _damping(sticks)]
-        if sticks.sizes["pair"]:
-            drawn.append(target / "figure_05_contact.svg")
-            contact_figure(drawn[-1], sticks, forces)
-            curves.append(_forces(sticks, forces, published))
-        if "line" in points and sticks.sizes["impact"]:
-            drawn += edge_force_figure(target / "edge_forces.png", sticks, points)
-        return [*drawn, *(one.write(target) for one in curves)]
+    @cached_property
+    def sticks(self) -> xr.Dataset:
+        """`pounding.nc`."""
+        return self.opened("pounding.nc")
+
+    @cached_property
+    def motion(self) -> xr.Dataset:
+        """`motion.nc`."""
+        return self.opened("motion.nc")
+
+    @cached_property
+    def points(self) -> xr.Dataset:
+        """`forces.nc`, with a force for each point of contact."""
+        return self.opened("forces.nc")
+
+    @cached_property
+    def forces(self) -> xr.Dataset:
+        """`forces.nc`, with a force for each line of contact."""
+        return by_line(self.points)
+
+    @cached_property
+    def loads(self) -> LineLoads | None:
+        """Line loads of contacts in 3D."""
+        return line_loads(self.sticks, self.points)
+
+    @cached_property
+    def translations(self) -> DesignFloorSpectra:
+        """Floor response spectra at the mass centres, for design."""
+        return self._designs.translations
+
+    @cached_property
+    def rotations(self) -> DesignFloorSpectra | None:
+        """The same of rotations; None if there are none."""
+        return self._designs.rotations
+
+    @cached_property
+    def _designs(self) -> FloorDesigns:
+        return floor_designs(self.folder / "pounding.nc", self.case.spectra)
+
+    @cached_property
+    def building(self) -> list[str]:
+        """Names of the buildings."""
+        return names_of(self.sticks, "building")
+
+    @cached_property
+    def undesigned(self) -> set[str]:
+        """Names of the buildings without design spectra of a 3D model."""
+        return set(self.building) - {one.name for one in self.case.in_time}
 
 
-def _response(sticks: xr.Dataset) -> CurveFigure:
+@figure(
+    "impact_forces",
+    "Impacts",
+    "Impact forces",
+    when=lambda sticks: sticks.sizes["pair"],
+)
+def impact_forces(
+    sticks: xr.Dataset, forces: xr.Dataset, published: Mapping[str, float]
+) -> CurveFigure:
+    """Draw the impact forces of the pairs, and the main impact."""
+    time, every = forces["time"].values, 1e-6 * forces["force"].transpose("pair", "time")
+    force = every.isel(pair=every.max("time").argmax("pair"))
+    name, dt = str(force["pair"].item()), time[1] - time[0]
+    whole = [Curve(time, force.values, _pair(name))]
+    others = [one for one in every if str(one["pair"].item()) != name and abs(one).max() > 0.0]
+    for k, other in enumerate(others):
+        colour, dash = OTHERS[k % len(OTHERS)], DASHES[1 + k % 3]
+        whole.append(Curve(time, other.values, _pair(str(other["pair"].item())), colour, dash, 0.8))
+    floor = forces["floor_a"].values[forces["pair"].values == name].item()
+    key = "pounding.main_impact_time", f"pounding.peak_force.floor_{floor}"
+    whole += published_point(published, *key, scale=1e-6)
+    near: list[Curve] = []
+    impacts = sticks.isel(impact=sticks["impact_pair"] == name)
+    if impacts.sizes["impact"]:
+        impact = impacts.isel(impact=impacts["impact_peak_force"].argmax("impact"))
+        start, end = float(impact["impact_first_contact"]), float(impact["impact_end"])
+        margin = 0.25 * (end - start) + dt
+        shown = (time >= start - margin) & (time <= end + margin)
+        label = f"{impact['impact_steps']:.0f} computed times, {1e3 * (end - start):.1f} ms"
+        near = [Curve(time[shown], force.values[shown], label, marker=".")]
+    what = (
+        f"Impact forces of the pairs that touch (a), and the main impact, between {_pair(name)},"
+        if others
+        else f"Impact force between {_pair(name)} (a), and its main impact"
+    )
+    caption = (
+        f"{what} with the computed times (b). Positive in compression"
+        f"{'; the force pulls at the end of an impact' if (force < 0.0).any() else ''}."
+    )
+    axes = ("time [s]", "impact force [MN]")
+    note = "" if near else "no impact"
+    panels = [Panel(*axes, whole, room=0.1 * len(whole)), Panel(*axes, near, room=0.25, note=note)]
+    return CurveFigure(caption, panels, size=(9.0, 3.2))
+
+
+@figure("response", "Impacts", "Displacement, velocity and acceleration of the top floors")
+def response(sticks: xr.Dataset) -> CurveFigure:
+    """Draw the response of the top floor of each building, and the gap."""
     direction = str(sticks.attrs["shown_direction"])
     time, moving = sticks["time"].values, sticks.sel(component=direction)
     tops = [
@@ -94,46 +167,10 @@ def _response(sticks: xr.Dataset) -> CurveFigure:
         panels.append(Panel("time [s]", "gap [cm]", [curve, contact], room=0.2))
     under = " under the first building" if "ground_apart" in sticks else ""
     caption = (
-        f"Figure 8: Displacement (a) and velocity (b) relative to the ground{under}, absolute "
+        f"Displacement (a) and velocity (b) relative to the ground{under}, absolute "
         f"acceleration (c) along $e_{direction}$ of the top floors{last}, over time."
     )
-    return CurveFigure("figure_08_response", caption, panels, size=(9.0, 5.6))
-
-
-def _forces(sticks: xr.Dataset, forces: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
-    time, every = forces["time"].values, 1e-6 * forces["force"].transpose("pair", "time")
-    force = every.isel(pair=every.max("time").argmax("pair"))
-    name, dt = str(force["pair"].item()), time[1] - time[0]
-    whole = [Curve(time, force.values, _pair(name))]
-    others = [one for one in every if str(one["pair"].item()) != name and abs(one).max() > 0.0]
-    for k, other in enumerate(others):
-        colour, dash = OTHERS[k % len(OTHERS)], DASHES[1 + k % 3]
-        whole.append(Curve(time, other.values, _pair(str(other["pair"].item())), colour, dash, 0.8))
-    floor = forces["floor_a"].values[forces["pair"].values == name].item()
-    key = "pounding.main_impact_time", f"pounding.peak_force.floor_{floor}"
-    whole += published_point(published, *key, scale=1e-6)
-    near: list[Curve] = []
-    impacts = sticks.isel(impact=sticks["impact_pair"] == name)
-    if impacts.sizes["impact"]:
-        impact = impacts.isel(impact=impacts["impact_peak_force"].argmax("impact"))
-        start, end = float(impact["impact_first_contact"]), float(impact["impact_end"])
-        margin = 0.25 * (end - start) + dt
-        shown = (time >= start - margin) & (time <= end + margin)
-        label = f"{impact['impact_steps']:.0f} computed times, {1e3 * (end - start):.1f} ms"
-        near = [Curve(time[shown], force.values[shown], label, marker=".")]
-    what = (
-        f"Impact forces of the pairs that touch (a), and the main impact, between {_pair(name)},"
-        if others
-        else f"Impact force between {_pair(name)} (a), and its main impact"
-    )
-    caption = (
-        f"Figure 9: {what} with the computed times (b). Positive in compression"
-        f"{'; the force pulls at the end of an impact' if (force < 0.0).any() else ''}."
-    )
-    axes = ("time [s]", "impact force [MN]")
-    note = "" if near else "no impact"
-    panels = [Panel(*axes, whole, room=0.1 * len(whole)), Panel(*axes, near, room=0.25, note=note)]
-    return CurveFigure("figure_09_forces", caption, panels, size=(9.0, 3.2))
+    return CurveFigure(caption, panels, size=(9.0, 5.6))
 
 
 def _pair(name: str) -> str:
@@ -142,14 +179,16 @@ def _pair(name: str) -> str:
     return words.replace("_", " ")
 
 
-def _floor_spectra(sticks: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
+@figure("pounding_spectra", "Floor spectra", "Floor spectra with pounding and without contact")
+def pounding_spectra(sticks: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
+    """Draw the floor response spectra of the studied building along the shown direction."""
     direction = str(sticks.attrs["shown_direction"])
     studied = str(sticks.attrs["studied_building"])
     spectra = sticks.sel(direction=direction).isel(damping=0)
     floors = spectra.isel(station=spectra["station_building"] == studied)
     frequency, damping = sticks["frequency"].values, float(floors["damping"])
     caption = (
-        f"Figure 10: Floor response spectra (pseudo-acceleration, {100 * damping:g} % damping) of "
+        f"Floor response spectra (pseudo-acceleration, {100 * damping:g} % damping) of "
         f"building {studied} along $e_{direction}$ at the mass centres, with pounding (a) and "
         "without contact (b)."
     )
@@ -166,11 +205,36 @@ def _floor_spectra(sticks: xr.Dataset, published: Mapping[str, float]) -> CurveF
         options: dict[str, Any] = {"log": "x", "bottom": 0.0, "room": 0.05, "reverse": True}
         options["legend"] = "upper left" if name == "psa" else ""
         panels.append(Panel("frequency [Hz]", "pseudo-acceleration [m/s²]", curves, **options))
-    return CurveFigure("figure_10_floor_spectra", caption, panels, alike=True)
+    return CurveFigure(caption, panels, alike=True)
 
 
-def _damping(sticks: xr.Dataset) -> CurveFigure:
-    """The damping ratio by the law of each building, and those of the modes of each stick."""
+@figure(
+    "floor_spectra",
+    "Floor spectra",
+    "Floor response spectra for design",
+    each="building",
+    default="undesigned",
+)
+def floor_spectra(translations: DesignFloorSpectra, building: str) -> CurveFigure:
+    """Draw the floor response spectra of a building, computed and for design."""
+    return building_page(translations, building)
+
+
+@figure(
+    "floor_rotations",
+    "Floor spectra",
+    "Floor response spectra of rotations for design",
+    each="building",
+    default=False,
+)
+def floor_rotations(rotations: DesignFloorSpectra, building: str) -> CurveFigure:
+    """Draw the spectra of rotations of the floors of a building, computed and for design."""
+    return building_page(rotations, building)
+
+
+@figure("damping", "Models and damping", "Damping ratio of the buildings", default=False)
+def damping(sticks: xr.Dataset) -> CurveFigure:
+    """Draw the damping ratio by the law of each building, and those of the modes of each stick."""
     highest = float(sticks["frequency"][-1])
     lowest = 0.5 * min(float(sticks["mode_frequency"].min()), highest)
     frequency = np.geomspace(lowest, highest, 400)
@@ -201,18 +265,30 @@ def _damping(sticks: xr.Dataset) -> CurveFigure:
     # A law may have modes without damping, which a logarithmic axis does not show.
     log = "xy" if min(float(np.nanmin(curve.y)) for curve in curves) > 0.0 else "x"
     panel = Panel("frequency [Hz]", "damping ratio [%]", curves, log=log, legend="best")
-    return CurveFigure("damping", caption, [panel], columns=1, size=(6.5, 3.8), lettered=False)
+    return CurveFigure(caption, [panel], columns=1, size=(6.5, 3.8), lettered=False)
 
 
-def edge_force_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> list[Path]:
-    """Maps of the line load over edge and time, while the main impact lasts; none without force."""
+class LineLoads(NamedTuple):
+    """Line loads between edges in the main impact."""
+
+    start: float  #: time of the first contact [s]
+    #: Of each line: time from the first contact (n_t,) [ms], distance along the line (n,) [m],
+    #: load (n, n_t) [MN/m].
+    maps: dict[str, tuple[Array, Array, Array]]
+
+
+def line_loads(sticks: xr.Dataset, points: xr.Dataset) -> LineLoads | None:
+    """Compute the line loads from the forces of the points; None without a line with a force."""
+    if "line" not in points or not sticks.sizes["impact"]:
+        return None
     main = sticks.isel(impact=sticks["impact_peak_force"].argmax("impact"))
     start, end = float(main["impact_first_contact"]), float(main["impact_end"])
     margin = MARGIN * (end - start)
-    time = forces["time"].values
-    shown = forces.isel(time=(time >= start - margin) & (time <= end + margin))
-    loads: dict[str, tuple[Array, Array]] = {}
-    for name in dict.fromkeys(forces["line"].values.astype(str).tolist()):
+    time = points["time"].values
+    shown = points.isel(time=(time >= start - margin) & (time <= end + margin))
+    t = 1e3 * (shown["time"].values - start)
+    loads: dict[str, tuple[Array, Array, Array]] = {}
+    for name in dict.fromkeys(points["line"].values.astype(str).tolist()):
         line = shown.isel(pair=(shown["line"] == name).values)
         if not name or not line["force"].any():
             continue
@@ -223,21 +299,29 @@ def edge_force_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> lis
         place = np.linalg.norm(along.transpose("pair", "axis").values, axis=1)
         load = 1e-6 * line["force"].transpose("pair", "time").values
         if (width > 0.0).all():
-            loads[name] = place, load / width[:, None]
-    if not loads:
-        return []
-    largest = sorted(loads, key=lambda name: -float(loads[name][1].max()))[:MOST]
-    pushing = np.concatenate([loads[name][1][loads[name][1] > 0.0] for name in largest])
+            loads[name] = t, place, load / width[:, None]
+    return LineLoads(start, loads) if loads else None
+
+
+@figure(
+    "edge_forces",
+    "Impacts",
+    "Line load between the buildings in the main impact",
+    ending="png",
+)
+def edge_forces(path: Path, loads: LineLoads) -> None:
+    """Draw maps of the line load over edge and time, of the lines with the largest loads."""
+    largest = sorted(loads.maps, key=lambda name: -float(loads.maps[name][2].max()))[:MOST]
+    every = [loads.maps[name][2] for name in largest]
+    pushing = np.concatenate([load[load > 0.0] for load in every])
     most = float(pushing.max())
-    t = 1e3 * (shown["time"].values - start)
     caption = (
         "Line load between the edges that touch in 3D, over the distance along them and the time "
-        f"from the first contact of the main impact at {start:.4g} s, straight between the points "
-        f"of contact. Largest value: {most:.3g} MN/m, between {largest[0]}."
+        f"from the first contact of the main impact at {loads.start:.4g} s, straight between the "
+        f"points of contact. Largest value: {most:.3g} MN/m, between {largest[0]}."
     )
     seen = (
         f"Line load by colour over time and edge, of {len(largest)} lines; at most {most:.3g} MN/m."
     )
     limit = float(np.quantile(pushing, 1.0 - CUT))
-    line_load_maps(path, caption, seen, {name: (t, *loads[name]) for name in largest}, limit)
-    return [path]
+    line_load_maps(path, caption, seen, {name: loads.maps[name] for name in largest}, limit)

@@ -1,4 +1,4 @@
-"""What is modelled, drawn: figures 2 (the case), 3 (stick and first mode) and 5 (the contact)."""
+"""Figures of the models: the case, a stick with its first mode, and the contact pairs."""
 
 from pathlib import Path
 from typing import Any
@@ -9,20 +9,22 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Rectangle
 
 from impactfem.plot.curves import Curve, Panel
-from impactfem.plot.style import BLUE, BUILDINGS, GREEN, ORANGE, RED, figure, letter
+from impactfem.plot.figure import figure
+from impactfem.plot.style import BLUE, BUILDINGS, GREEN, ORANGE, RED, letter, sheet
 from impactfem.stages.pounding.elevation import Elevation, elevations
 from impactfem.system.arrays import Array
 
 GREY = "0.35"
 Point = tuple[float, float]
 MOST_ROOM = 4.0
-"""Of a pair of points in figure 5 [m]."""
+"""Of a pair of points in the figure of the contact [m]."""
 HALF_WIDTH = 0.35
 """Of a 3D model there; buildings are 2 apart."""
 
 
+@figure("case", "Models and damping", "Buildings and ground motion")
 def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset, forces: xr.Dataset) -> None:
-    """Figure 2: the buildings, the ground acceleration, its response spectrum."""
+    """Draw the buildings, the ground acceleration, and its response spectrum."""
     direction = str(sticks.attrs["shown_direction"])
     shown = motion.isel(motion=int((motion["direction"] == direction).argmax("motion")))
     record, spectra = shown.dropna("sample"), shown.drop_vars("target").dropna("oscillator")
@@ -30,7 +32,7 @@ def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset, forces: xr.D
     f, psa = spectra["frequency"].values, spectra["spectrum"].values
     pga, top = [int(np.argmax(np.abs(a)))], [int(np.argmax(psa))]
     caption = (
-        f"Figure 2: Configuration of the case (a), ground acceleration along $e_{direction}$ (b), "
+        f"Configuration of the case (a), ground acceleration along $e_{direction}$ (b), "
         "and its pseudo-acceleration response spectrum at "
         f"{100 * float(shown['damping']):g} % damping (c)."
     )
@@ -43,7 +45,7 @@ def case_figure(path: Path, motion: xr.Dataset, sticks: xr.Dataset, forces: xr.D
         spectrum.append(Curve(*known, label, ORANGE, "--"))
     label = f"{psa[top[0]]:.2f} m/s² at {f[top[0]]:.2f} Hz"
     spectrum.append(Curve(f[top], psa[top], label, RED, "", marker="o"))
-    with figure(path, (2, 2), (9.0, 5.0), caption) as (_, (left, above, spare, below)):
+    with sheet(path, (2, 2), (9.0, 5.0), caption) as (_, (left, above, spare, below)):
         # The buildings have the left side.
         grid, axes = left.get_gridspec(), [left, above, below]
         spare.remove()
@@ -124,8 +126,15 @@ def _draw_buildings(panel: Axes, sticks: xr.Dataset, forces: xr.Dataset) -> None
     panel.grid(False)
 
 
+@figure(
+    "stick_model",
+    "Models and damping",
+    "Stick model and its first bending mode",
+    when=lambda sticks: (sticks["building_model"] != "structure").any(),
+    default=False,
+)
 def stick_figure(path: Path, sticks: xr.Dataset) -> None:
-    """Figure 3 (b) and (c): the first stick that pounds and its first bending mode."""
+    """Draw the first stick that pounds, and its first bending mode."""
     building = next(one for one in elevations(sticks) if not one.in_3d)
     direction = str(sticks.attrs["shown_direction"])
     if direction not in "xy":
@@ -136,15 +145,15 @@ def stick_figure(path: Path, sticks: xr.Dataset) -> None:
     )
     axis = {"x": "y", "y": "x"}[direction]
     caption = (
-        f"Figure 3: Stick model of building {building.name} (b), with the rigid zones of the "
+        f"Stick model of building {building.name} (a), with the rigid zones of the "
         "floors, their mass centres and the Timoshenko storeys between them, and its first mode "
-        f"of bending along $e_{direction}$, about $e_{axis}$, on a clamped base (c)."
+        f"of bending along $e_{direction}$, about $e_{axis}$, on a clamped base (b)."
     )
     seen = (
         f"A vertical line with {len(building.floors)} floors between heights of "
         f"{building.base:.4g} m and {building.top:.4g} m, straight and bent to one side."
     )
-    with figure(path, (1, 2), (6.5, 4.6), caption, seen) as (_, axes):
+    with sheet(path, (1, 2), (6.5, 4.6), caption, seen) as (_, axes):
         _draw_stick(axes[0], building)
         for z, number in zip(building.floors, building.numbers, strict=True):
             axes[0].text(0.12, z, f"floor {number}", va="center", fontsize=7.5)
@@ -163,8 +172,6 @@ def stick_figure(path: Path, sticks: xr.Dataset) -> None:
             panel.set(xticks=[], ylabel="z [m]")
             panel.grid(False)
         letter(axes)
-        for panel, name in zip(axes, "bc", strict=True):
-            panel.set_title(f"({name})", loc="left", fontsize=9.0)
 
 
 def _draw_stick(
@@ -183,19 +190,26 @@ def _draw_stick(
     panel.plot([origin - 0.15, origin + 0.15], [building.base] * 2, color="black", lw=3.0)
 
 
+@figure(
+    "contact_pairs",
+    "Models and damping",
+    "Contact pairs",
+    when=lambda sticks: sticks.sizes["pair"],
+    default=False,
+)
 def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
-    """Figure 5: which points or edges of the buildings may touch, and what acts between them."""
+    """Draw the points or edges that can touch, and the contact law between them."""
     drawn = {building.name: building for building in elevations(sticks)}
     names = list(drawn)
     laws = list(dict.fromkeys(str(name) for name in sticks["pair_law"].values))
     rigid = laws == ["unilateral"]
     caption = (
-        "Figure 5: Pairs of points that may touch. Each pair k carries a gap g and, in contact, a "
+        "Pairs of points that may touch. Each pair k carries a gap g and, in contact, a "
         "stiffness K and a dashpot C; the force is zero while the gap is open."
     )
     if rigid:
         caption = (
-            "Figure 5: Floors whose edges may touch along a line. They do not penetrate: there is "
+            "Floors whose edges may touch along a line. They do not penetrate: there is "
             "no stiffness and no dashpot between them."
         )
     elif np.any(sticks["pair_stiffness_unit"].values != "N/m"):
@@ -208,7 +222,7 @@ def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
         f"{'' if rigid else 'a spring above a dashpot and '}a gap."
     )
     along = forces["normal"].sel(axis=str(sticks.attrs["elevation_direction"])).values
-    with figure(path, (1, 1), (6.5, 4.6), caption, seen) as (_, axes):
+    with sheet(path, (1, 1), (6.5, 4.6), caption, seen) as (_, axes):
         panel = axes[0]
         for position, name in enumerate(names):
             building = drawn[name]

@@ -14,10 +14,12 @@ from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.selection import asks_calibration, with_contact_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.check import Check
-from impactfem.stages.inputs import inputs_key, published_values, tolerances
+from impactfem.stages.drawing import Figures
+from impactfem.stages.inputs import inputs_key, tolerances
+from impactfem.stages.pounding import elevation, figures, model_figures
 from impactfem.stages.pounding.checks import stick_checks
 from impactfem.stages.pounding.compute import STEPS, run_sticks
-from impactfem.stages.pounding.figures import stick_figures
+from impactfem.stages.pounding.figures import PoundingData
 from impactfem.stages.pounding.model_checks import (
     facing_checks,
     soil_checks,
@@ -49,12 +51,9 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     return files
 
 
-def _draw(case: Case, folder: Path) -> list[Path]:
-    store, design = folder / "pounding.nc", case.spectra
-    products = write_floor_products(
-        folder, store, broadening=design.broadening, clipping=design.clipping
-    )
-    return [*stick_tables(folder), *stick_figures(folder, published_values(case)), *products]
+def _tabulate(case: Case, folder: Path) -> list[Path]:
+    products = write_floor_products(folder, folder / "pounding.nc", case.spectra)
+    return [*stick_tables(folder), *products]
 
 
 def _needs(case: Case) -> tuple[Stage, ...]:
@@ -112,7 +111,8 @@ POUNDING = StageOf[Case](
     further=_facing,
     stores={"pounding": "pounding.nc", "motion": "motion.nc", "forces": "forces.nc"},
     compute=_compute,
-    draw=_draw,
+    tabulate=_tabulate,
+    figures=Figures.of(PoundingData, elevation, figures, model_figures),
     checks=lambda case, folder: [
         *stick_checks(folder, case.pounding.points_per_impact, tolerances(case)),
         *facing_checks(folder, case),

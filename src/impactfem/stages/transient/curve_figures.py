@@ -1,7 +1,7 @@
-"""Figures of the 3D building over time and frequency, at its probes: 11 to 13, 15, 16, 19 to 22."""
+"""Figures of the 3D building over time and frequency, at its probes."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from impactfem.plot.curves import NONE, Curve, CurveFigure, Panel, published_level, published_point
+from impactfem.plot.figure import figure
 from impactfem.plot.style import (
     BLUE,
     DASHES,
@@ -53,60 +54,21 @@ POINTS = (RED, ORANGE, "#CC79A7", "#56B4E9", "black")
 MOST_POINTS = 10
 """User-defined points that are shown one by one; the legend has no room for more."""
 PSA = "pseudo-acceleration [m/s²]"
+SPECTRA = "Floor spectra of the 3D model"
+HISTORIES = "Histories and waves"
+FORCES = "Impact forces and transfer"
+MAPS = "Maps of the floors"
+"""Sections of the report."""
 
 
-def probe_figures(
-    response: xr.Dataset, sticks: xr.Dataset, published: Mapping[str, float] = NONE
-) -> Iterator[CurveFigure]:
-    """All figures of what `shown` gives, and of the sticks, as far as there is data for them.
+def _hit(response: xr.Dataset) -> bool:
+    """Whether the response has an impact on an edge."""
+    return main_impact(response) is not None and response.sizes["edge"] > 0
 
-    Published values, in SI by the name of the result, are drawn with ours.
-    """
-    hit = main_impact(response) is not None and response.sizes["edge"] > 0
-    line, edges = shown_line(response), of_kind(response, "edge")
-    top, d = wave_floor(response), response["component"].item()
-    spectra = (
-        f"Floor response spectra ({100 * response['damping'].item():g} % damping) along $e_{d}$"
-    )
-    if hit:
-        yield _forces(response)
-    yield _centre(response, sticks)
-    yield centre_spectrum(response, sticks, published)
-    if line.sizes["probe"]:
-        caption = (
-            f"Figure 15: {spectra} of floor {top} at distances d from its impact edge: "
-            f"displacement (a) and pseudo-acceleration (b).{_note(line)}{plates_note(response)}"
-        )
-        labels = [f"d = {distance:.1f} m" for distance in line["distance"].values]
-        looks = ordered_looks(len(labels))
-        # Near the impact the spectrum is highest there, and exceeds what the edge is said to.
-        names = "transient.frs.near_highest_at", f"transient.pfa.edge_{top}"
-        near = published_point(published, *names, f"{labels[0]}: exceeded", looks[0]["color"])
-        panels = _both(line, labels, looks, [replace(one, marker="^") for one in near])
-        yield CurveFigure("figure_15_across_spectra", caption, panels)
-        yield _across(response)
-    if edges.sizes["probe"]:
-        caption = (
-            f"Figure 19: {spectra} at the middle of the impact edges of the floors: displacement "
-            f"(a) and pseudo-acceleration (b).{_note(edges)}"
-        )
-        labels = [f"floor {floor}" for floor in edges["probe_floor"].values]
-        # Where the floor below the one with the line is published to be above it, if it is.
-        floors = [floor for floor in floors_of(edges, "edge") if floor <= top][-2:]
-        name = "_above_".join(f"floor_{floor}" for floor in floors)
-        ends = [published.get(f"transient.frs.{name}.{end}") for end in ("lowest", "highest")]
-        higher = []
-        if None not in ends:
-            x, level = np.array(ends, dtype=float), 0.03 * float(known(edges)["psa"].max())
-            words = "published, floor {} above floor {}".format(*floors)
-            higher = [Curve(x, np.full(2, level), words, "black", width=1.4, marker="|")]
-        panels = _both(edges, labels, floor_looks(len(labels)), higher, reverse=True)
-        yield CurveFigure("figure_19_edge_spectra", caption, panels)
-        yield _edge(response, published)
-    if hit:
-        yield _force_spectra(response)
-    if response.sizes.get("transfer_load", 0) and line.sizes["probe"] + edges.sizes["probe"]:
-        yield _transfer(response, published)
+
+def _has_transfer(response: xr.Dataset) -> bool:
+    probes = shown_line(response).sizes["probe"] + of_kind(response, "edge").sizes["probe"]
+    return bool(response.sizes.get("transfer_load", 0) and probes)
 
 
 def focus(response: xr.Dataset) -> slice | None:
@@ -118,47 +80,108 @@ def focus(response: xr.Dataset) -> slice | None:
     return slice(impact[0] - BEFORE * lasts, impact[1] + AFTER * lasts)
 
 
-def _history(values: xr.DataArray, label: str, colour: Any, **look: Any) -> Curve:
-    return Curve(values["time"].values, values.values, label, colour, **look)
-
-
-def _forces(response: xr.Dataset) -> CurveFigure:
-    """Figure 11: the forces on the edges of the floors, and the main impact."""
-    force = 1e-6 * struck(response)["impact_force"].transpose("edge", "time")
-    colours = floor_colours(force.sizes["edge"])
-    largest = abs(force).max("time").values
-    whole, main = [], []
-    # The largest first, so that it hides no other one.
-    order = largest.argsort()[::-1]
-    for k in order:
-        one = force.isel(edge=k)
-        whole.append(_history(one, str(one["edge"].item()), colours[k]))
-        part = one.sel(time=focus(response))
-        if abs(part).max() > SILENT * largest[k]:
-            main.append(_history(part, "", colours[k], marker="."))
+@figure("centre_spectrum", SPECTRA, "Floor spectra at the mass centres: 3D model and pounding")
+def centre_spectrum(
+    response: xr.Dataset, sticks: xr.Dataset, published: Mapping[str, float] = NONE
+) -> CurveFigure:
+    """Draw the spectra of the top mass centre by 3D model and pounding, and of the others."""
+    top = wave_floor(response)
+    centre = at_floor(response, "centre", top)
+    other, model = of_pounding(sticks, "psa", response), pounded(sticks, response)
     caption = (
-        f"Figure 11: Impact forces on the sides of building {response.attrs['building']} over time "
-        f"(a), and the main impact, of {force['edge'].values[order[0]]}, at the times of the 3D "
-        f"model (b). Positive in compression; samples every {1e3 * time_step(response):g} ms, the "
-        "straight lines between which are nearest in the mean square to the force of the pounding "
-        "and keep its impulses: "
-        "outside an impact the samples alternate about zero, and away from it fall to 27 % from "
-        "one to the next." + beside_note(response)
+        "Floor response spectrum (pseudo-acceleration, "
+        f"{100 * response['damping'].item():g} % damping) along "
+        f"$e_{response['component'].item()}$ at the mass centre of floor {top}, 3D model and "
+        f"{model} (a), and at those of all floors and user-defined points, 3D model (b)."
+        f"{_note(centre.expand_dims('probe'))}{plates_note(response)}"
     )
-    label = "impact force [MN]"
-    panels = [Panel("time [s]", label, curves, legend="") for curves in (whole, main)]
-    size = (9.0, 3.4)
-    return CurveFigure("figure_11_impact_forces", caption, panels, size=size, above=True)
+    curves = [] if other is None else _with_peak(_spectrum(other, model, (RED, "--")))
+    curves += _with_peak(_spectrum(centre["psa"], "3D", (BLUE, "-"), centre["psa_band"]))
+    for name, label, colour in (("frs", "sticks", RED), ("transient.frs", "3D", BLUE)):
+        key = f"{name}.floor_{top}.peak"
+        curves += published_point(published, f"{key}_frequency", key, label, colour)
+    panels = [_spectrum_panel(response, PSA, curves)]
+    centres, points = (of_kind(response, kind)["psa"] for kind in ("centre", "point"))
+    others = [(f"floor {psa['probe_floor'].item()}", psa) for psa in centres]
+    looks = floor_looks(len(others))
+    own = [(str(psa["probe"].item()).replace("_", " "), psa) for psa in points]
+    if len(own) > MOST_POINTS:
+        own = [(f"largest of {len(own)} points", points.max("probe"))]
+    others += own
+    looks += [{"color": POINTS[k % len(POINTS)], "ls": DASHES[k % 4]} for k in range(len(own))]
+    if len(others) > 1:
+        every = [
+            _spectrum(psa, label, tuple(look.values()))
+            for look, (label, psa) in zip(looks, others, strict=True)
+        ]
+        panels.append(_spectrum_panel(response, PSA, every, reverse=True))
+    size = (4.5 * len(panels) + 0.5, 3.8)
+    return CurveFigure(caption, panels, len(panels), size)
 
 
-def _centre(response: xr.Dataset, sticks: xr.Dataset) -> CurveFigure:
-    """Figure 12: displacement and acceleration of the top floor's mass centre; of the pounding."""
+@figure(
+    "across_spectra",
+    SPECTRA,
+    "Floor spectra along the line across the floor",
+    when=lambda response: shown_line(response).sizes["probe"],
+)
+def across_spectra(response: xr.Dataset, published: Mapping[str, float] = NONE) -> CurveFigure:
+    """Draw the spectra at distances from the impact edge."""
+    line, top = shown_line(response), wave_floor(response)
+    caption = (
+        f"{_spectra_words(response)} of floor {top} at distances d from its impact edge: "
+        f"displacement (a) and pseudo-acceleration (b).{_note(line)}{plates_note(response)}"
+    )
+    labels = [f"d = {distance:.1f} m" for distance in line["distance"].values]
+    looks = ordered_looks(len(labels))
+    # Near the impact the spectrum is highest there, and exceeds what the edge is said to.
+    names = "transient.frs.near_highest_at", f"transient.pfa.edge_{top}"
+    near = published_point(published, *names, f"{labels[0]}: exceeded", looks[0]["color"])
+    panels = _both(line, labels, looks, [replace(one, marker="^") for one in near])
+    return CurveFigure(caption, panels)
+
+
+@figure(
+    "edge_spectra",
+    SPECTRA,
+    "Floor spectra at the impact edges",
+    when=lambda response: of_kind(response, "edge").sizes["probe"],
+)
+def edge_spectra(response: xr.Dataset, published: Mapping[str, float] = NONE) -> CurveFigure:
+    """Draw the spectra at the middle of the impact edges."""
+    edges, top = of_kind(response, "edge"), wave_floor(response)
+    caption = (
+        f"{_spectra_words(response)} at the middle of the impact edges of the floors: displacement "
+        f"(a) and pseudo-acceleration (b).{_note(edges)}"
+    )
+    labels = [f"floor {floor}" for floor in edges["probe_floor"].values]
+    # Where the floor below the one with the line is published to be above it, if it is.
+    floors = [floor for floor in floors_of(edges, "edge") if floor <= top][-2:]
+    name = "_above_".join(f"floor_{floor}" for floor in floors)
+    ends = [published.get(f"transient.frs.{name}.{end}") for end in ("lowest", "highest")]
+    higher = []
+    if None not in ends:
+        x, level = np.array(ends, dtype=float), 0.03 * float(known(edges)["psa"].max())
+        words = "published, floor {} above floor {}".format(*floors)
+        higher = [Curve(x, np.full(2, level), words, "black", width=1.4, marker="|")]
+    panels = _both(edges, labels, floor_looks(len(labels)), higher, reverse=True)
+    return CurveFigure(caption, panels)
+
+
+@figure(
+    "centre",
+    HISTORIES,
+    "Response of the mass centre of the top floor",
+    default=False,
+)
+def centre(response: xr.Dataset, sticks: xr.Dataset) -> CurveFigure:
+    """Draw displacement and acceleration of the top mass centre by 3D model and pounding."""
     d, top, main = response["component"].item(), wave_floor(response), focus(response)
     model = pounded(sticks, response)
     centre = at_floor(response, "centre", top)
     every = slice(*centre["time"].values[[0, -1]])
     caption = (
-        "Figure 12: Displacement relative to the ground (a) and absolute acceleration (b) along "
+        "Displacement relative to the ground (a) and absolute acceleration (b) along "
         f"$e_{d}$ of the mass centre of floor {top}"
         f"{', and its main impact (c)' if main else ''}: 3D model and {model}."
     )
@@ -178,14 +201,21 @@ def _centre(response: xr.Dataset, sticks: xr.Dataset) -> CurveFigure:
         panels.append(Panel("time [s]", label, curves, legend=""))
     panels[0] = replace(panels[0], room=0.35, legend="upper right")
     size = (9.0, 2.8 * math.ceil(len(panels) / 2) + 0.4)
-    return CurveFigure("figure_12_centre", caption, panels, size=size)
+    return CurveFigure(caption, panels, size=size)
 
 
-def _across(response: xr.Dataset) -> CurveFigure:
-    """Figure 16: acceleration at some distances from the impact, and the main impact."""
+@figure(
+    "across",
+    HISTORIES,
+    "Acceleration along the line across the floor",
+    when=lambda response: shown_line(response).sizes["probe"],
+    default=False,
+)
+def across(response: xr.Dataset) -> CurveFigure:
+    """Draw the acceleration at some distances from the impact, and in the main impact."""
     d, main, probes = response["component"].item(), focus(response), shown_line(response)
     caption = (
-        f"Figure 16: Acceleration along $e_{d}$ of floor {wave_floor(response)} at distances d "
+        f"Acceleration along $e_{d}$ of floor {wave_floor(response)} at distances d "
         "from its impact edge, on the line across it, over time (a)"
         f"{', and the main impact (b)' if main else ''}.{forces_note(response)}"
     )
@@ -199,11 +229,18 @@ def _across(response: xr.Dataset) -> CurveFigure:
         label = f"acceleration $\\ddot u_{d}$ [m/s²]"
         panels.append(Panel("time [s]", label, curves, legend=""))
     panels[-1] = replace(panels[-1], legend="lower right")
-    return CurveFigure("figure_16_across", caption, panels, len(panels), (9.0, 3.6))
+    return CurveFigure(caption, panels, len(panels), (9.0, 3.6))
 
 
-def _edge(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
-    """Figure 20: acceleration at the impact edge of the floor below the top, and its PSD."""
+@figure(
+    "edge",
+    HISTORIES,
+    "Acceleration at the impact edge",
+    when=lambda response: of_kind(response, "edge").sizes["probe"],
+    default=False,
+)
+def edge(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
+    """Draw the acceleration at the impact edge of the floor below the top, and its PSD."""
     floors = floors_of(response, "edge")
     floors = [floor for floor in floors if floor <= wave_floor(response)] or floors
     floor, d = floors[-2:][0], response["component"].item()
@@ -213,7 +250,7 @@ def _edge(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
     peak = history.isel(time=[k])
     label = f"{peak.item():.1f} m/s² at {peak['time'].item():.3f} s"
     caption = (
-        f"Figure 20: Acceleration along $e_{d}$ at the middle of the impact edge of "
+        f"Acceleration along $e_{d}$ at the middle of the impact edge of "
         f"floor {floor} over time (a), and its power spectral density (b; Welch's method, segments "
         f"of {1.0 / frequency[1]:.2g} s)."
     )
@@ -228,11 +265,54 @@ def _edge(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
             response, frequency, [density], [("", BLUE, "-")], "PSD of acceleration [(m/s²)²/Hz]"
         ),
     ]
-    return CurveFigure("figure_20_edge", caption, panels, size=(9.0, 3.4))
+    return CurveFigure(caption, panels, size=(9.0, 3.4))
 
 
-def _force_spectra(response: xr.Dataset) -> CurveFigure:
-    """Figure 21: power spectral densities of the main impacts of the two upper loads of a side."""
+@figure(
+    "edge_impacts",
+    FORCES,
+    "Impact forces on the edges of the 3D model",
+    when=_hit,
+    default=False,
+)
+def edge_impacts(response: xr.Dataset) -> CurveFigure:
+    """Draw the forces on the edges of the floors, and the main impact."""
+    force = 1e-6 * struck(response)["impact_force"].transpose("edge", "time")
+    colours = floor_colours(force.sizes["edge"])
+    largest = abs(force).max("time").values
+    whole, main = [], []
+    # The largest first, so that it hides no other one.
+    order = largest.argsort()[::-1]
+    for k in order:
+        one = force.isel(edge=k)
+        whole.append(_history(one, str(one["edge"].item()), colours[k]))
+        part = one.sel(time=focus(response))
+        if abs(part).max() > SILENT * largest[k]:
+            main.append(_history(part, "", colours[k], marker="."))
+    caption = (
+        f"Impact forces on the sides of building {response.attrs['building']} over time "
+        f"(a), and the main impact, of {force['edge'].values[order[0]]}, at the times of the 3D "
+        f"model (b). Positive in compression; samples every {1e3 * time_step(response):g} ms, the "
+        "straight lines between which are nearest in the mean square to the force of the pounding "
+        "and keep its impulses: "
+        "outside an impact the samples alternate about zero, and away from it fall to 27 % from "
+        "one to the next." + beside_note(response)
+    )
+    label = "impact force [MN]"
+    panels = [Panel("time [s]", label, curves, legend="") for curves in (whole, main)]
+    size = (9.0, 3.4)
+    return CurveFigure(caption, panels, size=size, above=True)
+
+
+@figure(
+    "force_density",
+    FORCES,
+    "Power spectral densities of the main impact",
+    when=_hit,
+    default=False,
+)
+def force_density(response: xr.Dataset) -> CurveFigure:
+    """Draw the power spectral densities of the two upper loads of a side."""
     force = main_side(response)["impact_force"].isel(edge=slice(-2, None)).transpose("time", "edge")
     places = force["edge"].values.tolist()
     # Over the duration of the table, of all sides that are struck.
@@ -242,7 +322,7 @@ def _force_spectra(response: xr.Dataset) -> CurveFigure:
     peaks = abs(force).idxmax("time").values
     forces = " and ".join(f"{p} (at {t:.3f} s)" for p, t in zip(places, peaks, strict=True))
     caption = (
-        f"Figure 21: Power spectral densities of the main impact force on {forces}, as the mean "
+        f"Power spectral densities of the main impact force on {forces}, as the mean "
         f"power over {1e3 * spectra.duration:.0f} ms."
     )
     looks = ((RED, "--"), (BLUE, "-"))[-len(places) :]
@@ -251,31 +331,18 @@ def _force_spectra(response: xr.Dataset) -> CurveFigure:
     panel = _density_panel(
         response, spectra.frequency, 1e-12 * spectra.density[rows], labels, label
     )
-    return CurveFigure("figure_21_force_spectra", caption, [panel], 1, (6.5, 3.8))
+    return CurveFigure(caption, [panel], 1, (6.5, 3.8))
 
 
-def _density_panel(
-    response: xr.Dataset,
-    frequency: Array,
-    densities: Sequence[Array] | Array,
-    labels: Sequence[tuple[str, str, str]],
-    ylabel: str,
-) -> Panel:
-    """Densities from the lowest frequency of the spectra, or that of the densities, upwards."""
-    lowest = max(float(response["frequency"][0]), float(frequency[1]))
-    shown_part = frequency >= min(lowest, 0.5 * frequency[-1])
-    curves = [
-        Curve(frequency[shown_part], density[shown_part], *look)
-        for density, look in zip(densities, labels, strict=True)
-    ]
-    largest = float(np.max(densities))
-    bottom = 10.0**-DECADES * largest if largest > 0.0 else None
-    look: dict[str, Any] = {"log": "xy", "bottom": bottom, "legend": "lower left"}
-    return Panel("frequency [Hz]", ylabel, curves, **look)
-
-
-def _transfer(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
-    """Figure 22: acceleration over the impact force of a floor."""
+@figure(
+    "transfer_functions",
+    FORCES,
+    "Transfer functions from impact force to acceleration",
+    when=_has_transfer,
+    default=False,
+)
+def transfer_functions(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigure:
+    """Draw acceleration over the impact force of a floor."""
     edges = of_kind(response, "edge").isel(probe=slice(-SHOWN_EDGES, None))
     loads = list(dict.fromkeys(response["transfer_load_floor"].values.tolist()))[-2:]
     wanted = []
@@ -290,7 +357,7 @@ def _transfer(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigu
         wanted.append((loads[-1], line, what, labels, ordered_colours(len(labels))))
     names = "; ".join(f"{what} ({chr(97 + k)})" for k, (_, _, what, *_) in enumerate(wanted))
     caption = (
-        f"Figure 22: Transfer functions, acceleration along $e_{response['component'].item()}$ "
+        f"Transfer functions, acceleration along $e_{response['component'].item()}$ "
         "over impact force, at the middle of the impact edges and along the line across the floor: "
         f"{names}. Shaded: rigorous bound on the error of the reduced model, where it is below the "
         f"value.{plates_note(response)}"
@@ -320,45 +387,36 @@ def _transfer(response: xr.Dataset, published: Mapping[str, float]) -> CurveFigu
             )
         )
     size = (9.0, 3.2 * math.ceil(len(panels) / 2) + 0.4)
-    return CurveFigure("figure_22_transfer", caption, panels, size=size, alike=True)
+    return CurveFigure(caption, panels, size=size, alike=True)
 
 
-def centre_spectrum(
-    response: xr.Dataset, sticks: xr.Dataset, published: Mapping[str, float] = NONE
-) -> CurveFigure:
-    """Figure 13: the spectrum of the top floor's mass centre, 3D and pounding, and the others."""
-    top = wave_floor(response)
-    centre = at_floor(response, "centre", top)
-    other, model = of_pounding(sticks, "psa", response), pounded(sticks, response)
-    caption = (
-        "Figure 13: Floor response spectrum (pseudo-acceleration, "
-        f"{100 * response['damping'].item():g} % damping) along "
-        f"$e_{response['component'].item()}$ at the mass centre of floor {top}, 3D model and "
-        f"{model} (a), and at those of all floors and user-defined points, 3D model (b)."
-        f"{_note(centre.expand_dims('probe'))}{plates_note(response)}"
-    )
-    curves = [] if other is None else _with_peak(_spectrum(other, model, (RED, "--")))
-    curves += _with_peak(_spectrum(centre["psa"], "3D", (BLUE, "-"), centre["psa_band"]))
-    for name, label, colour in (("frs", "sticks", RED), ("transient.frs", "3D", BLUE)):
-        key = f"{name}.floor_{top}.peak"
-        curves += published_point(published, f"{key}_frequency", key, label, colour)
-    panels = [_spectrum_panel(response, PSA, curves)]
-    centres, points = (of_kind(response, kind)["psa"] for kind in ("centre", "point"))
-    others = [(f"floor {psa['probe_floor'].item()}", psa) for psa in centres]
-    looks = floor_looks(len(others))
-    own = [(str(psa["probe"].item()).replace("_", " "), psa) for psa in points]
-    if len(own) > MOST_POINTS:
-        own = [(f"largest of {len(own)} points", points.max("probe"))]
-    others += own
-    looks += [{"color": POINTS[k % len(POINTS)], "ls": DASHES[k % 4]} for k in range(len(own))]
-    if len(others) > 1:
-        every = [
-            _spectrum(psa, label, tuple(look.values()))
-            for look, (label, psa) in zip(looks, others, strict=True)
-        ]
-        panels.append(_spectrum_panel(response, PSA, every, reverse=True))
-    size = (4.5 * len(panels) + 0.5, 3.8)
-    return CurveFigure("figure_13_centre_spectrum", caption, panels, len(panels), size)
+def _spectra_words(response: xr.Dataset) -> str:
+    damping, direction = response["damping"].item(), response["component"].item()
+    return f"Floor response spectra ({100 * damping:g} % damping) along $e_{direction}$"
+
+
+def _history(values: xr.DataArray, label: str, colour: Any, **look: Any) -> Curve:
+    return Curve(values["time"].values, values.values, label, colour, **look)
+
+
+def _density_panel(
+    response: xr.Dataset,
+    frequency: Array,
+    densities: Sequence[Array] | Array,
+    labels: Sequence[tuple[str, str, str]],
+    ylabel: str,
+) -> Panel:
+    """Densities from the lowest frequency of the spectra, or that of the densities, upwards."""
+    lowest = max(float(response["frequency"][0]), float(frequency[1]))
+    shown_part = frequency >= min(lowest, 0.5 * frequency[-1])
+    curves = [
+        Curve(frequency[shown_part], density[shown_part], *look)
+        for density, look in zip(densities, labels, strict=True)
+    ]
+    largest = float(np.max(densities))
+    bottom = 10.0**-DECADES * largest if largest > 0.0 else None
+    look: dict[str, Any] = {"log": "xy", "bottom": bottom, "legend": "lower left"}
+    return Panel("frequency [Hz]", ylabel, curves, **look)
 
 
 def _both(

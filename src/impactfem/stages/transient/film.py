@@ -4,7 +4,8 @@ Displacements and gap have one factor, so that façades touch in the film when t
 computation. Floors are coloured by their acceleration; walls and columns move linearly in height.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
@@ -14,15 +15,17 @@ import numpy as np
 import xarray as xr
 from scipy.spatial import cKDTree
 
+from impactfem.plot.figure import figure
 from impactfem.plot.floor_field import round_factor
 from impactfem.plot.scene import OUTLINE, plotter, shell_nodes
 from impactfem.stages.stores import of_run, open_store, open_stores
+from impactfem.stages.transient.curve_figures import HISTORIES
 from impactfem.stages.transient.selection import main_impact
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import atomic
 
-MAPS, FILM = "transient_maps.nc", "main_impact"
+MAPS = "transient_maps.nc"
 LASTS = 4.0
 """Duration of the film [s]."""
 WIDE = 0.12
@@ -38,22 +41,30 @@ class Part(NamedTuple):
     acceleration: Array | None = None  #: size of that of floors, shape (n_t, n) [m/s2]
 
 
-def draw_film(folder: Path) -> list[Path]:
-    """Draw the main impact of a building and its 3D neighbours as mp4 and GIF into `figures/`.
+@dataclass(frozen=True, eq=False)
+class Film:
+    """The main impact of a building and its 3D neighbours."""
 
-    Run it in a separate process, as `draw_pictures`. `folder` is that of the building. Nothing is
-    drawn without an impact, or before the maps of a neighbour are in the run. ImpactfemError where
-    a file cannot be written.
+    parts: list[Part]
+    times: Array  #: from the main impact, shape (n_t,) [s]
+    factor: float  #: of displacements and gap
+    view: tuple[float, ...]  #: from the buildings towards the camera
+
+
+def film_of(folder: Path) -> Film | None:
+    """Read the main impact of the building in a folder and of its 3D neighbours.
+
+    None without an impact, or before the maps of a neighbour are in the run.
     """
     run = of_run(folder, "pounding.nc").parent
     if run == folder or not (folder / MAPS).is_file():
-        return []
+        return None
     with open_stores(folder) as opened:
         response, maps = opened("transient.nc"), opened(MAPS)
         places = dict(_neighbours(run, opened("forces.nc"), str(response.attrs["building"])))
         impact = main_impact(response)
         if impact is None or not places:
-            return []
+            return None
         first, times = _parts(opened("building.nc"), maps), maps["frame"].values - impact[0]
     _, points, u, _ = first[0]
     factor = max(1.0, round_factor(float(np.abs(u).max()), WIDE * float(points[:, 2].max())))
@@ -66,19 +77,38 @@ def draw_film(folder: Path) -> list[Path]:
         shift = ((points @ normal).max() + factor * gap - (facade @ normal).min()) * normal
         shift += (np.median(points @ across) - np.median(facade @ across)) * across
         parts += [part._replace(points=part.points + shift) for part in theirs]
-    target = folder / "figures"
-    target.mkdir(exist_ok=True)
+    return Film(parts, times, factor, (normal[1], -normal[0], 0.35))
+
+
+@figure("main_impact", HISTORIES, "Film of the main impact", ending="mp4", in_3d=True)
+def main_impact_film(path: Path, film: Film) -> None:
+    """Write the film; ImpactfemError if it cannot be written."""
+    frames = max(1, round(len(film.times) / LASTS))
     with TemporaryDirectory() as work:
-        files = [target / f"{FILM}.{kind}" for kind in ("mp4", "gif")]
-        drawn = [Path(work) / path.name for path in files]
+        drawn = Path(work) / path.name
         try:
-            _write(drawn, parts, times, factor, (normal[1], -normal[0], 0.35))
+            _write(film, lambda scene: scene.open_movie(drawn, framerate=frames))
         except RuntimeError as error:  # what imageio raises without ffmpeg
-            raise ImpactfemError(f"cannot write {files[0]}: {error}") from error
-        for path, source in zip(files, drawn, strict=True):
-            with atomic(path) as temporary:
-                temporary.write_bytes(source.read_bytes())
-    return files
+            raise ImpactfemError(f"cannot write {path}: {error}") from error
+        with atomic(path) as temporary:
+            temporary.write_bytes(drawn.read_bytes())
+
+
+@figure(
+    "main_impact_loop",
+    HISTORIES,
+    "Film of the main impact as GIF",
+    default=False,
+    ending="gif",
+    in_3d=True,
+)
+def main_impact_loop(path: Path, film: Film) -> None:
+    """Write the film as a GIF of half its size; ImpactfemError if it cannot be written."""
+    frames: list[Any] = []
+    _write(film, keep=lambda scene: frames.append(scene.screenshot(return_img=True)[::2, ::2]))
+    with atomic(path) as temporary:
+        duration = 1e3 * LASTS / len(film.times)
+        imageio.mimwrite(temporary, frames, format="GIF", duration=duration, loop=0)
 
 
 def _neighbours(
@@ -129,33 +159,35 @@ def between_floors(points: Array, floors: Array, u: Array) -> Array:
 
 
 def _write(
-    files: list[Path], parts: list[Part], times: Array, factor: float, view: tuple[float, ...]
+    film: Film,
+    begin: Callable[[Any], None] = lambda scene: None,
+    keep: Callable[[Any], None] = lambda scene: scene.write_frame(),
 ) -> None:
-    """Write mp4 and GIF, with times from the main impact [s] and a view towards the camera."""
-    scene, small = plotter(), []
+    """Draw all frames; `begin` and `keep` take the plotter before the first and at each frame."""
+    scene = plotter()
     scene.window_size = [1280, 960]
-    every = np.concatenate([np.ravel(p.acceleration) for p in parts if p.acceleration is not None])
+    every = np.concatenate(
+        [np.ravel(p.acceleration) for p in film.parts if p.acceleration is not None]
+    )
     look: dict[str, Any] = {"cmap": "magma_r", "clim": (0.0, float(np.quantile(every, 0.98)))}
     bar = {"title": "absolute acceleration [m/s2]", "color": "black", "n_labels": 2}
     look |= {"scalars": "a", "lighting": False, "copy_mesh": False, "scalar_bar_args": bar}
-    for mesh, _, _, a in parts:
+    for mesh, _, _, a in film.parts:
         if a is None:
             scene.add_mesh(mesh, color=OUTLINE, opacity=0.35, line_width=3.0, copy_mesh=False)
         else:
             mesh.point_data["a"] = a[0]
             scene.add_mesh(mesh, **look)
-    scene.open_movie(files[0], framerate=max(1, round(len(times) / LASTS)))
-    for k, time in enumerate(times):
-        for mesh, points, u, a in parts:
-            mesh.points = points + factor * u[k]
+    begin(scene)
+    for k, time in enumerate(film.times):
+        for mesh, points, u, a in film.parts:
+            mesh.points = points + film.factor * u[k]
             if a is not None:
                 mesh.point_data["a"] = a[k]
         if k == 0:
-            scene.view_vector(view, (0.0, 0.0, 1.0))
+            scene.view_vector(film.view, (0.0, 0.0, 1.0))
             scene.camera.zoom(1.15)
-        text = f"{1e3 * time:+.0f} ms from the main impact; displacements and gap x {factor:g}"
+        text = f"{1e3 * time:+.0f} ms from the main impact; displacements and gap x {film.factor:g}"
         scene.add_text(text, font_size=12, color="black", name="time")
-        scene.write_frame()
-        small.append(scene.image[::2, ::2])
+        keep(scene)
     scene.close()
-    imageio.mimwrite(files[1], small, duration=1e3 * LASTS / len(times), loop=0)

@@ -1,4 +1,4 @@
-"""Figures of the floor with the line in plan: waves (17, 18), peaks and spectra over the floor."""
+"""Figures of the floor with the line in plan: waves, peaks and spectra over the floor."""
 
 import math
 from collections.abc import Callable
@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
+from impactfem.plot.figure import figure
 from impactfem.plot.floor_field import (
     COLOURS,
     SIGNED,
@@ -20,10 +21,10 @@ from impactfem.plot.floor_field import (
     round_factor,
     signed_limits,
 )
-from impactfem.plot.style import BLUE, GREEN, HANDLE, ORANGE, RED, figure, letter
+from impactfem.plot.style import BLUE, GREEN, HANDLE, ORANGE, RED, letter, sheet
 from impactfem.plot.words import spoken
 from impactfem.spectra import sampling_loss
-from impactfem.stages.transient.curve_figures import focus
+from impactfem.stages.transient.curve_figures import HISTORIES, MAPS, focus
 from impactfem.stages.transient.physics import HALF, line_arrivals
 from impactfem.stages.transient.selection import (
     at_floor,
@@ -50,11 +51,23 @@ SPEEDS = (
     ("wave_speed", "shear waves", "--"),
     ("plate_wave_speed", "bare plate", ":"),
 )
-"""Scalar of a speed by hand, what it is of, and its dashes."""
+"""Scalar of a wave speed, its name, and its dashes."""
 
 
+def _on_line(response: xr.Dataset) -> bool:
+    return of_kind(response, "line").sizes["probe"] > 1
+
+
+@figure(
+    "wave_snapshots",
+    HISTORIES,
+    "Waves in the top floor at some times",
+    when=lambda response, maps: maps.sizes["snapshot"] and _on_line(response),
+    default=False,
+    ending="png",
+)
 def snapshots_figure(path: Path, response: xr.Dataset, maps: xr.Dataset) -> None:
-    """Figure 17: acceleration of the top floor at some times, and along the line across it."""
+    """Draw the acceleration of the top floor at some times, and along the line across it."""
     floor = TopFloor(maps)
     d, times = response["component"].item(), maps["snapshot"].values
     values = maps["wave_acceleration"].sel(component=d).values
@@ -70,7 +83,7 @@ def snapshots_figure(path: Path, response: xr.Dataset, maps: xr.Dataset) -> None
     dashes = np.where(levels < 0.0, "dashed", "solid").tolist()
     label = f"acceleration $\\ddot u_{d}$ [m/s²]"
     caption = (
-        f"Figure 17: Acceleration along $e_{d}$ of floor {wave_floor(response)} at "
+        f"Acceleration along $e_{d}$ of floor {wave_floor(response)} at "
         f"{_letters(times)}, and along the line across it over the distance d from the impact edge "
         f"({chr(97 + len(times))}). Lines every {apart:g} m/s², the thick one 0, dashed below; "
         f"deformation in plan amplified by {factor:g}, without the motion of the floor as a rigid "
@@ -104,15 +117,23 @@ def snapshots_figure(path: Path, response: xr.Dataset, maps: xr.Dataset) -> None
     _plans(path, response, floor, times, (caption, seen), label, plan, over_distance)
 
 
+@figure(
+    "membrane_force",
+    HISTORIES,
+    "Normal force in the slab of the top floor",
+    when=lambda response, maps: maps.sizes["snapshot"] and _on_line(response),
+    default=False,
+    ending="png",
+)
 def membrane_figure(path: Path, response: xr.Dataset, maps: xr.Dataset) -> None:
-    """Figure 18: the normal force in the slab of the top floor at some times."""
+    """Draw the normal force in the slab of the top floor at some times."""
     floor, times = TopFloor(maps), maps["snapshot"].values
     force = 1e-6 * maps["membrane_force"].values
     # A few elements at corners and columns would take the colours for themselves.
     low, high = signed_limits(*np.quantile(force, (CUT, 1.0 - CUT)))
     ends = " to ".join(f"{end:.3g}".replace("-", "−") for end in (force.min(), force.max()))
     caption = (
-        f"Figure 18: Normal force $F_y$ in the slab of floor {wave_floor(response)} along $e_y$ "
+        f"Normal force $F_y$ in the slab of floor {wave_floor(response)} along $e_y$ "
         f"for each metre across it, positive in tension, at {_letters(times)}. All values: "
         f"{ends} MN/m."
     )
@@ -156,7 +177,7 @@ def _plans(
     else:
         width = min(3.6, max(2.2, 4.2 * short / long + 0.9))
         panels, size = (across, rows), (width * rows + 1.0, 4.2 * across)
-    with figure(path, panels, size, *words) as (drawn, axes):
+    with sheet(path, panels, size, *words) as (drawn, axes):
         plan_layout(drawn)
         for k, time in enumerate(times):
             mappable = plan(axes[k], k)
@@ -171,8 +192,16 @@ def _plans(
         letter(axes[:count])
 
 
+@figure(
+    "wave_map",
+    HISTORIES,
+    "Wave across the top floor",
+    when=lambda response: main_impact(response) is not None and _on_line(response),
+    default=False,
+    ending="png",
+)
 def wave_map(path: Path, response: xr.Dataset) -> None:
-    """The acceleration over distance and time, with the wave's arrivals and its speeds by hand.
+    """Draw the acceleration over distance and time, with arrivals and speeds of the wave.
 
     The thick lines pass through the middle of the peaks, so that slopes can be compared.
     """
@@ -198,7 +227,7 @@ def wave_map(path: Path, response: xr.Dataset) -> None:
         "Acceleration by colour over time and distance from the impact edge; the largest value is "
         f"{values[i, j]:.4g} m/s² at {distance[i]:.3g} m, {time[j]:.3g} ms after the first sample."
     )
-    with figure(path, (1, 1), (6.5, 4.0), caption, seen) as (drawn, axes):
+    with sheet(path, (1, 1), (6.5, 4.0), caption, seen) as (drawn, axes):
         panel = axes[0]
         mappable = panel.pcolormesh(
             time, distance, values, shading="gouraud", cmap=SIGNED, vmin=low, vmax=high
@@ -230,10 +259,36 @@ def wave_map(path: Path, response: xr.Dataset) -> None:
         colour_bar(drawn, mappable, panel, f"acceleration $\\ddot u_{d}$ [m/s²]")
 
 
+@figure(
+    "top_floor_pfa",
+    MAPS,
+    "Peak accelerations over the top floor",
+    when=lambda fields: "pfa" in fields,
+    default=False,
+    ending="png",
+)
+def floor_peaks(path: Path, response: xr.Dataset, maps: xr.Dataset) -> None:
+    """Draw the peak acceleration over the top floor."""
+    floor_map(path, response, maps)
+
+
+@figure(
+    "top_floor_psa",
+    MAPS,
+    "Pseudo-acceleration over the top floor",
+    each="frequency",
+    default=False,
+    ending="png",
+)
+def floor_spectra(path: Path, response: xr.Dataset, maps: xr.Dataset, frequency: str) -> None:
+    """Draw the pseudo-acceleration over the top floor at a frequency."""
+    floor_map(path, response, maps, float(frequency.removesuffix("hz").replace("p", ".")))
+
+
 def floor_map(
     path: Path, response: xr.Dataset, maps: xr.Dataset, frequency: float | None = None
 ) -> None:
-    """Peak acceleration over the top floor, or its pseudo-acceleration at a frequency [Hz].
+    """Draw peak acceleration over the top floor, or its pseudo-acceleration at a frequency [Hz].
 
     The frequency is one that was computed, or between such.
     """
@@ -277,7 +332,7 @@ def floor_map(
         f"Plan of floor {top} coloured by {label}, and over the value of its mass centre: largest, "
         f"{most:.4g}, at x = {x:.3g} m, y = {y:.3g} m, {ratio.max():.3g} times the mass centre."
     )
-    with figure(path, panels, size, caption, seen) as (drawn, axes):
+    with sheet(path, panels, size, caption, seen) as (drawn, axes):
         plan_layout(drawn)
         both = ((on_floor, label), (ratio, "over the mass centre"))
         for panel, (one, name) in zip(axes, both, strict=True):

@@ -1,4 +1,4 @@
-"""Pictures of the response in 3D: where it is recorded (14), and all floors with their peaks."""
+"""Pictures of the response in 3D: points with results, and all floors with their peaks."""
 
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.ticker import LogLocator, StrMethodFormatter
 
+from impactfem.plot.figure import figure
 from impactfem.plot.floor_field import COLOURS
 from impactfem.plot.scene import (
     GHOST,
@@ -30,19 +31,18 @@ from impactfem.plot.scene import (
     show,
     surface,
 )
-from impactfem.plot.style import RED, figure
+from impactfem.plot.style import RED, sheet
 from impactfem.plot.words import spoken
 from impactfem.stages.stores import open_stores
-from impactfem.stages.transient.film import draw_film
-from impactfem.stages.transient.selection import of_kind, shown
+from impactfem.stages.transient.curve_figures import MAPS, SPECTRA
+from impactfem.stages.transient.selection import of_kind
 from impactfem.system.arrays import Array
 
 Grids = dict[int, Any]
 """Triangles of each floor, with the values of both pictures at their nodes."""
 
-PROBES = "figure_14_probes.png"
-PEAKS = "building_map_floors_pfa.png"
-AMPLIFICATION = "building_map_floors_amplification.png"
+PEAKS, AMPLIFICATION = "peak", "amplification"
+"""Values at the nodes of `Grids`."""
 
 KINDS = {
     "edge": ("impact edges", "#d55e00"),
@@ -63,21 +63,6 @@ BESIDE = 1.3
 """Distance of two columns of floors over the length of the plan."""
 FROM_SHORT = ((-0.12, -1.35, 1.0), (1.35, -0.12, 1.0))
 """From where floors are seen that are longest along x, or along y."""
-
-
-def draw_pictures(folder: Path) -> list[Path]:
-    """Draw figure 14 and, where there are fields, the floors.
-
-    Run it in a process of its own: it crashes where OpenGL is missing (Debian's libegl1 and
-    libgl1). ImpactfemError where a file cannot be written.
-    """
-    target = folder / "figures"
-    with open_stores(folder) as opened:
-        building, response = opened("building.nc"), shown(opened("transient.nc"))
-        files = [_probes(target / PROBES, building, response)]
-        if (folder / "transient_maps.nc").is_file():
-            files += _floors(target, building, response, opened("transient_maps.nc"))
-    return files + draw_film(folder)
 
 
 def field_picture(folder: Path, values: Array) -> Picture:
@@ -111,8 +96,9 @@ def field_picture(folder: Path, values: Array) -> Picture:
         return render(scene, building["node_position"].values, impact_view(building))
 
 
-def _probes(path: Path, building: xr.Dataset, response: xr.Dataset) -> Path:
-    """The points where the response is recorded, seen from the side of the impact."""
+@figure("probes", SPECTRA, "Points of the 3D model with results", ending="png", in_3d=True)
+def probes(path: Path, building: xr.Dataset, response: xr.Dataset) -> None:
+    """Draw the points with recorded results, seen from the side of the impact."""
     scene = plotter()
     add_ghost(scene, building)
     size = float(np.ptp(building["node_position"].values, axis=0).max())
@@ -129,29 +115,25 @@ def _probes(path: Path, building: xr.Dataset, response: xr.Dataset) -> Path:
     named.append(of_kind(response, "line").isel(probe=slice(-1, None)))
     labelled = xr.concat([one["probe_position"] for one in named], "probe")
     caption = (
-        f"Figure 14: Points of building {response.attrs['building']} where the response in 3D is "
+        f"Points of building {response.attrs['building']} where the response in 3D is "
         f"recorded: {response.sizes['probe']} nodes of the mesh nearest to them."
     )
     counts = (f"{of_kind(response, k).sizes['probe']} {label}" for k, (label, _) in KINDS.items())
     listed = ", ".join(one for one in counts if not one.startswith("0 "))
     seen = f"The building, seen through, with balls at its points: {listed}."
-    with figure(path, (1, 1), (6.5, 4.9), caption, seen) as (drawn, axes):
+    with sheet(path, (1, 1), (6.5, 4.9), caption, seen) as (drawn, axes):
         show(axes[0], picture)
         if len(labelled) <= MOST_LABELS:
             for position in labelled:
                 note(axes[0], picture, position.values, position["probe"].item().replace("_", " "))
         drawn.legend(handles=keys(legend), loc="outside upper center", ncols=len(legend))
-    return path
 
 
-def _floors(
-    target: Path, building: xr.Dataset, response: xr.Dataset, maps: xr.Dataset
-) -> list[Path]:
-    """All floors, drawn farther apart than they are, with peak acceleration and amplification."""
+def _grids(response: xr.Dataset, maps: xr.Dataset) -> Grids:
+    """The floors with their peak accelerations, and these over that of the mass centre."""
     import pyvista
 
-    d = response["component"].item()
-    pfa = maps["pfa"].sel(component=d).values
+    pfa = maps["pfa"].sel(component=response["component"].item()).values
     floors = maps["floor_triangle_floor"].values
     grids: Grids = {}
     for centre in of_kind(response, "centre")["probe_node"]:
@@ -166,28 +148,57 @@ def _floors(
         ratio = pfa[nodes] / at_centre if at_centre > 0.0 else np.full(len(nodes), np.nan)
         grid.point_data[AMPLIFICATION] = ratio
         grids[centre["probe_floor"].item()] = grid
-    if not grids:
-        return []
+    return grids
+
+
+def _has_floors(maps: xr.Dataset) -> bool:
+    return bool(maps.sizes["floor_triangle"])
+
+
+@figure(
+    "floor_peaks",
+    MAPS,
+    "Peak accelerations over all floors",
+    when=_has_floors,
+    ending="png",
+    in_3d=True,
+)
+def floor_peaks(path: Path, building: xr.Dataset, response: xr.Dataset, maps: xr.Dataset) -> None:
+    """Draw all floors above one another, coloured by their peak acceleration."""
+    label = f"peak acceleration along $e_{response['component'].item()}$ [m/s²]"
+    caption = f"Floors of building {response.attrs['building']} coloured by peak acceleration."
+    _stack(path, building, _grids(response, maps), PEAKS, (label, caption))
+
+
+@figure(
+    "floor_amplification",
+    MAPS,
+    "Peak accelerations relative to the mass centre of each floor",
+    when=_has_floors,
+    default=False,
+    ending="png",
+    in_3d=True,
+)
+def floor_amplification(
+    path: Path, building: xr.Dataset, response: xr.Dataset, maps: xr.Dataset
+) -> None:
+    """Draw all floors, coloured by their peak acceleration over that of the mass centre."""
+    label = "peak acceleration over that of the mass centre [-]"
+    caption = f"Floors of building {response.attrs['building']} coloured by the {label}."
+    _stack(path, building, _grids(response, maps), AMPLIFICATION, (label, caption))
+
+
+def _stack(
+    path: Path, building: xr.Dataset, grids: Grids, name: str, words: tuple[str, str]
+) -> None:
+    """Draw values over all floors, above one another in columns along the long side.
+
+    `words` are the label of the colours, and the caption.
+    """
+    label, caption = words
     lines = building["node_position"].values[building["edge_line"].values[:, :2]]
-    edges = {f: lines[building["edge_floor"].values == f] for f in grids}
-    what = f"Peak absolute acceleration along $e_{d}$ of building {response.attrs['building']}"
-    kinds_of_pictures = (
-        (PEAKS, f"peak acceleration along $e_{d}$ [m/s²]", ""),
-        (
-            AMPLIFICATION,
-            "peak acceleration over that of the mass centre [-]",
-            ", each over that of the floor's mass centre",
-        ),
-    )
-    return [
-        _stack(target / name, grids, edges, label, f"{what}, over its floors{more}.")
-        for name, label, more in kinds_of_pictures
-    ]
-
-
-def _stack(path: Path, grids: Grids, edges: dict[int, Array], label: str, caption: str) -> Path:
-    """The values of a picture over all floors, above one another in columns along the long side."""
-    scale = colour_scale(np.concatenate([grid.point_data[path.name] for grid in grids.values()]))
+    edges = {floor: lines[building["edge_floor"].values == floor] for floor in grids}
+    scale = colour_scale(np.concatenate([grid.point_data[name] for grid in grids.values()]))
     size = np.array([np.ptp(grid.points, axis=0)[:2] for grid in grids.values()]).max(axis=0)
     long = int(np.argmax(size))
     scene, view = plotter(), FROM_SHORT[long]
@@ -200,7 +211,7 @@ def _stack(path: Path, grids: Grids, edges: dict[int, Array], label: str, captio
         raised = grid.copy()
         raised.points = points = np.asarray(grid.points) + shift
         # A masked array, where a node has no value.
-        shares: Any = scale(grid.point_data[path.name])
+        shares: Any = scale(grid.point_data[name])
         raised.point_data["value"] = shares.filled(np.nan)
         look = {"scalars": "value", "cmap": COLOURS, "clim": (0.0, 1.0), "lighting": False}
         scene.add_mesh(raised, show_scalar_bar=False, **look)
@@ -213,24 +224,24 @@ def _stack(path: Path, grids: Grids, edges: dict[int, Array], label: str, captio
     caption += f" {'xy'[long]} to the right; heights not to scale"
     caption += "; the impact edges are marked" if any(map(len, impacts)) else ""
     caption += "; colours by the logarithm." if isinstance(scale, LogNorm) else "."
-    largest = {f: float(np.nanmax(grid.point_data[path.name])) for f, grid in grids.items()}
+    largest = {f: float(np.nanmax(grid.point_data[name])) for f, grid in grids.items()}
     most = max(largest, key=lambda floor: largest[floor])
     seen = (
         f"{len(grids)} slabs above one another, coloured by {spoken(label)}: largest on floor "
         f"{most}, {largest[most]:.4g}."
     )
-    with figure(path, (1, 1), (8.2, 7.0 * height / width + 0.9), caption, seen) as (drawn, axes):
+    with sheet(path, (1, 1), (8.2, 7.0 * height / width + 0.9), caption, seen) as (drawn, axes):
         show(axes[0], picture, triad=False)
         for ends in impacts:
-            lines = list(picture.place(ends))
-            axes[0].add_collection(LineCollection(lines, colors=RED, linewidths=1.2))
+            axes[0].add_collection(
+                LineCollection(list(picture.place(ends)), colors=RED, linewidths=1.2)
+            )
         for floor, mark in zip(grids, marks, strict=True):
             note(axes[0], picture, mark, f"floor {floor}")
         place: dict[str, Any] = {"location": "bottom", "shrink": 0.5, "aspect": 30, "pad": 0.02}
         bar = drawn.colorbar(ScalarMappable(scale, COLOURS), ax=axes[0], **place)
         plain_ticks(bar, scale)
         bar.set_label(label)
-    return path
 
 
 def plain_ticks(bar: Any, scale: Normalize) -> None:

@@ -10,14 +10,16 @@ from impactfem.stages.building.stage import BUILDING, storey_factor
 from impactfem.stages.calibrate.selection import impulses_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.check import Check
+from impactfem.stages.drawing import Figures
 from impactfem.stages.inputs import published_values
 from impactfem.stages.pounding.model_checks import stick_against_model
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, StageOf
 from impactfem.stages.stores import of_run
+from impactfem.stages.transient import curve_figures, film, floor_figures, pictures
 from impactfem.stages.transient.checks import impulse_check, samples_check, transient_checks
-from impactfem.stages.transient.figures import transient_figures
+from impactfem.stages.transient.figures import TransientData
 from impactfem.stages.transient.tables import transient_tables
 from impactfem.system.log import Steps
 from impactfem.system.parallel import on_root
@@ -86,16 +88,6 @@ def _checks(building: BuildingInTime, folder: Path) -> list[Check]:
     return found
 
 
-def _draw(building: BuildingInTime, folder: Path) -> list[Path]:
-    asked = building.transient
-    return [
-        *transient_tables(folder, published := published_values(building)),
-        *transient_figures(
-            folder, published, fields=asked.fields, field_frequencies=asked.field_frequencies
-        ),
-    ]
-
-
 TRANSIENT = StageOf[BuildingInTime](
     name="transient",
     title="The 3D model in time",
@@ -118,7 +110,8 @@ TRANSIENT = StageOf[BuildingInTime](
     files=lambda building: transient_files(building.transient),
     stores={"transient": "transient.nc", "maps": "transient_maps.nc"},
     compute=_compute,
-    draw=_draw,
+    tabulate=lambda building, folder: transient_tables(folder, published_values(building)),
+    figures=Figures.of(TransientData, curve_figures, floor_figures, pictures, film),
     checks=_checks,
     announces=lambda case: (
         [samples_check(case.transient.time_step, case.transient.maximum_frequency)]
