@@ -192,8 +192,8 @@ def test_table_of_an_extended_case(with_devices, tmp_path):
 def test_a_device_on_two_floors(structured):
     case = load_case(structured(more=PIPE, files=PIPE_FILES))
     (pipe,) = case.devices
-    assert [one.radius for one in pipe.anchors] == [0.5, 0.6]
-    assert pipe.anchors[1].envelope == ("corner", "edge_*")
+    assert [one.radius for one in pipe.anchor_points] == [0.5, 0.6]
+    assert pipe.anchor_points[1].envelope == ("corner", "edge_*")
     assert pipe.point is None
     assert pipe.matrices is not None and pipe.matrices.own == ("tip",)
     assert pipe.spectra is not None

@@ -142,7 +142,7 @@ def test_spellings_of_one_quotient(text):
         ("Hz", "1/s", "'Hz' is a frequency"),
         ("N m", "N m/rad", "'N m' is an energy"),
         ("N m/rad", "N/m", "'N m/rad' is a rotational stiffness"),
-        ("rad", "m", "'rad' is a number without dimension"),
+        ("rad", "m", "'rad' is an angle"),
         ("kg m7", "m", "'kg m7' is a quantity of another dimension"),
         ("ton", "kg", "write 't' (1000 kg) or 'short_ton'"),
         ("kton*m2", "kg m2", "write 't' (1000 kg)"),

@@ -291,7 +291,7 @@ def find_base_plates(building: Building3D, mesh: BuildingMesh) -> tuple[BasePlat
     faults: list[Fault] = []
     base_plates: list[BasePlate] = []
     for index, device in building.numbered_devices:
-        for number, anchor in enumerate(device.anchors, 1):
+        for number, anchor in enumerate(device.anchor_points, 1):
             key, name = f"devices[{index}]", device.name
             if device.supports:
                 key, name = f"{key}.supports[{number - 1}]", f"{name}, support {number}"

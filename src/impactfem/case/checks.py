@@ -404,7 +404,7 @@ def _of_devices(case: Case, reading: Reading) -> Iterator[Finding]:
         mesh = meshes.get(name)
         known = () if transient is None else transient.probes
         probes = [one for one in known if one.building in ("", name)]
-        for k, anchor in enumerate(device.anchors if name in meshes else ()):
+        for k, anchor in enumerate(device.anchor_points if name in meshes else ()):
             own = ("supports", k) if device.supports else ()
             place = reading.original(("devices", index, *own))
             (x, y, z), wrong = anchor.point, []

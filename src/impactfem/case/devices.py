@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
 from impactfem.case.base import Section, once, refuse, rule
+from impactfem.case.capacities import AnchorBolts, QualificationSpectrum, on_plate
 from impactfem.case.damping import DampingEntry
 from impactfem.case.device_tables import (
     MODES_FILE,
@@ -22,6 +23,7 @@ from impactfem.case.device_tables import (
 from impactfem.case.leaf import ModelledBuilding, Name, OneOrMore, Whole, Words
 from impactfem.case.members import TOUCH
 from impactfem.case.quantity import (
+    Acceleration,
     DampingRatio,
     Duration,
     Frequency,
@@ -252,9 +254,18 @@ class DeviceSetup(Section):
     """Damping of the device; not needed if each row of modes has a damping."""
     maximum_frequency: Frequency = 1000.0
     """Modes above this frequency follow the anchor rigidly; the first mode must be below."""
+    anchors: AnchorBolts | None = None
+    """Bolts of the base plate and their capacities."""
+    required_spectrum: QualificationSpectrum | None = None
+    """Spectrum that the specification requires and that the device is qualified for."""
+    test_spectrum: QualificationSpectrum | None = None
+    """Spectrum of the motion that the device withstood in a test."""
+    zpa_limit: Annotated[tuple[Acceleration, ...], OneOrMore(3)] | None = None
+    """Largest zero-period acceleration that the device withstands, one value or three: along x, y
+    and z."""
 
     @property
-    def anchors(self) -> tuple[DeviceSupport, ...]:
+    def anchor_points(self) -> tuple[DeviceSupport, ...]:
         """Anchors of the device: one or several."""
         if self.point is None or self.radius is None:
             return self.supports
@@ -376,6 +387,19 @@ class DeviceSetup(Section):
     def _moves(beam: DeviceBeam | None, springs: BaseStiffness | None) -> Iterator[str]:
         if beam is None and springs is not None and all(k == RIGID for _, k in springs):
             yield "missing; expected a beam, as nothing moves on a base that is rigid all over"
+
+    @rule("anchors", "radius", "supports")
+    @staticmethod
+    def _on_the_plate(
+        anchors: AnchorBolts | None, radius: float | None, supports: Sequence[DeviceSupport]
+    ) -> Iterator[str]:
+        yield from on_plate(anchors, [one.radius for one in supports] or [radius or 0.0])
+
+    @rule("zpa_limit")
+    @staticmethod
+    def _three_axes(limit: tuple[float, ...] | None) -> Iterator[str]:
+        if limit is not None and len(limit) != 3:
+            yield "expected one value, or three: along x, y and z"
 
     @rule("damping", "modes")
     @staticmethod

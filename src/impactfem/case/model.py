@@ -13,6 +13,7 @@ from impactfem.case.analysis import Pounding, Spectra
 from impactfem.case.base import Section, Written
 from impactfem.case.buildings import Building, Structure
 from impactfem.case.calibration import Calibration, WallImpactSetup
+from impactfem.case.capacities import Limits
 from impactfem.case.contacts import Contact, ContactEntry, ContactLawEntry, expand
 from impactfem.case.damping import DampingCase, DampingEntry
 from impactfem.case.devices import DeviceAnalysis, DeviceSetup
@@ -65,6 +66,8 @@ class CaseFile(Section):
     """Models in contact and time integration."""
     spectra: Spectra
     """Response spectra of the floors."""
+    limits: Limits = Field(default_factory=Limits)
+    """Limits of gap, floor acceleration and storey drift, for the verdicts of the report."""
     ensemble: Ensemble | None = None
     """Ensemble of motions."""
     report: Report = Field(default_factory=Report)

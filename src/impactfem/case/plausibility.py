@@ -227,7 +227,7 @@ def _heavy_devices(source: Source, case: Case) -> Iterator[Fault]:
         mass = device.mass or max(*along, *totals.values())
         building = case.building(device.building)
         levels = zip(building.floors, building.elevations, strict=True)
-        z = device.anchors[0].point[2]
+        z = device.anchor_points[0].point[2]
         floor = min(levels, key=lambda one: abs(one[1] - z))[0]
         if mass > HEAVY * floor.mass:
             text = (

@@ -51,6 +51,7 @@ KINDS = {
     "N m/rad": Kind(
         "a rotational stiffness", "3e7 N m/rad", one_of=frozenset({"radian", "degree"})
     ),
+    "rad": Kind("an angle", "45 deg", one_of=frozenset({"radian", "degree"})),
     "N m2": Kind("a bending or twisting stiffness", "8e7 N m2"),
     "N/m^1.5": Kind("a stiffness of Hertz contact", "2.75e9 N/m^1.5"),
     "m/N": Kind("a flexibility", "1e-11 m/N"),

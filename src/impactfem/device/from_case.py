@@ -51,7 +51,7 @@ def device_of(setup: DeviceSetup) -> Device:
             np.array(setup.matrices.stiffness.rows),
             setup.matrices.anchored,
             damping,
-            anchors=len(setup.anchors),
+            anchors=len(setup.anchor_points),
             motions=setup.matrices.own,
         )
     if body is None or setup.stiffness is None:

@@ -140,7 +140,7 @@ def covered_points(building: Building3D, mesh: BuildingMesh) -> CoveredPoints:
     patterns = [
         (f"devices[{index}]", anchor.envelope)
         for index, device in building.numbered_devices
-        for anchor in device.anchors
+        for anchor in device.anchor_points
     ]
     if building.transient is None or not any(wanted for _, wanted in patterns):
         return CoveredPoints((), (), tuple(() for _ in patterns))

@@ -7,6 +7,7 @@ from typing import Any
 
 import impactfem
 from impactfem.case import Building3D, Case, motion_files
+from impactfem.case.capacities import CAPACITIES
 
 
 @cache
@@ -31,7 +32,7 @@ def inputs_key(
 
     With ``motions`` and ``loads`` the files that they name count too; without ``damping`` that of
     buildings and parts does not, without ``soil`` not the soil under buildings, and without
-    ``contact_laws`` not the restitution of the damping cases.
+    ``contact_laws`` not the restitution of the damping cases. Capacities of devices never count.
     """
     case = subject if isinstance(subject, Case) else subject.with_sections
     digest = hashlib.sha256(program_key().encode())
@@ -41,6 +42,7 @@ def inputs_key(
         "loads": {"__all__": {"file"}},
         "structure": {"mesh": {"file"}},
         "transient": {"forces"},
+        "devices": {"__all__": set(CAPACITIES)},
         # The number of members for the 3D model changes none of the members.
         "ensemble": {"structure_motions"},
     }

@@ -97,7 +97,7 @@ def anchor_of_device(
         position=np.asarray(plate.point),
         floor=plate.floor,
         nodes=1 + len(plate.followers),
-        radius=setup.anchors[support.number - 1].radius,
+        radius=setup.anchor_points[support.number - 1].radius,
         weight=-float(weight[2]) if weight[2] < 0.0 else None,
         weight_force=weight,
         mode_frequency=modes.frequency,

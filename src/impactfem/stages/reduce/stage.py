@@ -70,7 +70,7 @@ def model_key(building: Building3D) -> str:
         )
     placed = {"point", "radius", "supports", "envelope"}
     own += "".join(device.model_dump_json(include=placed) for device in building.devices)
-    covered = any(anchor.envelope for device in building.devices for anchor in device.anchors)
+    covered = any(anchor.envelope for device in building.devices for anchor in device.anchor_points)
     if covered and transient is not None:
         own += transient.model_dump_json(include={"probes"})
     # The matrices are those of the stage building.
