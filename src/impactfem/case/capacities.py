@@ -211,9 +211,7 @@ def read_qualification(path: Path, faults: list[Fault]) -> tuple[QualificationCu
     curves = []
     for (axes,), points in table.curves("frequency", "acceleration", "axes").items():
         frequency, acceleration = zip(*sorted(points), strict=True)
-        curves.append(
-            QualificationCurve(axes=axes, frequency=frequency, acceleration=acceleration)
-        )
+        curves.append(QualificationCurve(axes=axes, frequency=frequency, acceleration=acceleration))
     return tuple(curves)
 
 
@@ -255,4 +253,3 @@ def on_plate(anchors: AnchorBolts | None, radii: Sequence[float]) -> Iterator[st
             if found is not None:
                 yield found
                 return
-

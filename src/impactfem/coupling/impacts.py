@@ -146,6 +146,14 @@ class Separation:
         "m", "required, gap that avoids contact", shown="mm", name="required_separation"
     )
     touched: bool = si("", "touched, the points touch in the run with contact")
+    #: Relative to the ground under the first building, without contact.
+    displacement_a: float = si(
+        "m", "displacement of a, largest along the normal without contact", shown="mm"
+    )
+    #: None for a wall, which moves with the ground.
+    displacement_b: float | None = si(
+        "m", "displacement of b, largest along the normal without contact", shown="mm"
+    )
 
     @property
     @quantity("m", "margin, gap less required separation", shown="mm")
@@ -159,7 +167,13 @@ def separations(free: Response, response: Response) -> list[Separation]:
     # Zero is added, as a point that never approaches has -0, which would be written as such.
     required = np.maximum(free.closed(response.system.pairs).max(axis=0), 0.0) + 0.0
     return [
-        Separation(pair, float(required[k]), bool(response.force[:, k].any()))
+        Separation(
+            pair,
+            float(required[k]),
+            bool(response.force[:, k].any()),
+            free.largest_along(pair.a, pair.normal),
+            None if pair.b is None else free.largest_along(pair.b, pair.normal),
+        )
         for k, pair in enumerate(response.system.pairs)
     ]
 

@@ -260,6 +260,15 @@ class Response:
         """Return the approach of the ends of pairs from rest, shape (n_t, m) [m]."""
         return -opening(replace(self.system, pairs=tuple(pairs)), self.u, self.relative)
 
+    def largest_along(self, end: End, direction: Array) -> float:
+        """Return the largest displacement of a point along a direction, without sign [m].
+
+        A point inside a storey of a 3D model moves as the floor above, which alone is known.
+        """
+        if end.building in self.in_3d and end.relative_height is not None:
+            end = End.of_floor(self.system.stick(end.building), end.floor, end.offset)
+        return float(np.abs(self.u @ self.system.row(end, direction)).max())
+
     def exchanged(self, index: int, low: int, high: int) -> tuple[float, float]:
         """Return work of a pair's force on the buildings between two times, and dissipation [J]."""
         here = slice(low, high + 1)

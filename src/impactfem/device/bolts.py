@@ -35,6 +35,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
@@ -207,7 +208,7 @@ class _Section:
         cut = np.flatnonzero(leaves.any(axis=0))
         after = np.roll(self.corners, -1, axis=1)
 
-        def crossing(edges: Array) -> tuple[Array, Array, Array]:
+        def crossing(edges: NDArray[np.bool_]) -> tuple[Array, Array, Array]:
             """First corner, point on the neutral axis and second corner of the cut edge."""
             k = edges[:, cut].argmax(axis=0)
             a, b = self.corners[:, k], after[:, k]

@@ -21,6 +21,7 @@ from impactfem.system.scalar import Scalar
 Cell = str | float | int | None
 
 FACTORS = {
+    "kN": 1e-3,
     "kN s": 1e-3,
     "kJ": 1e-3,
     "kPa": 1e-3,

@@ -26,10 +26,12 @@ from impactfem.report.overview import (
     wall_is_used,
 )
 from impactfem.report.run_files import SPECTRA, RunFiles
+from impactfem.report.verdicts import given, verdict_summary
 from impactfem.stages.check import HALVED, QUIET
 from impactfem.stages.device import selection as of_device
 from impactfem.stages.stores import names_of
 from impactfem.stages.transient.selection import known, resolved
+from impactfem.stages.verdict import pair_words
 
 STICK, MODEL = "stick", "3D model"
 G = 9.80665
@@ -266,6 +268,10 @@ def anchors_table(run: RunFiles) -> Facts | None:
 def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
     """What the first screen answers, as far as the case has it."""
     found = []
+    if (verdict := verdict_summary(run.verdicts)) is not None:
+        value, text = verdict
+        mark = "warn" if any(one["passed"] is False for one in given(run.verdicts)) else "good"
+        found.append(Answer("Verdicts", value, text, mark, "verdicts"))
     if spectra:
         one = spectra[0]
         value = f"{one.peak:.3g} m/s² at {one.at:.3g} Hz"
@@ -352,13 +358,6 @@ def _gap(run: RunFiles) -> list[Answer]:
     value = f"{needed:.3g} mm required, {there:.3g} mm provided"
     mark = "good" if margin[k] >= 0.0 else "warn"
     return [Answer("Gap required to avoid contact", value, text, mark, "stage_pounding")]
-
-
-def pair_words(pair: str) -> str:
-    """Return a contact pair in words: floor 3 of west and floor 3 of east."""
-    sides = (side.partition(".") for side in pair.split("-"))
-    words = (f"{place.replace('_', ' ')} of {name}" if place else name for name, _, place in sides)
-    return " and ".join(words)
 
 
 def _anchors(run: RunFiles) -> list[Answer]:

@@ -21,10 +21,16 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from impactfem.report.caveats import flags
-from impactfem.report.decision import anchors_table, answers, governing, spectra_table
+from impactfem.report.decision import (
+    anchors_table,
+    answers,
+    governing,
+    spectra_table,
+)
 from impactfem.report.overview import buildings, in_3d, number, quantity, wall_is_used
 from impactfem.report.run_files import DRAWING, SPECTRA, RunFiles
 from impactfem.report.sections import TEMPLATES, Picture, anchor, numeric, picture, sections
+from impactfem.report.verdicts import verdicts_table
 from impactfem.spectra.design import broadening_words
 from impactfem.spectra.frequency_list import rg_1_122_frequencies
 from impactfem.stages.check import POINTS
@@ -238,6 +244,7 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
         signed={k: run.case["report"].get(k) for k in ("author", "checker", "revision")},
         answers=answers(run, spectra),
         flags=flags(run, spectra),
+        verdicts=verdicts_table(run.verdicts),
         tables=[one for one in (spectra_table(spectra), anchors_table(run)) if one and one.rows],
         decision=overall[0],
         drawing=overall[1],

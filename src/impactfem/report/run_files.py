@@ -34,6 +34,7 @@ DRAWING, SPECTRA = "case", "decision_spectra"
 SCENE = "building_scene.html"
 """Figures of the run as a whole."""
 CASE, SUMMARY, PROVENANCE, CHECKS = "case.json", "summary.json", "provenance.json", "checks.json"
+VERDICTS = "verdicts.json"
 
 
 class RunFiles:
@@ -85,6 +86,8 @@ class RunFiles:
         self.further = further_buildings(self.case, folder / CASE)
         self.summary: list[dict[str, Any]] = self._json(SUMMARY)
         self.checks: list[dict[str, Any]] = self._json(CHECKS)
+        #: Demands with their capacities; none in a run of version 0.2 or before.
+        self.verdicts: list[dict[str, Any]] = self._json(VERDICTS) if self.has(VERDICTS) else []
 
     def has(self, name: str) -> bool:
         """Whether the run wrote a file of this name."""

@@ -212,5 +212,5 @@ def _vectors(building: Building3D) -> tuple[float, float]:
     ratio = max(float(building.entry.damping.law.ratio(top)), 1e-4)
     growth = 53.0 * (top / ratio / 300.0) ** 0.69 * (1.0 + math.log(1e-3 / tolerance) / 7.0)
     contacts = (0 if wall is None else 50 + 30 * len(wall.floors)) + 120 * lines
-    anchors = sum(len(device.anchors) for device in building.devices)
+    anchors = sum(len(device.anchor_points) for device in building.devices)
     return loads * growth + 0.6 * contacts, 1.2 * loads * growth + contacts + 12.0 * anchors

@@ -16,7 +16,7 @@ from impactfem.case.base import nearest
 from impactfem.report.decision import key_results
 from impactfem.report.overview import headlines
 from impactfem.report.page import REPORT as PAGE
-from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY, RunFiles
+from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY, VERDICTS, RunFiles
 from impactfem.run.check import check_mesh, checked, warn_of_implausible
 from impactfem.run.estimate import Estimate, side_by_side
 from impactfem.run.folder import LOG, check_same_case, open_folder
@@ -37,6 +37,7 @@ from impactfem.stages.manifest import (
 )
 from impactfem.stages.stage import DRAWING, Stage, Subject, part_of
 from impactfem.stages.stores import open_store, stores_kept_open
+from impactfem.stages.verdict import Verdict, verdict_scalars
 from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.executor import workers
 from impactfem.system.files import write_json
@@ -68,6 +69,8 @@ class Record:
     published: dict[str, Published]  #: published values by the name of the result
     #: The checks of each stage, by its label.
     checks: dict[str, list[Check]] = field(default_factory=dict)
+    #: The verdicts of each stage, by its label.
+    verdicts: dict[str, list[Verdict]] = field(default_factory=dict)
     #: Checks by the name of their stage that are known, and logged, before anything is computed.
     announced: dict[str, list[Check]] = field(default_factory=dict)
     #: Labels of the stages whose stores were reused.
@@ -304,6 +307,7 @@ class _Context:
                 self._draw(stage, subject, drawing, reused)
                 manifest = read_manifest(folder, label)
             checks = result.checks[label] = stage.checks(subject, own)
+            result.verdicts[label] = stage.verdicts(subject, own)
             if requested:
                 announced = result.announced.get(stage.name, ())
                 log_checks(label, (check for check in checks if check not in announced))
@@ -463,6 +467,9 @@ def _write_results(
     write_json(folder / CASE, case.model_dump(mode="json", exclude={"path"}))
     rows = [check.row(stage) for stage, checks in result.checks.items() for check in checks]
     write_json(folder / CHECKS, rows)
+    verdicts = result.verdicts.items()
+    write_json(folder / VERDICTS, [one.row(stage) for stage, some in verdicts for one in some])
+    result.scalars += verdict_scalars([one for _, some in verdicts for one in some])
     write_summary(folder / SUMMARY, result.scalars, case.published)
     seeds = {
         f"motions[{k}].seed": motion.seed
@@ -488,7 +495,7 @@ def _write_results(
         seconds=result.times,
         peak_memory=result.memory,
         ranks=size(),
-        files={name: file_digest(folder / name) for name in (CASE, CHECKS, SUMMARY)},
+        files={name: file_digest(folder / name) for name in (CASE, CHECKS, SUMMARY, VERDICTS)},
     )
     write_json(folder / PROVENANCE, made)
     return (folder / SUMMARY).read_bytes() != before

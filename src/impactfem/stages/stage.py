@@ -12,6 +12,7 @@ from impactfem.case import Building3D, Case
 from impactfem.stages.check import Check
 from impactfem.stages.drawing import Figures
 from impactfem.stages.inputs import inputs_key
+from impactfem.stages.verdict import Verdict
 from impactfem.system.log import Steps
 
 DRAWING = "tables and figures"
@@ -61,6 +62,10 @@ class StageOf(Generic[S]):
     #: Files whose content counts, in addition to those of its sections.
     files: Callable[[S], tuple[Path, ...]] = lambda subject: ()
     further: Callable[[S], str] = lambda subject: ""  #: what else counts, as text
+    #: Its demands with the capacities that they are compared with.
+    verdicts: Callable[[S, Path], list[Verdict]] = lambda subject, folder: []
+    #: What its tables and figures depend on in addition to its stores, as text.
+    drawn_with: Callable[[S], str] = lambda subject: ""
     #: Those of its checks that are known before anything is computed.
     announces: Callable[[Case], list[Check]] = lambda case: []
     collective: bool = False  #: whether all ranks compute it together; else rank 0 does
@@ -108,7 +113,8 @@ class StageOf(Generic[S]):
         """Compute the hash of the inputs of its tables and figures."""
         drawn = inputs_key(subject, ("published",))
         report = (subject if isinstance(subject, Case) else subject.case).report
-        requested = [report.figures, *report.shown_files]
+        further = "".join(self.drawn_with(one) for one in self.of(subject))
+        requested = [report.figures, *report.shown_files, further]
         return hashlib.sha256(f"{self.key(subject)}{drawn}{requested}".encode()).hexdigest()
 
 

@@ -29,6 +29,11 @@ class FloorPeaks:
     peak_force: float | None = si("N", "largest force on one side of the floor", shown="MN")
     penetration: float | None = si("m", "largest penetration at the floor", shown="mm")
     peak_acceleration: float = si("m/s2", "largest absolute acceleration of the mass centre")
+    #: Between mass centres, without the rotation of the base.
+    storey_drift: float = si("-", "largest drift, of the storey below over its height", shown="%")
+    storey_drift_no_contact: float = si(
+        "-", "largest drift without contact, of the storey below over its height", shown="%"
+    )
 
     @property
     @quantity("kg", "largest force / largest acceleration")
@@ -79,7 +84,9 @@ def floor_peaks(study: StickStudy) -> Iterator[FloorPeaks]:
     response = study.response
     for stick in study.system.sticks:
         sides = PairEnds.of_pairs(study.system.pairs).sides(stick.name)
-        for dofs, floor in zip(study.system.floor_dofs(stick.name), stick.floors, strict=True):
+        drift, drift_free = (storey_drifts(run, stick) for run in (response, study.free))
+        floors = zip(study.system.floor_dofs(stick.name), stick.floors, strict=True)
+        for k, (dofs, floor) in enumerate(floors):
             touching = [
                 columns
                 for side, columns in sides.items()
@@ -90,7 +97,34 @@ def floor_peaks(study: StickStudy) -> Iterator[FloorPeaks]:
                 force = max(float(response.force[:, j].sum(axis=1).max()) for j in touching)
                 depth = max(0.0, *(float((-response.gap[:, j]).max()) for j in touching))
             acceleration = response.absolute_acceleration[:, dofs[:3]]
-            yield FloorPeaks(force, depth, float(np.linalg.norm(acceleration, axis=1).max()))
+            yield FloorPeaks(
+                peak_force=force,
+                penetration=depth,
+                peak_acceleration=float(np.linalg.norm(acceleration, axis=1).max()),
+                storey_drift=float(drift[k]),
+                storey_drift_no_contact=float(drift_free[k]),
+            )
+
+
+def storey_drifts(response: Response, stick: Stick) -> Array:
+    """Return the largest horizontal drift of each storey over its height, shape (n_floors,) [-].
+
+    The drift is the displacement between the mass centres of two floors, less that by the rotation
+    of the base, which moves the building as a rigid body.
+    """
+    u = response.u[:, response.system.floor_dofs(stick.name)[:, :3]]
+    lower, rotation = np.zeros_like(u), np.zeros((len(u), 2))
+    lower[:, 1:] = u[:, :-1]
+    if stick.name in response.relative:
+        lower[:, 0] += response.relative[stick.name][0]
+    if stick.name in response.bases:
+        base = response.bases[stick.name].u
+        lower[:, 0] += base[:, :3]
+        # θ × (0, 0, h) = h (θ_y, -θ_x, 0)
+        rotation = np.stack([base[:, 4], -base[:, 3]], axis=1)
+    height = np.diff(stick.positions[: u.shape[1], 2], prepend=stick.base)
+    drift = (u - lower)[..., :2] / height[:, None] - rotation[:, None]
+    return np.asarray(np.linalg.norm(drift, axis=2).max(axis=0), dtype=np.float64)
 
 
 def building_peaks(study: StickStudy) -> Iterator[BuildingPeaks]:

@@ -20,6 +20,7 @@ from impactfem.stages.pounding import elevation, figures, model_figures
 from impactfem.stages.pounding.checks import stick_checks
 from impactfem.stages.pounding.compute import STEPS, run_sticks
 from impactfem.stages.pounding.figures import PoundingData
+from impactfem.stages.pounding.limits import pounding_verdicts
 from impactfem.stages.pounding.model_checks import (
     facing_checks,
     soil_checks,
@@ -118,6 +119,7 @@ POUNDING = StageOf[Case](
         *facing_checks(folder, case),
         *_sticks_against_models(folder, case),
     ],
+    verdicts=pounding_verdicts,
     announces=lambda case: [
         check
         for one in case.buildings

@@ -20,6 +20,7 @@ from impactfem.stages.stores import of_run
 from impactfem.stages.transient import curve_figures, film, floor_figures, pictures
 from impactfem.stages.transient.checks import impulse_check, samples_check, transient_checks
 from impactfem.stages.transient.figures import TransientData
+from impactfem.stages.transient.limits import transient_verdicts
 from impactfem.stages.transient.tables import transient_tables
 from impactfem.system.log import Steps
 from impactfem.system.parallel import on_root
@@ -113,6 +114,7 @@ TRANSIENT = StageOf[BuildingInTime](
     tabulate=lambda building, folder: transient_tables(folder, published_values(building)),
     figures=Figures.of(TransientData, curve_figures, floor_figures, pictures, film),
     checks=_checks,
+    verdicts=transient_verdicts,
     announces=lambda case: (
         [samples_check(case.transient.time_step, case.transient.maximum_frequency)]
         if case.transient is not None

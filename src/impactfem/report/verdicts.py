@@ -1,0 +1,71 @@
+"""Demands, capacities and verdicts of a run, for the report and the console."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from impactfem.report.overview import Facts, quantity, table
+
+Rows = Sequence[Mapping[str, Any]]
+"""Entries of `verdicts.json`."""
+
+
+def verdicts_table(verdicts: Rows) -> Facts | None:
+    """Return demands, capacities and verdicts, the largest ratio first; None without any."""
+    known = sorted(verdicts, key=lambda one: one["passed"] is not False)
+    known.sort(key=lambda one: -_ratio(one))
+
+    def shown(value: float | None, unit: str) -> str:
+        return "" if value is None else quantity(value, unit, digits=3).replace("m/s2", "m/s²")
+
+    rows = []
+    for one in known:
+        at = "" if one["frequency"] is None else f" at {one['frequency']:.3g} Hz"
+        ratio = one["ratio"]
+        word = {True: "passed", False: "exceeded"}.get(one["passed"], f"no capacity: {one['key']}")
+        unit, detail = one["unit"], one["detail"]
+        rows.append(
+            (
+                f"{one['quantity']}{at}",
+                f"{one['place']}; {detail}" if detail else one["place"],
+                shown(one["demand"], unit),
+                shown(one["capacity"], unit),
+                "" if ratio is None else f"{ratio:.3g}",
+                shown(one["demand_without_impact"], unit),
+                word,
+            )
+        )
+    note = "The demand is that with impacts, in the resolved band."
+    if any(one["capacity"] is None for one in known):
+        note += " A row without a capacity names the key of the case that gives one."
+    columns = (
+        "quantity {}; place {}; demand {}; capacity {}; ratio {}; demand without impact {}; "
+        "verdict {}"
+    )
+    return table("Demand and capacity", columns, rows, note) if rows else None
+
+
+def _ratio(verdict: Mapping[str, Any]) -> float:
+    """The ratio of a verdict: infinite without a capacity left, −1 without a capacity."""
+    if verdict["passed"] is None:
+        return -1.0
+    return math.inf if verdict["ratio"] is None else float(verdict["ratio"])
+
+
+def given(verdicts: Rows) -> Rows:
+    """Return the verdicts by capacities that the case gives."""
+    return [one for one in verdicts if one["passed"] is not None and one["key"]]
+
+
+def verdict_summary(verdicts: Rows) -> tuple[str, str] | None:
+    """Return how many verdicts by given capacities are exceeded, and the largest ratio, in words.
+
+    None where the case gives no capacity.
+    """
+    known = given(verdicts)
+    if not known:
+        return None
+    worst, count = max(known, key=_ratio), sum(not one["passed"] for one in known)
+    value = f"{count} of {len(known)} exceeded" if count else f"all {len(known)} passed"
+    text = f"largest ratio of demand to capacity {_ratio(worst):.3g}: {worst['quantity']}, "
+    return value, text + worst["place"]

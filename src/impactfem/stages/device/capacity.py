@@ -1,0 +1,295 @@
+"""Demand on devices against their capacities: bolts, qualification spectra and ZPA.
+
+The forces are those of the detailed analysis with the damping of the buildings themselves, and the
+spectra those of the anchor without the device. Both are in the results file: a changed capacity
+computes no response again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from impactfem.case import BuildingInTime, DeviceSetup
+from impactfem.case.capacities import AnchorBolts, QualificationSpectrum
+from impactfem.device.bolts import (
+    BoltDemand,
+    BoltGroup,
+    bolt_demand,
+    rectangular_plate,
+    round_plate,
+)
+from impactfem.plot.table import FACTORS, Table, heads
+from impactfem.spectra import broaden, merged_frequencies, response_spectra
+from impactfem.stages.device.selection import LOADS, WITH, WITHOUT, Load, loaded
+from impactfem.stages.results import item_cells
+from impactfem.stages.stores import open_store
+from impactfem.stages.transient.selection import resolved
+from impactfem.stages.verdict import Verdict
+from impactfem.system.arrays import Array
+from impactfem.system.quantity import results, si
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """A device at one of its anchors: its setup and its results."""
+
+    building: BuildingInTime
+    store: xr.Dataset
+    setup: DeviceSetup
+    name: str  #: of the device in the results file
+    index: int  #: of the device in the case file
+
+    def key(self, name: str) -> str:
+        """Return the key of the case for a capacity of the device."""
+        return f"devices[{self.index}].{name}"
+
+    def load(self, impact: str) -> Load:
+        """Return the response with or without impacts."""
+        return Load(self.store, self.name, impact)
+
+    @property
+    def words(self) -> str:
+        """The device and its floor."""
+        floor = int(self.store["anchor_floor"].sel(device=self.name))
+        return f"{self.name}, floor {floor} of {self.store.attrs['building']}"
+
+
+def places(building: BuildingInTime, store: xr.Dataset) -> Iterator[Place]:
+    """Return the anchors of all devices of a building, in the order of the results file."""
+    for index, setup in building.numbered_devices:
+        count = len(setup.anchor_points)
+        for number in range(1, count + 1):
+            name = f"{setup.name}_{number}" if count > 1 else setup.name
+            yield Place(building, store, setup, name, index)
+
+
+def bolt_group(anchors: AnchorBolts, radius: float) -> BoltGroup:
+    """Return the bolts of a base plate of a device with a radius [m]."""
+    plate = anchors.plate
+    return BoltGroup(
+        position=np.array(anchors.places(radius)),
+        area=anchors.area,
+        plate=round_plate(radius) if plate is None else rectangular_plate(plate[0], plate[1]),
+        modular_ratio=anchors.modular_ratio,
+        tension=anchors.tension,
+        shear=anchors.shear,
+        exponent=anchors.exponent,
+    )
+
+
+def bolts_of(place: Place, anchors: AnchorBolts, impact: str) -> BoltDemand:
+    """Return the demand on the bolts of a device, weight included where it is known."""
+    radius = float(place.store["anchor_radius"].sel(device=place.name))
+    force = place.load(impact).of("force").transpose("component", "time").values
+    weight = place.store["weight_force"].sel(device=place.name).values
+    whole = force.astype(np.float64) + weight[:, None]
+    return bolt_demand(bolt_group(anchors, radius), whole, place.store["time"].values)
+
+
+def device_verdicts(building: BuildingInTime, folder: Path) -> list[Verdict]:
+    """Return the verdicts of the stage, from `device.nc` of a run's folder."""
+    with open_store(folder / "device.nc") as opened:
+        store = loaded(opened)
+        found: list[Verdict] = []
+        for place in places(building, store):
+            found += _of_bolts(place)
+            spectra = {
+                "required_spectrum": place.setup.required_spectrum,
+                "test_spectrum": place.setup.test_spectrum,
+            }
+            given = {name: one for name, one in spectra.items() if one is not None}
+            for name, spectrum in given.items() or [("required_spectrum", None)]:
+                found.append(_of_spectrum(place, name, spectrum))
+            found.append(_of_zpa(place))
+        return found
+
+
+def _of_bolts(place: Place) -> list[Verdict]:
+    anchors = place.setup.anchors
+    if anchors is None:
+        pulled = place.load(WITH).tension(), place.load(WITHOUT).tension()
+        demand, least = (max(one, 0.0) if math.isfinite(one) else None for one in pulled)
+        quantity = "tension of the most highly loaded anchor, times the number of anchors"
+        key = place.key("anchors")
+        none = Verdict(
+            "device.anchor_tension", quantity, "N", place.words, demand, None, key, least
+        )
+        return [none]
+    hit, quiet = (bolts_of(place, anchors, impact) for impact in (WITH, WITHOUT))
+    detail = (
+        f"bolt {hit.bolt} at {hit.time:.4g} s: {1e-3 * hit.bolt_tension:.3g} kN tension, "
+        f"{1e-3 * hit.bolt_shear:.3g} kN shear; critical direction {hit.direction:.0f} degrees "
+        f"from the direction of the analysis, in which it is {hit.interaction_as_computed:.3g}"
+    )
+    if math.isnan(place.load(WITH).weight):
+        detail += "; the weight of the device is not known"
+    every = (
+        ("interaction", "interaction of tension and shear in a bolt", "-", 1.0, detail),
+        ("tension", "tension of a bolt", "N", anchors.tension, ""),
+        ("shear", "shear of a bolt", "N", anchors.shear, ""),
+    )
+    return [
+        Verdict(
+            f"device.anchor_{name}",
+            quantity,
+            unit,
+            place.words,
+            getattr(hit, name),
+            capacity,
+            place.key("anchors"),
+            getattr(quiet, name),
+            detail=text,
+        )
+        for name, quantity, unit, capacity, text in every
+    ]
+
+
+@results
+class SpectrumDemand:
+    """The ordinate of a floor spectrum with the largest ratio to a qualification spectrum."""
+
+    axis: str = si("", "axis")
+    frequency: float = si("Hz", "frequency")
+    demand: float = si("m/s2", "floor spectrum")
+    capacity: float = si("m/s2", "qualification spectrum")
+    first: float = si("Hz", "lowest frequency compared")
+    last: float = si("Hz", "highest frequency compared")
+
+
+def spectrum_demand(
+    place: Place, impact: str, spectrum: QualificationSpectrum
+) -> SpectrumDemand | None:
+    """Compare the floor spectrum at a device with a qualification spectrum.
+
+    The floor spectrum has the damping of the qualification spectrum and is broadened as in
+    [device_analysis]. Compared are the frequencies of the table within the resolved band.
+
+    Args:
+        place: The device.
+        impact: With or without impacts.
+        spectrum: The qualification spectrum.
+
+    Returns:
+        The ordinate with the largest ratio; None if no frequency is common.
+    """
+    building, store = place.building, place.store
+    spectra, rules = building.case.spectra, building.device_analysis
+    motion = place.load(impact).of("anchor_acceleration").transpose("component", "time")
+    time = store["time"].values
+    end = float(resolved(store)["frequency"][-1])
+    grid = np.asarray(spectra.frequency_values)
+    grid = grid[grid <= end * (1.0 + 1e-9)]
+    found: list[SpectrumDemand] = []
+    for curve in spectrum.file:
+        table = np.asarray(curve.frequency)
+        frequency = merged_frequencies(grid, table[(table >= grid[0]) & (table <= end)])
+        compared = frequency[(frequency >= table[0]) & (frequency <= table[-1])]
+        if not compared.size:
+            continue
+        psa = response_spectra(
+            motion.sel(component=list(curve.axes)).values.astype(np.float64),
+            float(time[1] - time[0]),
+            frequency,
+            [spectrum.damping],
+            points_per_cycle=spectra.points_per_cycle,
+            method=spectra.method,
+            absolute=False,
+        ).psa[0]
+        ratio = 0.0 if rules is None else rules.broadening
+        demand = broaden(frequency, psa, ratio, compared)
+        # Straight on logarithmic axes.
+        capacity = np.exp(
+            np.interp(np.log(compared), np.log(table), np.log(np.asarray(curve.acceleration)))
+        )
+        i, k = np.unravel_index((demand / capacity).argmax(), demand.shape)
+        here = float(compared[k]), float(demand[i, k]), float(capacity[k])
+        found.append(SpectrumDemand(curve.axes[i], *here, float(compared[0]), float(compared[-1])))
+    return max(found, key=lambda one: one.demand / one.capacity, default=None)
+
+
+def _of_spectrum(place: Place, name: str, spectrum: QualificationSpectrum | None) -> Verdict:
+    kind = f"device.{name}"
+    words = name.replace("_", " ")
+    if spectrum is None:
+        psa = [resolved(place.store)["psa"].sel(device=place.name, impact=i) for i in LOADS]
+        least, most = (float(one.isel(case=0).max()) for one in psa)
+        quantity = "largest ordinate of the floor spectrum at the device"
+        return Verdict(kind, quantity, "m/s2", place.words, most, None, place.key(name), least)
+    quantity = f"floor spectrum at the device, against the {words}"
+    hit, quiet = (spectrum_demand(place, impact, spectrum) for impact in (WITH, WITHOUT))
+    if hit is None:
+        detail = "the table has no frequency in the resolved band"
+        key = place.key(name)
+        return Verdict(kind, quantity, "m/s2", place.words, None, None, key, detail=detail)
+    detail = f"{100.0 * spectrum.damping:.3g} % damping, axis {hit.axis}"
+    lacking = set("xyz") - {axis for curve in spectrum.file for axis in curve.axes}
+    if lacking:
+        detail += f"; not compared along {', '.join(sorted(lacking))}"
+    # Without impact another frequency may govern: its ratio counts, at the capacity of the first.
+    free = None if quiet is None else quiet.demand / quiet.capacity * hit.capacity
+    return Verdict(
+        kind,
+        quantity,
+        "m/s2",
+        place.words,
+        hit.demand,
+        hit.capacity,
+        place.key(name),
+        free,
+        frequency=hit.frequency,
+        band=(hit.first, hit.last),
+        detail=detail,
+    )
+
+
+def _of_zpa(place: Place) -> Verdict:
+    """The ordinate at the end of the resolved band, along the axis with the largest ratio."""
+
+    def ordinates(impact: str) -> Array:
+        psa = resolved(place.store)["psa"].sel(device=place.name, impact=impact)
+        values = psa.isel(case=0, frequency=-1).sel(axis=["x", "y", "z"]).values
+        return np.asarray(values, dtype=np.float64)
+
+    limits = place.setup.zpa_limit
+    hit, free = ordinates(WITH), ordinates(WITHOUT)
+    k = int((hit if limits is None else hit / np.array(limits)).argmax())
+    return Verdict(
+        "device.zpa",
+        "zero-period acceleration at the device",
+        "m/s2",
+        f"{place.words}, axis {'xyz'[k]}",
+        float(hit[k]),
+        None if limits is None else limits[k],
+        place.key("zpa_limit"),
+        float(free[k]),
+        frequency=float(resolved(place.store)["frequency"][-1]),
+    )
+
+
+def bolt_table(building: BuildingInTime, folder: Path) -> list[Table]:
+    """Return the table of the demand on the bolts of each device; none without bolts."""
+    names, rows = [], []
+    with open_store(folder / "device.nc") as opened:
+        store = loaded(opened)
+        for place in places(building, store):
+            if place.setup.anchors is not None:
+                for impact, words in LOADS.items():
+                    names.append((place.name, words))
+                    rows.append(bolts_of(place, place.setup.anchors, impact))
+    if not rows:
+        return []
+    columns, cells = item_cells(BoltDemand, rows, FACTORS)
+    return [
+        Table(
+            "device_bolts",
+            "Demand on the bolts of the devices, in the critical horizontal direction",
+            (*heads("device; impacts"), *columns),
+            tuple((*name, *cell) for name, cell in zip(names, cells, strict=True)),
+        )
+    ]

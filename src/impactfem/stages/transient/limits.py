@@ -1,0 +1,28 @@
+"""Floor accelerations of a 3D model against their limit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from impactfem.case import BuildingInTime
+from impactfem.stages.pounding.limits import floor_acceleration
+from impactfem.stages.stores import open_store
+from impactfem.stages.transient.selection import resolved
+from impactfem.stages.verdict import Verdict
+
+
+def transient_verdicts(building: BuildingInTime, folder: Path) -> list[Verdict]:
+    """Return the verdict of the stage, from `transient.nc` of a run's folder."""
+    with open_store(folder / "transient.nc") as store:
+        psa = resolved(store[["psa"]].isel(damping=0))["psa"].isel(frequency=-1).load()
+        on_floors = psa.isel(probe=(store["probe_floor"] > 0).values)
+        if not on_floors.size:
+            return []
+        at = on_floors.isel(on_floors.argmax(...))
+        place = (
+            f"{store.attrs['building']}, floor {int(at['probe_floor'])}, probe "
+            f"{at['probe'].item()}, direction {at['component'].item()}"
+        )
+        return [
+            floor_acceleration("transient.floor_acceleration", building.case, place, at, free=None)
+        ]
