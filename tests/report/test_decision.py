@@ -81,6 +81,7 @@ def run_of(folder, **stores):
         values={},
         summary=summary,
         checks=checks,
+        verdicts=[],
         case={"contact_laws": laws, "pounding": {"models": {}}},
     )
     run.models = {"B1": run}
@@ -250,7 +251,9 @@ def test_what_goes_with_the_steps_of_the_pounding_is_told(change):
     """The peak force of unilateral contact."""
     values = {"pounding.doubled_step_force_change": change, "pounding.mean_force_5ms": 7e5}
     entry = {"name": "pounding.main_impact_force", "value": 1e6, "unit": "N", "note": "pair A-B"}
-    run = SimpleNamespace(checks=[], summary=[entry], ran=lambda _: False, models={}, values=values)
+    run = SimpleNamespace(
+        checks=[], verdicts=[], summary=[entry], ran=lambda _: False, models={}, values=values
+    )
     (text,) = (answer.text for answer in answers(run, []) if answer.question == "Largest impact")
     assert ("30 %" in text) == ("700 kN" in text) == (change > 0.05)
 
