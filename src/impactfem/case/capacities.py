@@ -51,10 +51,8 @@ class BoltPosition(Section):
 
 
 @dataclass(frozen=True)
-class TableOrList:
+class TableOrList(TableFile):
     """A table in a file, by its name, or the same rows in the case file."""
-
-    file: TableFile
 
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
@@ -62,15 +60,15 @@ class TableOrList:
         return core_schema.with_info_wrap_validator_function(self._read, handler(source))
 
     def _read(self, value: Any, rows: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
-        return self.file.check(value, info) if isinstance(value, str) else rows(value)
+        return self.check(value, info) if isinstance(value, str) else rows(value)
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        return {"anyOf": [self.file.schema(), handler(schema)]}
+        return {"anyOf": [self.schema(), handler(schema)]}
 
 
-BOLTS_FILE = TableFile(
+BOLTS_FILE = TableOrList(
     "a table of bolt positions (CSV)",
     lambda path, faults: read_table(path, BoltPosition, faults, most=MOST_BOLTS),
 )
@@ -89,7 +87,7 @@ class AnchorBolts(Section):
     """Diameter of this circle; default twice the radius of the device."""
     first_angle: Annotated[float, Si("rad")] = 0.0
     """Angle of the first bolt from x towards y."""
-    positions: Annotated[tuple[BoltPosition, ...], TableOrList(BOLTS_FILE)] | None = Field(
+    positions: Annotated[tuple[BoltPosition, ...], BOLTS_FILE] | None = Field(
         default=None, validate_default=True
     )
     """In place of count and circle: positions of the bolts, a table (CSV) with the columns x and y,

@@ -12,6 +12,7 @@ from pydantic.fields import FieldInfo
 
 from impactfem.case.base import Section
 from impactfem.case.calibration import Target
+from impactfem.case.capacities import BoltPosition, QualificationPoint
 from impactfem.case.design_spectrum import SpectrumPoint
 from impactfem.case.device_tables import DeviceMode
 from impactfem.case.floors import Floor
@@ -46,6 +47,17 @@ TABLE_MODELS: tuple[tuple[str, str, type[Section]], ...] = (
         ImpedanceRow,
     ),
     ("Mode table", "`modes` of `[[devices]]`: one row a mode and a direction.", DeviceMode),
+    (
+        "Bolt table",
+        "`positions` of `[devices.anchors]`: one row a bolt, from the anchor point.",
+        BoltPosition,
+    ),
+    (
+        "Qualification spectrum",
+        "`file` of `[devices.required_spectrum]` and `[devices.test_spectrum]`: one row a point, in "
+        "order of frequency; spectra of several axes one after another.",
+        QualificationPoint,
+    ),
     ("Published values", "`published`: one row a result that was published.", PublishedRow),
 )
 """Heading, description and model of each table that a case file names."""

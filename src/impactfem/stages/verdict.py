@@ -42,7 +42,7 @@ class Verdict:
     @property
     def passed(self) -> bool | None:
         """Whether the demand is at most the capacity; None without one of them."""
-        return None if self.ratio is None else self.ratio <= 1.0
+        return None if self.ratio is None else bool(self.ratio <= 1.0)
 
     def row(self, stage: str) -> dict[str, Any]:
         """Return the verdict of a stage as an entry of ``verdicts.json``, in SI."""

@@ -182,6 +182,7 @@ def _drawings(asked):
         "anchor_nodes": asked.nodes,
         "anchor_radius": 0.5,
         "weight": np.nan if np.isnan(asked.pulls[0]) else 15e3,
+        "weight_force": [0.0, 0.0, -15e3, 0.0, 0.0, 0.0],
         "base_stiffness": known * np.array([1.4e8, 1.4e8, np.inf, 3e7, 3e7, np.inf]),
         "body_mass": 1500.0 * known,
         "body_inertia": np.full(3, 220.0 * known),

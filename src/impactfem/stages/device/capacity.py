@@ -124,8 +124,8 @@ def _of_bolts(place: Place) -> list[Verdict]:
     hit, quiet = (bolts_of(place, anchors, impact) for impact in (WITH, WITHOUT))
     detail = (
         f"bolt {hit.bolt} at {hit.time:.4g} s: {1e-3 * hit.bolt_tension:.3g} kN tension, "
-        f"{1e-3 * hit.bolt_shear:.3g} kN shear; critical direction {hit.direction:.0f} degrees "
-        f"from the direction of the analysis, in which it is {hit.interaction_as_computed:.3g}"
+        f"{1e-3 * hit.bolt_shear:.3g} kN shear, critical direction {hit.direction:.0f} degrees "
+        f"({hit.interaction_as_computed:.3g} in the direction of the analysis)"
     )
     if math.isnan(place.load(WITH).weight):
         detail += "; the weight of the device is not known"
