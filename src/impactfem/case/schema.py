@@ -187,4 +187,5 @@ def column(info: FieldInfo) -> tuple[str, str, str]:
         return words, unit, "**required**"
     # The description says what a default means that is not a number.
     none = info.default is None or info.default != info.default
-    return words, unit, "optional" if none else f"default `{info.default:g}`"
+    shown = info.default if isinstance(info.default, str) else f"{info.default or 0.0:g}"
+    return words, unit, "optional" if none else f"default `{shown}`"
