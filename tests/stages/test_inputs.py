@@ -11,6 +11,7 @@ from impactfem.stages import inputs
 from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.design.stage import members_key
+from impactfem.stages.device.stage import DEVICE
 from impactfem.stages.ensemble import stage as ensemble
 from impactfem.stages.inputs import inputs_key, program_key, tolerances
 from impactfem.stages.pounding.stage import POUNDING
@@ -149,3 +150,16 @@ def test_the_sources_of_the_program_count(program, monkeypatch):
     assert program("E = 2.1e11") == first != program("E = 2.0e11")
     monkeypatch.setattr(inputs.impactfem, "__version__", "other")
     assert program("E = 2.1e11") != first
+
+
+def test_capacities_change_no_stage_but_the_drawings_of_devices():
+    """The paper's case with capacities computes nothing again; a lighter device would."""
+    without, having = (
+        load_case(GEOMETRY / name) for name in ("npp_pair.toml", "npp_pair_anchors.toml")
+    )
+    assert DEVICE.key(having) == DEVICE.key(without)
+    assert POUNDING.key(having) == POUNDING.key(without)
+    assert DEVICE.drawing_key(having) != DEVICE.drawing_key(without)
+    (pump,) = without.devices
+    lighter = without.model_copy(update={"devices": (pump.model_copy(update={"mass": 1e3}),)})
+    assert DEVICE.key(lighter) != DEVICE.key(without)

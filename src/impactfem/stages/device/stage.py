@@ -108,7 +108,7 @@ NET_TENSION = Criterion(
     "kN/n",
     upper=0.0,
     consequence="The weight does not hold the equipment down: it needs anchors in tension",
-    remedy="Compare the tension with the capacity of the anchors",
+    remedy="Set devices.anchors: the report then compares the bolts with their capacity",
 )
 IMBALANCE_AT_ANCHOR = Criterion(
     "device.imbalance",
