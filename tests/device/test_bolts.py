@@ -14,6 +14,7 @@ from impactfem.device.bolts import (
     rotated,
     round_plate,
 )
+from impactfem.system.errors import SolutionError
 
 ECCENTRIC = np.array([[0.30, 0.20], [-0.30, 0.25], [-0.35, -0.20], [0.25, -0.30], [0.1, 0.35]])
 AREA = 245e-6
@@ -194,3 +195,15 @@ def test_direction_of_a_round_pattern_does_not_matter():
     group = BoltGroup(place, AREA, round_plate(0.5), tension=1e5, shear=1e5)
     found = bolt_demand(group, noise(30), np.arange(30) * 0.01)
     assert found.interaction == pytest.approx(found.interaction_as_computed, rel=0.02)
+
+
+def test_bolts_along_the_edge_of_a_plate_cannot_hold_it():
+    """Without plate beyond the bolts nothing balances the moment that lifts the other side."""
+    place = np.array([[-0.4, -0.3], [-0.4, 0.3]])
+    group = BoltGroup(place, AREA, rectangular_plate(0.8, 0.8))
+    with pytest.raises(SolutionError):
+        bolt_forces(group, np.array([[0.0], [0.0], [50e3], [0.0], [0.0], [0.0]]))
+    # On the other side the plate presses against the floor.
+    assert (
+        bolt_forces(group, np.array([[0.0], [0.0], [0.0], [0.0], [9e3], [0.0]])).tension.min() > 0
+    )

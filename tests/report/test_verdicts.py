@@ -42,3 +42,8 @@ def test_verdicts_of_given_capacities_alone_count():
 def test_words_of_a_verdict(capacity, word):
     one = Verdict("device.shear", "shear", "N", "pump", 27.5e3, capacity, "key")
     assert verdicts_table(rows(one)).rows[0][-1] == word
+
+
+def test_a_demand_that_was_not_computed_is_no_missing_capacity():
+    one = Verdict("device.bolts", "interaction", "-", "pump", None, 1.0, "devices[0].anchors")
+    assert "devices" not in verdicts_table(rows(one)).rows[0][-1]

@@ -54,8 +54,8 @@ TABLE_MODELS: tuple[tuple[str, str, type[Section]], ...] = (
     ),
     (
         "Qualification spectrum",
-        "`file` of `[devices.required_spectrum]` and `[devices.test_spectrum]`: one row a point, in "
-        "order of frequency; spectra of several axes one after another.",
+        "`file` of `[devices.required_spectrum]` and `[devices.test_spectrum]`: one row a point, "
+        "in order of frequency; spectra of several axes one after another.",
         QualificationPoint,
     ),
     ("Published values", "`published`: one row a result that was published.", PublishedRow),

@@ -41,8 +41,9 @@ from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 from impactfem.system.quantity import results, si
 
-RESIDUAL = 1e-13
-"""Largest imbalance of (2), of the norm of q with lengths over the size of the plate."""
+RESIDUAL, ROUNDED = 3e-13, 1e-11
+"""Largest imbalance of (2), of the norm of q with lengths over the size of the plate; and where a
+slender contact area leaves more to rounding."""
 MOST_STEPS = 80
 """Most Newton steps; ten are usual."""
 ARMIJO = 1e-4
@@ -232,10 +233,11 @@ class _Section:
         p = np.linalg.solve(whole, q)
         H = self.stiffness(p)
         residual = _times(H, p) - q
-        allowed = RESIDUAL * np.linalg.norm(q / units, axis=0)
+        size = np.linalg.norm(q / units, axis=0)
         todo = np.arange(q.shape[1])
-        for _ in range(MOST_STEPS):
-            todo = todo[np.linalg.norm(residual[:, todo] / units, axis=0) > allowed[todo]]
+        for part in (*(MOST_STEPS - 1) * (RESIDUAL,), ROUNDED):
+            off = np.linalg.norm(residual[:, todo] / units, axis=0)
+            todo = todo[off > part * size[todo]]
             if not todo.size:
                 return np.asarray(p, dtype=np.float64)
             # Softened in the units of H, in which lengths are of the size of the plate.
@@ -249,20 +251,24 @@ class _Section:
 
     def _searched(self, q: Array, p: Array, H: Array, step: Array) -> tuple[Array, Array]:
         """Return p and H after a step that is halved until the function decreases enough."""
+        units = np.array([[1.0], [self.size], [self.size]])
 
-        def energy(H: Array, p: Array, q: Array) -> Array:
-            return np.asarray(np.sum(p * (0.5 * _times(H, p) - q), axis=0))
+        def energy(H: Array, p: Array, q: Array) -> tuple[Array, Array]:
+            """The function, and the norm of its gradient."""
+            force = _times(H, p)
+            function = np.sum(p * (0.5 * force - q), axis=0)
+            return function, np.linalg.norm((force - q) / units, axis=0)
 
-        before = energy(H, p, q)
+        before, off = energy(H, p, q)
         slope = np.sum(step * (_times(H, p) - q), axis=0)
-        # Near the minimum the decrease is below the rounding of the function.
-        rounding = 1e-13 * np.abs(before)
         part = np.ones(q.shape[1])
         after, stiffness = p + step, self.stiffness(p + step)
         late = np.arange(q.shape[1])
         for _ in range(MOST_HALVES):
-            limit = before[late] + ARMIJO * part[late] * slope[late] + rounding[late]
-            late = late[energy(stiffness[late], after[:, late], q[:, late]) > limit]
+            function, left = energy(stiffness[late], after[:, late], q[:, late])
+            limit = before[late] + ARMIJO * part[late] * slope[late]
+            # Near the minimum the decrease is below rounding: half of the gradient counts, too.
+            late = late[(function > limit) & (left > 0.5 * off[late])]
             if not late.size:
                 break
             part[late] *= 0.5

@@ -22,7 +22,9 @@ def verdicts_table(verdicts: Rows) -> Facts | None:
     for one in known:
         at = "" if one["frequency"] is None else f" at {one['frequency']:.3g} Hz"
         ratio = one["ratio"]
-        word = {True: "passed", False: "exceeded"}.get(one["passed"], f"no capacity: {one['key']}")
+        word = {True: "passed", False: "exceeded"}.get(one["passed"], "not computed")
+        if one["capacity"] is None:
+            word = f"no capacity: {one['key']}"
         unit, detail = one["unit"], one["detail"]
         rows.append(
             (

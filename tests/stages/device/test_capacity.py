@@ -8,7 +8,9 @@ import pytest
 from impactfem.case import DeviceSetup
 from impactfem.case.capacities import AnchorBolts, QualificationCurve, QualificationSpectrum
 from impactfem.spectra import response_spectra
+from impactfem.stages.device import capacity
 from impactfem.stages.device.capacity import bolt_table, device_verdicts
+from impactfem.system.errors import SolutionError
 
 from .device_store import FREQUENCY, TIME, device_folder
 
@@ -71,6 +73,15 @@ def test_weak_bolts_are_exceeded(found):
     assert verdicts["device.anchor_interaction"].ratio == pytest.approx(
         (16.5 / 16.0) ** 2, rel=1e-6
     )
+
+
+def test_bolts_that_cannot_balance_the_forces(found, monkeypatch):
+    def fails(*_):
+        raise SolutionError("no equilibrium")
+
+    monkeypatch.setattr(capacity, "bolt_demand", fails)
+    one = found(anchors=BOLTS)["device.anchor_interaction"]
+    assert one.demand is None and one.passed is None and one.detail
 
 
 def test_without_capacities_the_keys_are_named(found):

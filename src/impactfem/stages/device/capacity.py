@@ -32,6 +32,7 @@ from impactfem.stages.stores import open_store
 from impactfem.stages.transient.selection import resolved
 from impactfem.stages.verdict import Verdict
 from impactfem.system.arrays import Array
+from impactfem.system.errors import SolutionError
 from impactfem.system.quantity import results, si
 
 
@@ -83,13 +84,19 @@ def bolt_group(anchors: AnchorBolts, radius: float) -> BoltGroup:
     )
 
 
-def bolts_of(place: Place, anchors: AnchorBolts, impact: str) -> BoltDemand:
-    """Return the demand on the bolts of a device, weight included where it is known."""
+def bolts_of(place: Place, anchors: AnchorBolts, impact: str) -> BoltDemand | None:
+    """Return the demand on the bolts of a device, weight included where it is known.
+
+    None if bolts and plate cannot balance the forces, such as bolts along one edge of the plate.
+    """
     radius = float(place.store["anchor_radius"].sel(device=place.name))
     force = place.load(impact).of("force").transpose("component", "time").values
     weight = place.store["weight_force"].sel(device=place.name).values
     whole = force.astype(np.float64) + weight[:, None]
-    return bolt_demand(bolt_group(anchors, radius), whole, place.store["time"].values)
+    try:
+        return bolt_demand(bolt_group(anchors, radius), whole, place.store["time"].values)
+    except SolutionError:
+        return None
 
 
 def device_verdicts(building: BuildingInTime, folder: Path) -> list[Verdict]:
@@ -122,6 +129,21 @@ def _of_bolts(place: Place) -> list[Verdict]:
         )
         return [none]
     hit, quiet = (bolts_of(place, anchors, impact) for impact in (WITH, WITHOUT))
+    if hit is None:
+        detail = "no equilibrium was found: check the positions of the bolts and the plate"
+        quantity = "interaction of tension and shear in a bolt"
+        return [
+            Verdict(
+                "device.anchor_interaction",
+                quantity,
+                "-",
+                place.words,
+                None,
+                1.0,
+                place.key("anchors"),
+                detail=detail,
+            )
+        ]
     detail = (
         f"bolt {hit.bolt} at {hit.time:.4g} s: {1e-3 * hit.bolt_tension:.3g} kN tension, "
         f"{1e-3 * hit.bolt_shear:.3g} kN shear, critical direction {hit.direction:.0f} degrees "
@@ -143,7 +165,7 @@ def _of_bolts(place: Place) -> list[Verdict]:
             getattr(hit, name),
             capacity,
             place.key("anchors"),
-            getattr(quiet, name),
+            None if quiet is None else getattr(quiet, name),
             detail=text,
         )
         for name, quantity, unit, capacity, text in every
@@ -280,8 +302,10 @@ def bolt_table(building: BuildingInTime, folder: Path) -> list[Table]:
         for place in places(building, store):
             if place.setup.anchors is not None:
                 for impact, words in LOADS.items():
-                    names.append((place.name, words))
-                    rows.append(bolts_of(place, place.setup.anchors, impact))
+                    demand = bolts_of(place, place.setup.anchors, impact)
+                    if demand is not None:
+                        names.append((place.name, words))
+                        rows.append(demand)
     if not rows:
         return []
     columns, cells = item_cells(BoltDemand, rows, FACTORS)
