@@ -22,16 +22,15 @@ BOLTS = AnchorBolts(
 )
 
 
-def case_with(**capacities):
-    """A case of which a device has these capacities."""
+def building_with(**capacities):
+    """A building of which a device has these capacities."""
     setup = DeviceSetup.model_construct(
         name="pump", point=(0.0, 0.0, 0.0), radius=0.5, **capacities
     )
+    spectra = SimpleNamespace(frequency_values=FREQUENCY, points_per_cycle=20.0, method="upsampled")
     return SimpleNamespace(
         numbered_devices=((0, setup),),
-        spectra=SimpleNamespace(
-            frequency_values=FREQUENCY, points_per_cycle=20.0, method="upsampled"
-        ),
+        case=SimpleNamespace(spectra=spectra),
         device_analysis=SimpleNamespace(broadening=0.0),
     )
 
@@ -49,7 +48,7 @@ def found(tmp_path):
     folder = device_folder(tmp_path)
 
     def verdicts(**capacities):
-        return {one.id: one for one in device_verdicts(case_with(**capacities), folder)}
+        return {one.id: one for one in device_verdicts(building_with(**capacities), folder)}
 
     return verdicts
 
@@ -126,7 +125,7 @@ def test_zpa_of_the_axis_with_the_largest_ratio(found):
 
 def test_table_of_the_bolts(tmp_path):
     folder = device_folder(tmp_path)
-    (table,) = bolt_table(case_with(anchors=BOLTS), folder)
+    (table,) = bolt_table(building_with(anchors=BOLTS), folder)
     assert [row[:2] for row in table.rows] == [
         ("pump", "without impact"),
         ("pump", "with impacts"),
@@ -134,4 +133,4 @@ def test_table_of_the_bolts(tmp_path):
     names = [name for name, _ in table.columns]
     shear = names.index("largest shear")
     assert table.rows[1][shear] == pytest.approx(16.5, rel=1e-6)  # in kN
-    assert bolt_table(case_with(), folder) == []
+    assert bolt_table(building_with(), folder) == []
