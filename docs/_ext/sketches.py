@@ -177,6 +177,34 @@ def theory_pounding_3d(pen: Pen) -> None:
     pen.text((5.0, 0.25), "plan at the level of the floors", size=9)
 
 
+@sketch(4.4)
+def theory_massless(pen: Pen) -> None:
+    """Draw two strips with layers without mass between them, and the force by both schemes."""
+    for left, right, name in ((0.3, 2.0, "$a$"), (2.9, 4.6, "$b$")):
+        pen.line((left, 2.4), (right, 2.4), (right, 3.3), (left, 3.3), fill=LIGHT)
+        pen.text(((left + right) / 2, 2.85), f"{name}, mass")
+    pen.box((2.0, 2.4), 0.4, 0.9)
+    pen.box((2.5, 2.4), 0.4, 0.9)
+    pen.measure((2.0, 2.1), (2.4, 2.1), "$c/\\omega_c$", at=(0.0, -0.35))
+    pen.arrow((2.2, 3.8), (2.2, 3.1))
+    pen.arrow((2.7, 3.8), (2.7, 3.1))
+    pen.text((2.45, 4.0), "layers $\\mathbf{R}$ without mass", size=9)
+    pen.arrow((0.6, 1.4), (1.5, 1.4), "$v_0$", at=(-0.45, -0.3))
+    pen.frame((5.4, 0.7), 4.3, 3.2, "t", "force $F$")
+    t = np.linspace(0.0, 3.4, 400)
+    x = 3.0 * t
+    root = np.sqrt(0.75)
+    rise = 1.0 - np.exp(-x / 2) * (np.cos(root * x) - np.sin(root * x) / (2 * root))
+    pen.curve(5.6 + t, 0.7 + 1.2 * rise, color=ACCENT)
+    pen.line((5.6, 0.7), (5.6, 1.9), (9.3, 1.9), ls="--", lw=1.0)
+    pen.curve(
+        5.6 + np.array([0.0, 0.0, 0.12, 0.12]), 0.7 + np.array([0.0, 2.9, 2.9, 1.2]), color=INK
+    )
+    pen.text((5.95, 3.35), "Moreau: $m v / 2h$", ha="left", size=9)
+    pen.text((6.6, 2.55), "without mass", ACCENT, ha="left", size=9)
+    pen.text((8.3, 1.6), "exact", size=9)
+
+
 @sketch(5.2)
 def theory_wall(pen: Pen) -> None:
     """Draw the building with its displaced floor before the rigid wall."""

@@ -189,7 +189,8 @@ class ModalMotion:
         self._push = np.zeros((N, self.patterns)) if push is None else push
         self.constraints = len(assembly.links)
         self._contact = np.ascontiguousarray(-assembly.gamma.T)
-        self._seen = np.ascontiguousarray(np.hstack([self._contact, given["probes"]]).T)
+        self._probes = given["probes"]
+        self._seen = np.ascontiguousarray(np.hstack([self._contact, self._probes]).T)
         self._inverse = Inverse(assembly, theta * time_step)
         # Responses to unit impulses: columns M̂⁻¹ G of the bodies, and of what is attached.
         pushed = self._inverse.solve(self._contact.T, np.zeros((self.constraints, N)))
@@ -197,6 +198,16 @@ class ModalMotion:
         self.displacement, self.velocity, self._mean, self._force = np.zeros((4, r))
         self._y, self._y_velocity, self._y_mean, self._y_force = np.zeros((4, N))
         self._coasted = np.zeros((r, 0)), np.zeros((r, 0)), np.zeros((0, 5))
+
+    def refined(self, parts: int) -> ModalMotion:
+        """Return the same motion with a step of a part of this one."""
+        given = {"load": self._load, "push": self._push, "probes": self._probes}
+        return ModalMotion(self.assembly, self.time_step / parts, theta=self.theta, **given)
+
+    def adopt(self, other: ModalMotion) -> None:
+        """Take over the state of a motion of the same assembly."""
+        self.displacement, self.velocity = other.displacement, other.velocity
+        self._y, self._y_velocity = other._y, other._y_velocity
 
     def delassus(self) -> Array:
         """W = Γ M̂⁻¹ Γᵀ, shape (m, m)."""

@@ -13,6 +13,7 @@ from impactfem.system.parallel import one_blas_thread, rank
 from impactfem.verify import (
     contact,
     devices,
+    massless,
     model_updating,
     motion,
     soil,
@@ -35,7 +36,7 @@ GROUPS: Mapping[str, Sequence[ModuleType]] = {
     "Shells": (plates, curved),
     "Beams and frames": (beams,),
     "Waves and the 3D building in time": (slab, in_time, forced, frame, pounding, paper),
-    "Unilateral contact": (unilateral,),
+    "Unilateral contact": (unilateral, massless),
     "Devices and response spectrum analysis": (devices, device_spectra),
     "Model updating": (model_updating,),
 }
