@@ -127,6 +127,8 @@ RAYLEIGH = 'ratio = "7 %"\nfrequencies = ["1 Hz", "20 Hz"]'
         (None, "[contact_laws.floor]",
          '[contact_laws.spare]\ntype = "unilateral"\n[contact_laws.floor]', "contact_laws.spare",
          None),
+        (None, "[pounding]", '[pounding]\ncontact_frequency = "300 Hz"',
+         "pounding.contact_frequency", "300 Hz"),
     ],
 )  # fmt: skip
 def test_one_value(broken, file, old, new, key, value):

@@ -37,6 +37,7 @@ def case(tmp_path_factory):
     text = path.read_text(encoding="utf-8").replace(LAW, 'type = "unilateral"\n')
     text = text.replace(DAMPING, UNDAMPED).replace("floor = [1, 2]", "floor = 1")
     models = '[pounding]\nmodels = { A = "structure", B = "structure" }\n'
+    models += 'unilateral_scheme = "moreau"\n'
     path.write_text(text.replace("[pounding]\n", models), encoding="utf-8")
     return load_case(path)
 
@@ -97,8 +98,20 @@ def pushed(h, steps, speed):
     return ground
 
 
+def massless(case, frequency):
+    """The case without mass at the contact points, above a frequency; rigid edges."""
+    changes = {"unilateral_scheme": "massless", "contact_frequency": frequency}
+    laws = {
+        name: law.model_copy(update={"edge_stiffness": "rigid"})
+        for name, law in case.contact_laws.items()
+    }
+    pounding = case.pounding.model_copy(update=changes)
+    return case.model_copy(update={"pounding": pounding, "contact_laws": laws})
+
+
+@pytest.mark.parametrize("scheme", ["moreau", "massless"])
 @pytest.mark.parametrize("ratio", [1, 2])
-def test_bars_head_on_against_st_venant(case, ratio):
+def test_bars_head_on_against_st_venant(case, ratio, scheme):
     """F = ρ c S v₀/2 for 2L/c; the second bar, at rest, has all of the momentum afterwards."""
     errors, counts = [], np.array([10, 20, 40])
     for elements in counts:
@@ -112,7 +125,10 @@ def test_bars_head_on_against_st_venant(case, ratio):
             models[name] = body(values, driven, sign * shapes[:1], y=centre)
         h = unilateral._step(elements)
         steps = round((1.5 + ratio) * CONTACT / h)
-        pounding = touching(case, models, 3.3 * V0 * h)
+        # A layer as long as half of an element.
+        frequency = SPEED * 2 * elements / L / (2.0 * np.pi)
+        one = case if scheme == "moreau" else massless(case, frequency)
+        pounding = touching(one, models, 3.3 * V0 * h)
         found = pounding.respond(pushed(h, steps, V0), h)
         impulse = found.force[:, 0].sum() * h
         errors.append(abs(impulse / (BAR * V0) - 1.0))
@@ -122,7 +138,8 @@ def test_bars_head_on_against_st_venant(case, ratio):
     assert lasts == pytest.approx(CONTACT, abs=3.0 * h / unilateral.COURANT)
     assert impulse / lasts == pytest.approx(force, rel=0.05)
     assert errors[-1] < 0.01
-    assert fitted_order(1.0 / counts, errors) == pytest.approx(2.0 / 3.0, abs=0.4)
+    # The front of a jump spreads over the power 2/3 of the mesh.
+    assert 0.27 < fitted_order(1.0 / counts, errors) < 1.3
     assert np.array(after) == pytest.approx(V0 * np.array([0.0, 1.0 / ratio]), abs=0.01 * V0)
     assert after[0] + ratio * after[1] == pytest.approx(V0, rel=1e-9)
     # Rigid bodies with the restitution 1 would do otherwise.

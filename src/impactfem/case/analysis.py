@@ -32,6 +32,14 @@ class Pounding(Section):
     update: Literal["implicit", "lagged"] = "implicit"
     """'implicit' uses the contact force at the new time; 'lagged' at the old time, as in equation 2
     of the paper, which raises the restitution."""
+    unilateral_scheme: Literal["massless", "moreau"] = "massless"
+    """Scheme of unilateral contact. 'massless': contact points without mass; the force has a limit
+    for short steps. 'moreau': impulses on contact points with mass, for comparison; the largest
+    force grows as the step becomes shorter."""
+    contact_frequency: Frequency | None = None
+    """Frequency above which contact points of the scheme 'massless' have no mass. Default 27 times
+    shift of [transient], 810 Hz: the highest frequency with a response to each contact force in
+    the reduced building. Below 300 Hz it changes spectra up to 100 Hz."""
     points_per_impact: Annotated[int, Whole(1, 100_000)] = 16
     """Least number of steps in an impact; a check fails with fewer."""
 

@@ -16,6 +16,7 @@ from impactfem.case.quantity import (
     CalibratedStiffness,
     DampingRatio,
     Depth,
+    EdgeStiffness,
     HertzStiffness,
     Length,
     Number,
@@ -143,7 +144,11 @@ class UnilateralLaw(Section):
     """
 
     type: Literal["unilateral"]
-    """Contact without penetration, by impulses."""
+    """Contact without penetration."""
+    edge_stiffness: EdgeStiffness | None = None
+    """Stiffness of the surfaces of both edges: line load over the approach that the 3D models do
+    not have. Default: slabs that touch over half of their thickness, 3.69 E/(1 - ν²) of each
+    edge, in series. 'rigid' for none. Not used by the scheme 'moreau'."""
 
 
 ContactLaw = (

@@ -21,6 +21,7 @@ from impactfem.case.floors import Floor
 from impactfem.case.model import Case, CaseFile
 from impactfem.case.motions import SyntheticMotion
 from impactfem.case.place import Place, step, value_at
+from impactfem.case.quantity import RIGID
 from impactfem.case.report import STAGE_OF
 from impactfem.case.source import Source, read_source
 from impactfem.case.unused import unused
@@ -74,6 +75,9 @@ HEAVY = 0.1
 US NRC SRP 3.7.2 (II.3.B); below 0.01 it may be left out."""
 SPEED = 0.5
 """Approach velocity at which the duration of an impact of a law after Hertz is estimated [m/s]."""
+LOWEST_CORNER = 500.0
+"""Frequency above which contact points have no mass, from which on it is usual [Hz]: spectra up to
+100 Hz change by (100/500)²."""
 SAME = 1e-9  # relative difference of numbers that are the same
 
 
@@ -162,7 +166,16 @@ def implausible(case: Case, longest: float) -> list[Fault]:
     """
     source = read_source(case.path, CaseFile)
     found = [*unusual(case, source), *unused(source, case)]
-    for check in (_plans, _directions, _points, _heavy_devices, _given_spectra, _steps, _wall):
+    for check in (
+        _plans,
+        _directions,
+        _points,
+        _heavy_devices,
+        _given_spectra,
+        _steps,
+        _rigid_edges,
+        _wall,
+    ):
         found += check(source, case)
     # Names that no result can have, by their first word; a run knows the others.
     file = source.path.parent / str(value_at(("published",), source.raw))
@@ -276,6 +289,25 @@ def _steps(source: Source, case: Case) -> Iterator[Fault]:
             f"{1e3 * shortest / points:.3g} ms"
         )
         yield source.remark(("pounding", "time_step"), text)
+
+
+def _rigid_edges(source: Source, case: Case) -> Iterator[Fault]:
+    """Edges without compliance, and a division of the flexibility within the band of spectra."""
+    for name, law in case.contact_laws.items():
+        if isinstance(law, UnilateralLaw) and law.edge_stiffness == RIGID:
+            text = (
+                "without a compliance of the edges, masses on them (facades, edge beams) raise the "
+                "largest force in proportion to contact_frequency: use the default, or for a mass "
+                "m per length m (2 π f)² with the highest frequency f of interest"
+            )
+            yield source.remark(("contact_laws", name, "edge_stiffness"), text)
+    frequency = case.pounding.contact_frequency
+    if frequency is not None and frequency < LOWEST_CORNER:
+        text = (
+            f"contact points without mass above {frequency:g} Hz change floor spectra up to 100 Hz;"
+            f" usual is at least {LOWEST_CORNER:g} Hz"
+        )
+        yield source.remark(("pounding", "contact_frequency"), text)
 
 
 def _wall(source: Source, case: Case) -> Iterator[Fault]:

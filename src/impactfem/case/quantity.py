@@ -153,6 +153,12 @@ Rate = Annotated[float, Si("1/s", ge=0)]
 Acceleration = Annotated[float, Si("m/s2", gt=0)]
 Stress = Annotated[float, Si("Pa", gt=0)]
 HertzStiffness = Annotated[float, Si("N/m^1.5", gt=0)]
+Rigid = Literal["rigid"]
+(RIGID,) = get_args(Rigid)
+"""Word for edges without compliance."""
+EdgeStiffness = Annotated[
+    float | Rigid, Si("Pa", gt=0, kind="a stiffness per length, N/m2,", word=RIGID)
+]
 PositiveSpeed = Annotated[float, Si("m/s", gt=0)]
 PositiveFactor = Annotated[float, Si("-", gt=0)]
 Weight = Annotated[float, Si("-", ge=0)]

@@ -107,7 +107,8 @@ def _impact(response: Response, pair: Pair, index: int, first: int, last: int) -
     f, g, v = F[low : high + 1], gap[low : high + 1], -rate[low : high + 1]
     mean = 0.5 * (f[:-1] + f[1:])
     work, taken = response.exchanged(index, low, high)
-    peak = int(np.argmax(F[first : last + 1])) + first
+    peaks = response.largest_forces[:, index]
+    peak = int(np.argmax(peaks[first : last + 1])) + first
     return Impact(
         pair=pair,
         index=index,
@@ -116,7 +117,7 @@ def _impact(response: Response, pair: Pair, index: int, first: int, last: int) -
         start=_crossing(dt, low, min(low + 1, first), gap),
         end=_crossing(dt, last, high, gap),
         peak_time=float(dt * peak),
-        peak_force=float(F[peak]),
+        peak_force=float(peaks[peak]),
         impulse=float(np.sum(dt * mean)),
         penetration=float(np.max(-g)),
         approach=float(v[0]),

@@ -256,6 +256,11 @@ class Response:
         """Points where forces act, and the forces for further stages, shape (n_t, m) [N]."""
         return self.system.pairs, self.force
 
+    @property
+    def largest_forces(self) -> Array:
+        """Largest force of each pair by time, shape (n_t, m) [N]; within a step where known."""
+        return self.force
+
     def closed(self, pairs: Sequence[Pair]) -> Array:
         """Return the approach of the ends of pairs from rest, shape (n_t, m) [m]."""
         return -opening(replace(self.system, pairs=tuple(pairs)), self.u, self.relative)

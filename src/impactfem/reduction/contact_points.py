@@ -40,6 +40,7 @@ class ContactPoints:
     points: tuple[Pair, ...]  #: all points of contact
     pair_of: Index  #: of each of them the index of its pair
     links: tuple[Link, ...]  #: of the points of lines
+    weight: Array  #: w_i of the points of lines, shape (len(links),) [m]
     ports: dict[str, dict[str, Port]]  #: by building and line
     outermost: Index  #: the first and last point of each line with ends
     #: Motion of the ends of lines by that of the points, shape (len(outermost), n_points).
@@ -79,6 +80,7 @@ class ContactPoints:
             points=(*points, *others),
             pair_of=np.array([*pair_of, *range(len(lines), len(lines) + len(others))]),
             links=tuple(link for one in joined for link in one.links),
+            weight=np.concatenate([np.zeros(0), *(one.weight for one in joined)]),
             ports=ports,
             outermost=np.array(outermost, dtype=np.int64),
             ends=np.vstack([np.zeros((0, every_point)), *rows]),
@@ -92,6 +94,7 @@ class _Joined:
     pair: Pair  #: for the whole line, at its middle
     points: tuple[Pair, ...]
     links: tuple[Link, ...]
+    weight: Array
     sides: tuple[Side, ...]
 
     @property
@@ -152,4 +155,4 @@ def _joined(case: Case, system: System, line: ContactLine, every: int) -> _Joine
     sides = tuple(
         Side(line, end, at, share, sign) for (end, at), sign in zip(ends, (-1.0, 1.0), strict=False)
     )
-    return _Joined(whole, tuple(points), tuple(links), sides)
+    return _Joined(whole, tuple(points), tuple(links), w, sides)

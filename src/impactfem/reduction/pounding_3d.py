@@ -2,9 +2,10 @@
 
 All are bodies in one time loop: a 3D model by all vectors of its reduced building, a stick by all
 of its modes. A line has one link for each of its points of contact, with the law of the pair for
-the part w_i / Σ w of its area; a unilateral one has no law, and its impulses are found by Moreau's
-scheme with θ = ½. Both loops are the average acceleration rule: once the forces are known, the
-motion of the 3D models follows mode by mode from their mean f in a step h,
+the part w_i / Σ w of its area; a unilateral one has no law. Its forces are those of contact points
+without mass (`massless`) or, on request, impulses of Moreau's scheme with θ = ½. All loops are the
+average acceleration rule: once the forces are known, the motion of the 3D models, with all of their
+mass, follows mode by mode from their mean f in a step h,
 
     v_m = (v₀ + h/2 (f - λ u₀)) / (1 + h d/2 + h² λ/4),  v₁ = 2 v_m - v₀,  u₁ = u₀ + h v_m.   (1)
 
@@ -24,11 +25,15 @@ from scipy.integrate import cumulative_trapezoid
 
 from impactfem.building.mesh import DOFS
 from impactfem.case import Building, Case
+from impactfem.case.contacts import UnilateralLaw
+from impactfem.case.quantity import RIGID
+from impactfem.case.transient import SHIFT
 from impactfem.coupling.body import Body, Port
 from impactfem.coupling.ground import Ground, as_ground
 from impactfem.coupling.implicit import Start, respond
 from impactfem.coupling.links import Assembly
 from impactfem.coupling.march import Modes
+from impactfem.coupling.massless import MasslessPoints, massless_response, strip_stiffness
 from impactfem.coupling.pounding import (
     Load,
     Pair,
@@ -39,12 +44,17 @@ from impactfem.coupling.pounding import (
     opening,
     simulate,
 )
-from impactfem.coupling.unilateral import ModalMotion, march_modes, unilateral_response
+from impactfem.coupling.unilateral import (
+    ContactHistory,
+    ModalMotion,
+    march_modes,
+    unilateral_response,
+)
 from impactfem.dynamics.energy import Energy
 from impactfem.reduction.contact_line import ContactLine
 from impactfem.reduction.contact_points import ContactPoints, Side
 from impactfem.reduction.edge_force import Shares
-from impactfem.reduction.reduced_building import CompleteModel
+from impactfem.reduction.reduced_building import FURTHER_SHIFTS, CompleteModel
 from impactfem.system.arrays import Array, Index
 
 SEPARATION = 5e-3
@@ -79,8 +89,28 @@ class _Contact(NamedTuple):
     z: Array  #: coordinates of the sticks, shape (n_t, r)
     v: Array  #: their velocities
     energy: Energy
-    gap: Array | None  #: gaps of the points, shape (n_t, n_points) [m]; None if not known yet
-    residual: float
+    gap: Array | None = None  #: gaps of the points, shape (n_t, n_points) [m]; None if unknown
+    residual: float = 0.0
+    work: Array | None = None  #: work of the points since the start, same shape; None if unknown
+    largest: Array | None = None  #: largest forces of the pairs within each step, (n_t, n_pairs)
+
+    @classmethod
+    def of(cls, history: ContactHistory, **further: Array) -> _Contact:
+        """Of a history whose probes are the coordinates of the sticks."""
+        # Row k is the mean of the step that ends at k; the ends keep their half of a step.
+        mean = history.force[1:]
+        force = 0.5 * (history.force + np.vstack([mean, mean[-1:]]))
+        force[0] = mean[0]
+        return cls(
+            mean=mean,
+            force=force,
+            z=history.displacement,
+            v=history.velocity,
+            energy=history.energy,
+            gap=history.gap,
+            residual=float(history.residual.max()),
+            **further,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +143,11 @@ class Response3D(Response):
     point_gap: Array  #: same shape [m]
     point_rate: Array | None  #: of the gaps, same shape [m/s]; None for unilateral contact
     work: Array  #: of each pair on the buildings since the start, shape (n_t, n_pairs) [J]
+    #: Impulses of Moreau's scheme, which dissipate; contact points without mass are elastic.
+    impulsive: bool
+    #: Largest force of each pair within the step that ends at the time, shape (n_t, n_pairs) [N];
+    #: None where it is that at the times.
+    largest: Array | None
 
     def closed(self, pairs: Sequence[Pair]) -> Array:
         """Return the closure of the least gap of lines, at a point or an end, (n_t, m) [m]."""
@@ -121,17 +156,22 @@ class Response3D(Response):
     def exchanged(self, index: int, low: int, high: int) -> tuple[float, float]:
         """Return work of a line's forces between two times, and dissipation by its laws [J].
 
-        A unilateral contact dissipates minus the work of its impulses.
+        Impulses dissipate minus their work; unilateral contact is elastic otherwise.
         """
         work, rate = float(self.work[high, index] - self.work[low, index]), self.point_rate
         if rate is None:
-            return work, -work
+            return work, -work if self.impulsive else 0.0
         here = slice(low, high + 1)
         mine = np.flatnonzero(self.pair_of == index)
         laws = sum(
             self.points[k].law.dissipated(self.point_gap[here, k], rate[here, k]) for k in mine
         )
         return work, laws
+
+    @property
+    def largest_forces(self) -> Array:
+        """Largest force of each pair by time, within its step where steps have parts [N]."""
+        return self.force if self.largest is None else self.largest
 
     @property
     def exerted(self) -> tuple[tuple[Pair, ...], Array]:
@@ -164,6 +204,8 @@ class Pounding3D:
         self.points, self.pair_of = contacts.points, contacts.pair_of
         self._contacts = contacts
         self.unilateral = any(pair.law.unilateral for pair in self.points)
+        self.impulsive = case.pounding.unilateral_scheme == "moreau"
+        self._case = case
         self.assembly = Assembly(
             [self._body(building) for building in case.buildings],
             [*contacts.links, *self._sticks.assembly.links],
@@ -202,6 +244,40 @@ class Pounding3D:
         rows = side.sign * model.edges[:, [column[force.name] for force in side.end.forces]]
         return Port(share.T @ rows.T, np.zeros((share.shape[1], DOFS)))
 
+    @cached_property
+    def massless_points(self) -> MasslessPoints:
+        """The bodies, those of 3D models without mass at their contact points."""
+        frequency = self._case.pounding.contact_frequency
+        if frequency is None:
+            transient = self._case.transient
+            # The highest shift at which a reduced building has the response to each force.
+            frequency = FURTHER_SHIFTS[-1] * (SHIFT if transient is None else transient.shift)
+        shift = (2.0 * np.pi * frequency) ** 2
+        return MasslessPoints.of(self.assembly, dict.fromkeys(self._given.models, shift))
+
+    @cached_property
+    def compliance(self) -> Array:
+        """Compliance of the surfaces at the points of contact, shape (m,) [m/N]."""
+        laws = {contact.name: contact.law for contact in self._case.contacts}
+        found = np.zeros(len(self.points))
+        for k, weight in enumerate(self._contacts.weight):
+            point = self.points[k]
+            law = self._case.contact_laws[laws[point.line]]
+            stiffness = law.edge_stiffness if isinstance(law, UnilateralLaw) else RIGID
+            if isinstance(stiffness, str):
+                continue
+            if stiffness is None:
+                ends = [end for end in (point.a, point.b) if end is not None]
+                found[k] = sum(self._local(end.building) for end in ends) / weight
+            else:
+                found[k] = 1.0 / (stiffness * weight)
+        return found
+
+    def _local(self, building: str) -> float:
+        """Compliance of the edges of a building's slabs, for a length of 1 m."""
+        material = self._case.building(building).material
+        return 1.0 / strip_stiffness(material.young_modulus, material.poisson_ratio)
+
     def respond(
         self, ground: Array | Ground, time_step: float, loads: Sequence[Load] = ()
     ) -> Response3D:
@@ -217,7 +293,9 @@ class Pounding3D:
         patterns, amplitudes = self._loads(ground, loads)
         apart = opened(self.points, ground)
         # First the contact forces, with the motion of the sticks alone.
-        solve = self._unilateral if self.unilateral else self._smooth
+        solve = self._smooth
+        if self.unilateral:
+            solve = self._moreau if self.impulsive else self._massless
         contact = solve(ground, time_step, patterns, amplitudes, apart)
         basis = self._sticks.basis
         u_sticks, v_sticks = contact.z @ basis.T, contact.v @ basis.T
@@ -233,7 +311,10 @@ class Pounding3D:
             change, rate = change + apart[0][:, wanted], rate + apart[1][:, wanted]
         gap = self.assembly.gaps + change if contact.gap is None else contact.gap
         joined = np.eye(len(self.system.pairs))[self.pair_of]
-        work = np.cumsum((np.diff(gap, axis=0) * contact.mean) @ joined, axis=0)
+        work = contact.work
+        if work is None:
+            work = np.cumsum(np.diff(gap, axis=0) * contact.mean, axis=0)
+            work = np.vstack([np.zeros(work.shape[1]), work])
         return Response3D(
             system=self.system,
             time_step=time_step,
@@ -256,21 +337,43 @@ class Pounding3D:
             point_force=contact.force,
             point_gap=gap,
             point_rate=None if self.unilateral else rate,
-            work=np.vstack([np.zeros(len(self.system.pairs)), work]),
+            work=work @ joined,
+            impulsive=self.unilateral and self.impulsive,
+            largest=contact.largest,
         )
 
-    def _unilateral(
+    def _motion(self, assembly: Assembly, h: float, patterns: Array) -> ModalMotion:
+        """Motion under loads, with the coordinates of the sticks as probes."""
+        return ModalMotion(
+            assembly,
+            h,
+            load=patterns,
+            push=np.pad(assembly.attached.push, ((0, 0), (0, patterns.shape[1] - 3))),
+            probes=np.eye(len(assembly))[:, self._of_sticks],
+        )
+
+    def _massless(
+        self, ground: Ground, h: float, patterns: Array, amplitudes: Array, apart: Array | None
+    ) -> _Contact:
+        """Forces of contact points without mass."""
+        points = self.massless_points
+        joined = np.eye(len(self.system.pairs))[self.pair_of]
+        history = massless_response(
+            points,
+            self._motion(points.assembly, h, patterns),
+            len(ground.acceleration) - 1,
+            compliance=self.compliance,
+            amplitudes=amplitudes,
+            opened=apart,
+            groups=joined,
+        )
+        return _Contact.of(history, work=history.work, largest=history.largest)
+
+    def _moreau(
         self, ground: Ground, h: float, patterns: Array, amplitudes: Array, apart: Array | None
     ) -> _Contact:
         """Forces by the impulses of Moreau's scheme with θ = ½."""
-        kept, attached = self._of_sticks, self.assembly.attached
-        motion = ModalMotion(
-            self.assembly,
-            h,
-            load=patterns,
-            push=np.pad(attached.push, ((0, 0), (0, patterns.shape[1] - 3))),
-            probes=np.eye(len(self.assembly))[:, kept],
-        )
+        motion = self._motion(self.assembly, h, patterns)
         history = unilateral_response(
             motion,
             self.assembly.gaps,
@@ -278,19 +381,7 @@ class Pounding3D:
             amplitudes=amplitudes,
             opened=apart,
         )
-        # Row k is the mean of the step that ends at k; the ends keep their half of a step.
-        mean = history.force[1:]
-        force = 0.5 * (history.force + np.vstack([mean, mean[-1:]]))
-        force[0] = mean[0]
-        return _Contact(
-            mean=mean,
-            force=force,
-            z=history.displacement,
-            v=history.velocity,
-            energy=history.energy,
-            gap=history.gap,
-            residual=float(history.residual.max()),
-        )
+        return _Contact.of(history)
 
     def _smooth(
         self, ground: Ground, h: float, patterns: Array, amplitudes: Array, apart: Array | None
@@ -303,7 +394,7 @@ class Pounding3D:
         moving = np.searchsorted(kept, motion.moving)
         z[:, moving], v[:, moving] = motion.u, motion.v
         mean = 0.5 * (motion.force[:-1] + motion.force[1:])
-        return _Contact(mean, motion.force, z, v, motion.energy, None, 0.0)
+        return _Contact(mean, motion.force, z, v, motion.energy)
 
     def free(
         self, ground: Array | Ground, time_step: float, loads: Sequence[Load] = ()
@@ -347,6 +438,8 @@ class Pounding3D:
             point_gap=none,
             point_rate=None,
             work=none,
+            impulsive=False,
+            largest=None,
         )
 
     @cached_property

@@ -225,7 +225,7 @@ def test_the_mean_of_a_force_over_5_ms():
     force[3, 0], force[:, 2] = 60.0, 1e3
     force[10:21, 1], force[10, 1] = 30.0, 80.0
     floors = SimpleNamespace(psa=np.array([[[[4.0, 5.0]]], [[[9.0, 9.0]]]]), pfa=np.array([[3.0]]))
-    found = Peaks.of(SimpleNamespace(force=force, time=time), 2, floors)
+    found = Peaks.of(SimpleNamespace(force=force, largest_forces=force, time=time), 2, floors)
     assert (found.force, found.frs.tolist(), found.pfa.tolist()) == (80.0, [[5.0]], [[3.0]])
     # From the step before: up to 80 N, down to 30 N, and 3 ms of these.
     assert found.mean_force == pytest.approx((40.0 + 55.0 + 3 * 30.0) / 5.0)

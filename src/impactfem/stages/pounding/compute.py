@@ -78,7 +78,7 @@ class Peaks:
         """Of a response whose first pairs are its lines."""
         force = response.force[:, :lines]
         mean = float(largest_means(response.time, force).max(initial=0.0))
-        largest = float(force.max(initial=0.0))
+        largest = float(response.largest_forces[:, :lines].max(initial=0.0))
         return cls(largest, mean, floors.psa[0].max(axis=-1), floors.pfa)
 
     def change(self, other: Peaks | None, what: str) -> float:
@@ -179,8 +179,12 @@ class StickStudy:
     @property
     @quantity("-", "energy lost by time stepping in contact, over the largest kinetic energy")
     def contact_energy_defect(self) -> float | None:
-        """Energy lost in contact by the time stepping; None without an impact or a law."""
-        if self.unilateral or not self.impacts:
+        """Energy lost in contact by the time stepping; None without an impact.
+
+        None with Moreau's scheme, whose impulses dissipate.
+        """
+        impulsive = self.unilateral and self.case.pounding.unilateral_scheme == "moreau"
+        if impulsive or not self.impacts:
             return None
         largest = float(np.max(self.response.energy.kinetic))
         return sum(impact.defect for impact in self.impacts) / largest
