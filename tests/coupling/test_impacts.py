@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from impactfem.coupling.impacts import impacts
+from impactfem.coupling.impacts import FORCE_BAND, impacts, low_passed
 from impactfem.coupling.laws import Hertz, HertzDamp, HuntCrossley, Jankowski, KelvinVoigt
 from impactfem.coupling.pounding import System, simulate
 from impactfem.sticks.stick import mass_on_spring
@@ -238,3 +238,27 @@ def test_a_contact_that_lets_go_and_presses_again_before_the_gap_opens():
     whole = 0.005 * response.force[:, 0].sum()
     assert sum(impact.impulse for impact in found) == pytest.approx(whole, rel=1e-3)
     assert found[1].start >= found[0].end
+
+
+def test_the_low_pass_of_forces_keeps_impulse_and_sign():
+    """At its corner an amplitude falls to 1/√2, whatever the time step is."""
+    for dt in (1e-3, 1e-4):
+        t = dt * np.arange(round(0.4 / dt))
+        pulse = np.where(np.abs(t - 0.2) < 5e-4, 1e6, 0.0)[:, None]
+        found = low_passed(pulse, dt)
+        assert found.min() >= 0.0 and found.sum() == pytest.approx(pulse.sum(), rel=1e-6)
+        wave = np.sin(2.0 * np.pi * FORCE_BAND * t)[:, None]
+        inner = np.abs(t - 0.2) < 0.1
+        amplitude = np.abs(low_passed(wave, dt)[inner]).max() / np.abs(wave).max()
+        assert amplitude == pytest.approx(np.sqrt(0.5), rel=0.02)
+        slow = np.sin(2.0 * np.pi * 5.0 * t)[:, None]
+        assert np.abs(low_passed(slow, dt) - slow)[inner].max() < 2e-3
+
+
+def test_the_force_in_the_band_is_that_of_the_impact():
+    """Not above the peak, and that of a shorter pulse with the same impulse is not larger."""
+    response = hit(0.0, 16.3)
+    (impact,) = impacts(response)
+    filtered = low_passed(response.force, response.time_step)[:, 0]
+    assert impact.band_force == filtered[impact.first : impact.last + 1].max()
+    assert 0.0 < impact.band_force < impact.peak_force

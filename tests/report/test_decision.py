@@ -66,7 +66,7 @@ def run_of(folder, **stores):
 
     summary = [
         {
-            "name": "pounding.main_impact_force",
+            "name": "pounding.main_impact_band_force",
             "value": 1.759e6,
             "unit": "N",
             "note": "pair A.floor_2-B.storey_2_at_0.5",
@@ -250,12 +250,14 @@ def test_whole_floors_govern_where_the_run_has_them(tmp_path, vertices):
 def test_what_goes_with_the_steps_of_the_pounding_is_told(change):
     """The peak force of unilateral contact."""
     values = {"pounding.doubled_step_force_change": change, "pounding.mean_force_5ms": 7e5}
-    entry = {"name": "pounding.main_impact_force", "value": 1e6, "unit": "N", "note": "pair A-B"}
+    name = "pounding.main_impact_band_force"
+    entry = {"name": name, "value": 1e6, "unit": "N", "note": "pair A-B"}
     run = SimpleNamespace(
         checks=[], verdicts=[], summary=[entry], ran=lambda _: False, models={}, values=values
     )
     (text,) = (answer.text for answer in answers(run, []) if answer.question == "Largest impact")
-    assert ("30 %" in text) == ("700 kN" in text) == (change > 0.05)
+    assert "700 kN" in text
+    assert ("30 %" in text) == (change > 0.05)
 
 
 def test_one_motion_of_many(tmp_path):

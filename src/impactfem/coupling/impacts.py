@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
+from scipy.ndimage import gaussian_filter1d
 
 from impactfem.case.facing import Facing
 from impactfem.coupling.pounding import Pair, Response
@@ -15,6 +16,9 @@ from impactfem.sticks.element import rigid_link
 from impactfem.system.arrays import Array
 from impactfem.system.quantity import quantity, results, si
 
+FORCE_BAND = 100.0
+"""Corner of the low-pass filter of all contact forces [Hz]: 3D models are compared with full order
+up to this frequency."""
 LASTING = 5e-3
 """Half of a period of 100 Hz [s], up to which 3D models are compared with full order."""
 
@@ -30,7 +34,9 @@ class Impact:
     start: float = si("s", "first contact, interpolated time", name="first_contact")
     end: float = si("s", "end, interpolated time at which the force ends")
     peak_time: float = si("s", "peak at, time of the largest force")
-    peak_force: float = si("N", "peak force", shown="MN")
+    #: Of `low_passed`; it depends less on the contact law and on the time step than the peak.
+    band_force: float = si("N", "force up to 100 Hz, largest after the low-pass filter", shown="MN")
+    peak_force: float = si("N", "peak force, without a filter", shown="MN")
     impulse: float = si("N s", "impulse, time integral of the force", shown="kN s")
     penetration: float = si("m", "penetration, largest of the impact", shown="mm")
     #: At the last time before the force, positive.
@@ -72,8 +78,8 @@ def impacts(response: Response) -> list[Impact]:
     An impact that is still going on when the response ends is left out of no sum: it is listed
     with the last time as its end.
     """
-    found = []
-    for index, pair in enumerate(response.system.pairs):
+    found, filtered = [], low_passed(response.force, response.time_step)
+    for index in range(len(response.system.pairs)):
         touching = np.concatenate([[False], response.force[:, index] != 0.0, [False]])
         first, after = np.flatnonzero(np.diff(touching.astype(np.int8))).reshape(-1, 2).T
         # Pulses with a shorter pause are one impact.
@@ -81,8 +87,21 @@ def impacts(response: Response) -> list[Impact]:
         starts = first[begins[: len(first)]].tolist()
         ends = after[np.append(begins[1:], True)[: len(after)]].tolist()
         for start, end in zip(starts, ends, strict=True):
-            found.append(_impact(response, pair, index, start, end - 1))
+            band = float(filtered[start:end, index].max())
+            found.append(_impact(response, index, start, end - 1, band))
     return sorted(found, key=lambda impact: impact.start)
+
+
+def low_passed(force: Array, time_step: float) -> Array:
+    """Remove what is above `FORCE_BAND` from forces at equal time steps, shape (n_t, m).
+
+    The filter is a Gauss function of time, whose transfer function is 1/√2 at `FORCE_BAND`: it
+    keeps the impulse, and a force in compression stays one.
+    """
+    width = math.sqrt(math.log(2.0)) / (2.0 * math.pi * FORCE_BAND)
+    return np.asarray(
+        gaussian_filter1d(force, width / time_step, axis=0, mode="constant", truncate=6.0)
+    )
 
 
 def largest_means(time: Array, force: Array) -> Array:
@@ -95,8 +114,8 @@ def largest_means(time: Array, force: Array) -> Array:
     return np.asarray(np.max(np.reshape(ends, force.T.shape).T - impulse, axis=0)) / LASTING
 
 
-def _impact(response: Response, pair: Pair, index: int, first: int, last: int) -> Impact:
-    dt = response.time_step
+def _impact(response: Response, index: int, first: int, last: int, band_force: float) -> Impact:
+    dt, pair = response.time_step, response.system.pairs[index]
     F, gap, rate = (x[:, index] for x in (response.force, response.gap, response.gap_rate))
     # The step in which the gap closes and the one after the last force belong to the impact: a
     # lagged force begins a step or more after contact.
@@ -117,6 +136,7 @@ def _impact(response: Response, pair: Pair, index: int, first: int, last: int) -
         start=_crossing(dt, low, min(low + 1, first), gap),
         end=_crossing(dt, last, high, gap),
         peak_time=float(dt * peak),
+        band_force=band_force,
         peak_force=float(peaks[peak]),
         impulse=float(np.sum(dt * mean)),
         penetration=float(np.max(-g)),

@@ -15,6 +15,8 @@ from impactfem.stages.transient.selection import at_floor, floors_of
 
 TABLE, FIGURE = "comparison", "comparison_spectra"
 FIRST = (
+    "pounding.main_impact_band_force",
+    "pounding.mean_force_5ms",
     "pounding.main_impact_force",
     "pounding.impacts",
     "pounding.required_separation",

@@ -108,6 +108,7 @@ def impacts(run: RunFiles) -> Facts:
             (
                 words,
                 len(hits),
+                digits(1e-6 * main["impact_band_force"], 4),
                 digits(1e-6 * main["impact_peak_force"], 4),
                 main["impact_peak_time"],
                 1e3 * main["impact_duration"],
@@ -117,8 +118,9 @@ def impacts(run: RunFiles) -> Facts:
             )
         )
     columns = (
-        "what hits what {}; impacts {}; largest force [MN] {}; at [s] {:.3f}; for [ms] {:.1f}; "
-        "approach [m/s] {}; penetration [mm] {:.2f}; gap [mm] {:.0f}; gap needed [mm] {:.0f}"
+        "what hits what {}; impacts {}; force up to 100 Hz [MN] {}; peak [MN] {}; at [s] {:.3f}; "
+        "for [ms] {:.1f}; approach [m/s] {}; penetration [mm] {:.2f}; gap [mm] {:.0f}; "
+        "gap needed [mm] {:.0f}"
     )
     note = f"Without impact: {', '.join(apart)}." if apart else ""
     if not pairs:

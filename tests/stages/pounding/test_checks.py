@@ -49,6 +49,7 @@ def checked(tmp_path):
             "pair_distance": [np.nan][:pairs],
             "pair_onset_force": [1e5][:pairs],
             "impact_restitution": [0.6, 0.5],
+            "impact_band_force": [98.4e6, 24.6e6],
             "impact_peak_force": [131.2e6, 32.8e6],
             "impact_peak_time": [5.1, 5.3],
             "impact_duration": [0.0126, 0.01],

@@ -31,7 +31,11 @@ PERCENTILES = (5.0, 16.0, 50.0, 84.0, 95.0)
 _SPECTRUM = ("damping", "station", "direction", "frequency")
 PARTS = {"psa": _SPECTRUM, "psa_free": _SPECTRUM, "pfa": _SPECTRUM[1:3], "pfa_free": _SPECTRUM[1:3]}
 """Arrays of a member by name, with their dimensions."""
-ZERO_WITHOUT_IMPACT = ("pounding.main_impact_force", "pounding.main_impact_impulse")
+ZERO_WITHOUT_IMPACT = (
+    "pounding.main_impact_band_force",
+    "pounding.main_impact_force",
+    "pounding.main_impact_impulse",
+)
 """Results that are 0 in a motion without an impact; time and duration of one it does not have."""
 
 

@@ -296,7 +296,8 @@ def _impacts(store: xr.Dataset, required: int) -> Iterator[Check]:
         return
     main = store.isel(impact=store["impact_peak_force"].argmax("impact"))
     largest = (
-        f"largest {float(main['impact_peak_force']) / 1e6:.4g} MN at "
+        f"largest {float(main['impact_band_force']) / 1e6:.4g} MN up to 100 Hz, peak "
+        f"{float(main['impact_peak_force']) / 1e6:.4g} MN at "
         f"{float(main['impact_peak_time']):.4g} s, duration "
         f"{1e3 * float(main['impact_duration']):.3g} ms"
     )

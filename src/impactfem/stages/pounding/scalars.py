@@ -16,7 +16,8 @@ SINGLE = (
     "contact_points complementarity contact_energy_defect penetration_over_gap mean_force_5ms"
 )
 MAIN_IMPACT = (
-    "main_impact_force=impact_peak_force main_impact_time=impact_peak_time "
+    "main_impact_band_force=impact_band_force main_impact_force=impact_peak_force "
+    "main_impact_time=impact_peak_time "
     "main_impact_duration=impact_duration main_impact_impulse=impact_impulse "
     "main_impact_approach_velocity=impact_approach main_impact_restitution=impact_restitution"
 )

@@ -90,7 +90,7 @@ POUNDING = StageOf[Case](
     about="Ground motion, sticks or 3D models that pound, impact forces, floor spectra.",
     headlines=(
         "ground {motion*.pga}, spectrum {motion*.sa_max}",
-        "{pounding.impacts} impacts, the largest {pounding.main_impact_force}",
+        "{pounding.impacts} impacts, the largest {pounding.main_impact_band_force} up to 100 Hz",
         "at {pounding.main_impact_time} for {pounding.main_impact_duration}",
         "floor spectra up to {frs.largest} below {frs.resolved_frequency}",
     ),
