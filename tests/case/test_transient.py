@@ -148,8 +148,9 @@ def test_a_vertical_normal_and_a_spread_that_is_not_known(tmp_path):
     vertical = replaced(text, ("normal = [0, 1, 0]", "normal = [0, 0, 1]"))
     path.write_text(vertical, encoding="utf-8")
     faults = own_faults(path)
-    assert set(faults) == {f"contacts[{index}].normal" for index in range(5)}
-    assert all("expected a horizontal normal" in fault for fault in faults.values())
+    # Floors one above the other have to overlap in plan as well, which these do not.
+    assert {f"contacts[{index}].normal" for index in range(5)} <= set(faults)
+    assert all("horizontal normal" in faults[key] for key in faults if key.endswith("normal"))
     path.write_text(
         replaced(text, ("[transient]", '[transient]\nspread = "calibrated"')), encoding="utf-8"
     )

@@ -1,10 +1,10 @@
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from impactfem.case import ContactPoint
-from impactfem.case.facing import Facing
+from impactfem.case.plan import Opposite
 from impactfem.coupling.base import BaseHistory
 from impactfem.coupling.impacts import approaches, impact_checks, impacts, separations
 from impactfem.coupling.laws import KelvinVoigt
@@ -236,9 +236,24 @@ def point(building, floor, offset):
     return ContactPoint(building=building, floor=floor, offset=offset, **inside)
 
 
-def facing(a, b, half=0.0, axis=1):
+@dataclass(frozen=True)
+class Places:
+    """What `approaches` reads of two places that face each other."""
+
+    a: ContactPoint
+    b: ContactPoint
+    normal: tuple[float, float, float]
+    opposite: Opposite
+    level: float = 7.0
+
+    @property
+    def half(self):
+        return 0.5 * self.opposite.length
+
+
+def facing(a, b, half=0.0, axis=1, gap_slope=0.0):
     normal = tuple(float(c == axis) for c in range(3))
-    return Facing(a=a, b=b, normal=normal, gap=0.03, level=7.0, half=half, reach=0.3)
+    return Places(a, b, normal, Opposite(normal, (0, 0), (0, 0), 2.0 * half, 0.03, gap_slope))
 
 
 def response(u):
@@ -274,6 +289,9 @@ def test_torsion_brings_an_end_near():
     assert middle.distance == pytest.approx(0.03 - 1e-3)
     along_x = point("a", 2, (4, 0, 0)), point("b", 2, (-4, 0, 0))
     (found,) = approaches(response({(3, 1, 5): 2e-3}), [facing(*along_x, half=5.0, axis=0)])
+    assert found.distance == pytest.approx(0.03 - 2e-3 * 5.0)
+    # A gap that grows by 2 mm for each metre along the edges is the least at one end.
+    (found,) = approaches(response({}), [facing(*ends, half=5.0, gap_slope=2e-3)])
     assert found.distance == pytest.approx(0.03 - 2e-3 * 5.0)
 
 

@@ -16,11 +16,18 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from impactfem.case.buildings import Building, GeneratedMesh
+from impactfem.case.buildings import Building
 from impactfem.case.contacts import Contact, ContactPoint, Vector
-from impactfem.case.facade import axis_in_plan
-from impactfem.case.facing import Span, clear_height, depth_of, flexible, place_at
+from impactfem.case.levels import (
+    Span,
+    clear_height,
+    depth_of,
+    flexible,
+    level_at,
+    plan_of,
+)
 from impactfem.case.model import Case
+from impactfem.case.plan import Polygon, extent, rectangle_plan
 
 SLIGHT = 0.1
 """Distance of a point from the depth of its floor up to which there is no warning [m]."""
@@ -58,36 +65,26 @@ class _End:
         return [floor.floor for floor in self.building.floors].index(self.point.level)
 
     @cached_property
-    def plan(self) -> tuple[tuple[Span, Span], bool]:
-        """Ends of the floor along x and y, from the axis [m], and whether the case gives them.
+    def plan(self) -> tuple[Polygon | None, bool]:
+        """Plan of the floor from the axis, and whether the case gives it.
 
-        Else they are those of an evenly loaded rectangle, J = m L² / 12, times `ESTIMATED`.
+        Else it is that of an evenly loaded rectangle, J = m L² / 12, times `ESTIMATED`; None where
+        the moments of inertia are unusual.
         """
-        floor, spans, given = self.building.floors[self.index], list[Span](), True
-        mesh = self.building.structure.mesh if self.building.structure is not None else None
-        for c, (key, inertia) in enumerate((("length", floor.Jy), ("width", floor.Jx))):
-            sizes = (getattr(holder, key) for holder in (floor, self.building))
-            size = next((one for one in sizes if one is not None), None)
-            if size is None and isinstance(mesh, GeneratedMesh):
-                sides = mesh.length, mesh.width
-                at = axis_in_plan(self.building.axis, (0.0, 0.0), sides)[c]
-                spans.append((-at, sides[c] - at))
-                continue
-            if size is None:
-                given, radius = False, math.sqrt(inertia / floor.mass)
-                usual = GYRATION[0] <= radius <= GYRATION[1]
-                size = 2.0 * ESTIMATED * math.sqrt(3.0) * radius if usual else math.inf
-            spans.append((-0.5 * size, 0.5 * size))
-        return (spans[0], spans[1]), given
+        given = plan_of(self.building, self.index)
+        if given is not None:
+            return given, True
+        floor = self.building.floors[self.index]
+        radii = [math.sqrt(inertia / floor.mass) for inertia in (floor.Jy, floor.Jx)]
+        if not all(GYRATION[0] <= radius <= GYRATION[1] for radius in radii):
+            return None, False
+        length, width = (2.0 * ESTIMATED * math.sqrt(3.0) * radius for radius in radii)
+        return rectangle_plan(length, width), False
 
     def span(self, t: Vector) -> Span:
         """Ends of the floor along a horizontal unit vector, from the axis [m]."""
-        parts = [
-            sorted((c * low, c * high))
-            for c, (low, high) in zip(t, self.plan[0], strict=False)
-            if abs(c) > ZERO
-        ]
-        return sum(part[0] for part in parts), sum(part[1] for part in parts)
+        plan = self.plan[0]
+        return (-math.inf, math.inf) if plan is None else extent(plan, t)
 
     @property
     def level(self) -> float:
@@ -228,7 +225,7 @@ def _levels(contact: Contact, ends: Sequence[_End], case: Case) -> Iterator[Misa
         "hit storeys, so the place and the force of the impacts are wrong"
     )
     for end, depth, other in zip(ends, depths, ends[::-1], strict=True):
-        met = None if end.point.floor is None else place_at(other.building, end.level, depth)
+        met = None if end.point.floor is None else level_at(other.building, end.level, depth)
         if met is not None:
             name, in_storey, number = met.key
             height = f", relative_height = {met.relative_height:g}" if in_storey else ""

@@ -41,6 +41,7 @@ from impactfem.case.members import (
     read_bays,
     read_members,
 )
+from impactfem.case.plan import Corners, FloorPlan
 from impactfem.case.quantity import (
     Depth,
     ElementSize,
@@ -403,14 +404,20 @@ class Building(Section):
     base: Length = 0.0
     """Elevation of the base: where it is clamped, or the top of the raft on soil."""
     length: PositiveLength | None = None
-    """Length of the floors along x, centred on the axis. Used to find facing floors without a
-    contact pair (default: from the offsets of [[contacts]] and a generated mesh), and as the length
-    of a stick's floor against a 3D model (default: that of the struck side)."""
+    """Length of the floors along x, centred on the axis, for the contact search and the checks of
+    [[contacts]]. Default: that of a generated mesh."""
     width: PositiveLength | None = None
     """Width of the floors along y, as length."""
+    plan: Corners | None = None
+    """Corners (x, y) of the floors in order, from the axis, in place of length and width: L, T or U
+    shapes, and sides along any direction."""
+    plans: tuple[FloorPlan, ...] = ()
+    """Plans of some floors in place of that of the building."""
     setback: Depth = 0.0
-    """Distance of columns and walls behind the edges of the floors. Used only to find facing
-    floors."""
+    """Distance of columns and walls behind the edges of the floors, for the contact search."""
+    slab_depth: PositiveLength | None = None
+    """Depth of the edges of the slabs, for contact areas of the contact search. Default: the slabs
+    of a generated mesh."""
     rigid_below: Depth
     """Rigid zone from a floor's mass centre down to the lower edge of its beams."""
     rigid_above: Depth
@@ -434,6 +441,25 @@ class Building(Section):
         if value is None and info.context is not None:
             return info.context.values.get("damping") or UNKNOWN_DAMPING
         return value
+
+    @rule("plan", "length", "width")
+    @staticmethod
+    def _one_plan(plan: Any, length: float | None, width: float | None) -> Iterator[str]:
+        if plan is not None and (length is not None or width is not None):
+            yield "expected either plan, or length and width, not both: remove one"
+
+    @rule("plans", "name", sited=True)
+    @staticmethod
+    def _plans_of_floors(
+        plans: tuple[FloorPlan, ...], name: str, info: ValidationInfo
+    ) -> Iterator[str]:
+        given = [k for one in plans for k in one.floors]
+        if len(set(given)) < len(given):
+            yield f"expected each floor once, found {max(given, key=given.count)} twice"
+        known = [floor.floor for floor in info.data.get("floors", ())]
+        absent = [k for k in given if known and k not in known]
+        if absent:
+            yield f"expected floors of {name}, {', '.join(map(str, known))}; found {absent[0]}"
 
     @property
     def elevations(self) -> tuple[float, ...]:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from impactfem.case.alignment import misalignments
 from impactfem.case.base import nearest
 from impactfem.case.buildings import Building, GeneratedMesh
-from impactfem.case.contact_checks import Finding, of_contacts, of_struck_sides
+from impactfem.case.contact_checks import Finding, of_contacts, of_search, of_struck_sides
 from impactfem.case.contacts import KelvinVoigtLaw, UnilateralLaw
 from impactfem.case.damping import DampingEntry, RayleighDamping, TableDamping
 from impactfem.case.design_spectrum import TABLE, TableSpectrum, read_spectrum
@@ -518,6 +518,7 @@ CHECKS = (
     _of_buildings,
     _of_soil,
     of_contacts,
+    of_search,
     _of_alignment,
     _of_motions,
     _of_devices,

@@ -8,6 +8,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from impactfem.case.buildings import GeneratedMesh
+from impactfem.case.contact_search import facing_floors
 from impactfem.case.contacts import Contact, ContactPoint, KelvinVoigtLaw, Vector
 from impactfem.case.facade import (
     ALIGNED,
@@ -20,7 +21,7 @@ from impactfem.case.facade import (
     words_of,
 )
 from impactfem.case.model import Case
-from impactfem.case.place import Place
+from impactfem.case.place import SEARCHED, Place
 from impactfem.case.reading import Reading
 
 Finding = tuple[Place, str]
@@ -97,6 +98,31 @@ def of_contacts(case: Case, reading: Reading) -> Iterator[Finding]:
                 f"{contact.gap:.4g} m; see axis of [[buildings]], {axes}, and the offsets"
             )
             yield place, expected
+
+
+def of_search(case: Case, reading: Reading) -> Iterator[Finding]:
+    """A search without plans, or that makes no pair."""
+    search = case.contact_search
+    if search is None or reading.left_out & {"buildings", "contacts", "contact_search"}:
+        return
+    if len(case.buildings) < 2:
+        yield ("contact_search",), "expected two buildings or more; remove [contact_search]"
+        return
+    facing = facing_floors(case, search.buildings)
+    lacking = dict.fromkeys(name for *_, names in facing.unknown for name in names)
+    if lacking:
+        yield (
+            ("contact_search",),
+            f"expected the plan of {' and '.join(lacking)}: type length and width, or plan, in its "
+            "table of [[buildings]]",
+        )
+    elif all(contact.table != SEARCHED for contact in case.contacts):
+        nearest = min(facing.pairs, key=lambda pair: pair.gap, default=None)
+        expected = "expected floors that face each other and are in no pair of [[contacts]]"
+        if nearest is not None:
+            gap = f'{1e3 * nearest.gap:.4g} mm"'
+            expected += f'; the nearest ones are {nearest.words}: type largest_gap = "{gap}'
+        yield ("contact_search",), expected + ", or remove [contact_search]"
 
 
 HEIGHT = 0.1

@@ -5,10 +5,12 @@ from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
+from scipy.special import roots_legendre
 
-from impactfem.case.base import Section, either, refuse, rule
+from impactfem.case.base import Section, either, once, refuse, rule
 from impactfem.case.floors import floors_of
-from impactfem.case.leaf import BuildingName, FloorNumbers, LawName, Name
+from impactfem.case.leaf import BuildingName, FloorNumbers, LawName, Name, Whole
+from impactfem.case.place import SEARCHED
 from impactfem.case.quantity import (
     CALIBRATED,
     Area,
@@ -20,12 +22,15 @@ from impactfem.case.quantity import (
     HertzStiffness,
     Length,
     Number,
+    PositiveLength,
     PositiveSpeed,
     Restitution,
     Si,
 )
 
 Vector = tuple[float, float, float]
+LINE_ONLY = 'expected length together with it: type length = "10 m", that of the façades in common'
+Points = Annotated[int, Whole(1, 20)]
 
 
 def check_floors(floors: tuple[int, ...], info: ValidationInfo) -> None:
@@ -217,7 +222,46 @@ class ContactEntry(Section):
     law: LawName
     """Name of the contact law."""
     bearing_area: Area | None = None
-    """Contact area, for the mean bearing pressure."""
+    """Contact area, for the mean bearing pressure. Default: length by depth, where both are
+    given."""
+    length: PositiveLength | None = None
+    """Length of a line contact along the façades, at right angles to the normal; the points a and b
+    are its middle. Without it, the contact is a point of a stick, and in 3D a line as long as both
+    sides face each other."""
+    points: Points | None = None
+    """With length: number of points of the line in sticks, each with its share of stiffness and
+    area; Gauss points, of which two have the rotational stiffness of the line. Default 2."""
+    depth: PositiveLength | None = None
+    """With length: depth of the slab edge. On a storey of a 3D model the force acts on a strip of
+    this depth."""
+    gap_slope: Number = 0.0
+    """With length: growth of the gap for each metre along the façades, to the left of the normal;
+    the normal is the bisector of both façades."""
+
+    @rule("points", "length")
+    @staticmethod
+    def _points_of_a_line(points: int | None, length: float | None) -> Iterator[str]:
+        if points is not None and length is None:
+            yield LINE_ONLY
+
+    @rule("depth", "length")
+    @staticmethod
+    def _depth_of_a_line(depth: float | None, length: float | None) -> Iterator[str]:
+        if depth is not None and length is None:
+            yield LINE_ONLY
+
+    @rule("gap_slope", "length", "gap", "normal")
+    @staticmethod
+    def _open_along_the_line(
+        slope: float, length: float | None, gap: float, normal: Vector
+    ) -> Iterator[str]:
+        if slope != 0.0 and length is None:
+            yield LINE_ONLY
+        if length is not None and normal[2] != 0.0:
+            yield "expected no length with a normal that is not horizontal: remove length"
+        if length is not None and 0.5 * abs(slope) * length > gap + 1e-9:
+            most = 2.0 * gap / length
+            yield f"expected at most {most:.3g}: the gap is negative at one end of the line"
 
     @rule("b", "a")
     @staticmethod
@@ -286,7 +330,13 @@ class Contact(Section):
         gap: Distance along the normal at rest [m].
         law: Name of the contact law.
         bearing_area: Area the force is spread over [m2], or None.
-        table: Index of the table of [[contacts]] that it comes from.
+        table: Index of the table of [[contacts]] that it comes from; `SEARCHED` for a pair of
+            [contact_search].
+        line: Name of the first point of its line contact; "" for a contact at one point.
+        share: Part of the stiffness of the law that it has.
+        along: Position on its line, from the middle, to the left of the normal [m].
+        length: Length of its line [m], or None.
+        depth: Depth of the slab edge of its line [m], or None.
     """
 
     name: str
@@ -298,6 +348,23 @@ class Contact(Section):
     law: str
     bearing_area: float | None
     table: int = 0
+    line: str = ""
+    share: float = 1.0
+    along: float = 0.0
+    length: float | None = None
+    depth: float | None = None
+
+    @property
+    def place(self) -> str:
+        """Section or table of the case file that it comes from."""
+        return "contact_search" if self.table == SEARCHED else f"contacts[{self.table}]"
+
+    @property
+    def tangent(self) -> Vector:
+        """Horizontal unit vector along its line, to the left of the normal."""
+        x, y, _ = self.normal
+        size = math.hypot(x, y) or 1.0
+        return -y / size, x / size, 0.0
 
     @property
     def ends(self) -> tuple[tuple[ContactPoint, float], ...]:
@@ -316,23 +383,66 @@ class Contact(Section):
         return " and ".join(names if self.wall is None else (*names, f"the wall {self.wall}"))
 
 
-def expand(entries: tuple[ContactEntry, ...]) -> tuple[Contact, ...]:
+def expand(entries: tuple[ContactEntry, ...], table: int | None = None) -> tuple[Contact, ...]:
     """Make a contact of each pair of points, with unique names.
 
     Points on the same two floors, at two corners for instance, get ``#2``, ``#3`` behind the name.
+
+    Args:
+        entries: Tables of [[contacts]].
+        table: Index of the table of all of them; by default they are counted.
     """
     contacts: list[Contact] = []
     uses: dict[str, int] = {}
     for index, entry in enumerate(entries):
-        kept = {"wall", "normal", "gap", "law", "bearing_area"}
+        kept = {"wall", "normal", "gap", "law", "bearing_area", "length", "depth"}
         shared: dict[str, Any] = entry.model_dump(include=kept)
         others = [None] * entry.a.count if entry.b is None else _points(entry.b)
         for a, b in zip(_points(entry.a), others, strict=True):
-            name = f"{a.label}-{entry.wall if b is None else b.label}"
-            uses[name] = uses.get(name, 0) + 1
-            suffix = f"#{uses[name]}" if uses[name] > 1 else ""
-            contacts.append(Contact(name=name + suffix, a=a, b=b, table=index, **shared))
+            name, line = f"{a.label}-{entry.wall if b is None else b.label}", ""
+            middle = Contact(name=name, a=a, b=b, table=index if table is None else table, **shared)
+            for point in _of_line(middle, entry):
+                uses[name] = uses.get(name, 0) + 1
+                unique = f"{name}#{uses[name]}" if uses[name] > 1 else name
+                line = line or unique
+                of = {"name": unique, "line": line if entry.length is not None else ""}
+                contacts.append(point.model_copy(update=of))
     return tuple(contacts)
+
+
+def _of_line(middle: Contact, entry: ContactEntry) -> Iterator[Contact]:
+    """Yield the points of a line contact from its middle; this itself without a length.
+
+    The Gauss points s_i with weights w_i have the stiffness and, from two points on, the rotational
+    stiffness of a uniform line: Σ w_i = 1 and Σ w_i s_i² = L²/12. Along façades that are not
+    parallel both points move off the middle along the normal, each by half of the growth of the
+    gap.
+    """
+    if entry.length is None:
+        yield middle
+        return
+    area = entry.bearing_area
+    if area is None and entry.depth is not None:
+        area = entry.length * entry.depth
+    places, weights = roots_legendre(entry.points or 2)
+    for place, weight in zip(places.tolist(), weights.tolist(), strict=True):
+        along, share = 0.5 * entry.length * place, 0.5 * weight
+        opened = 0.5 * entry.gap_slope * along
+        ends: dict[str, Any] = {}
+        for key, point, sign in (("a", middle.a, -1.0), ("b", middle.b, 1.0)):
+            if point is not None:
+                by = zip(point.offset, middle.tangent, middle.normal, strict=True)
+                offset = tuple(x + along * t + sign * opened * n for x, t, n in by)
+                ends[key] = point.model_copy(update={"offset": offset})
+        yield middle.model_copy(
+            update={
+                **ends,
+                "share": share,
+                "along": along,
+                "gap": max(entry.gap + entry.gap_slope * along, 0.0),
+                "bearing_area": None if area is None else share * area,
+            }
+        )
 
 
 def _points(end: ContactEnd) -> Iterator[ContactPoint]:
@@ -341,3 +451,26 @@ def _points(end: ContactEnd) -> Iterator[ContactPoint]:
         yield ContactPoint(floor=number, storey=None, **place)
     for number in end.storey or ():
         yield ContactPoint(floor=None, storey=number, **place)
+
+
+class ContactSearch(Section):
+    """Contact pairs of neighbouring buildings from their plans, levels and depths.
+
+    Floors whose depths overlap are a pair; any other floor is one with the storey of its neighbour
+    at its level. Each pair is a line over the common length of both façades. `impactfem contacts
+    CASE` prints the pairs. Floors in a pair of [[contacts]] with the same neighbour are left out.
+    """
+
+    law: LawName
+    """Name of the contact law of floors against floors."""
+    storey_law: LawName | None = None
+    """Name of the contact law of floors against storeys; default law."""
+    buildings: tuple[BuildingName, ...] | None = Field(default=None, min_length=2)
+    """Names of the buildings, two or more; default all."""
+    largest_gap: Depth | None = None
+    """Largest gap of a pair; default the sum of the displacements of both points at a drift of
+    2.5 %."""
+    points: Points = 2
+    """Number of points of each line in sticks."""
+
+    _each_once = once("buildings", "building")

@@ -17,12 +17,14 @@ from impactfem.case.analysis import Pounding, Spectra
 from impactfem.case.base import Written
 from impactfem.case.buildings import Structure
 from impactfem.case.checks import CHECKS, FILE_CHECKS
+from impactfem.case.contact_search import searched
+from impactfem.case.contacts import expand
 from impactfem.case.devices import STEPS, DeviceAnalysis
 from impactfem.case.explain import explain
 from impactfem.case.floors import UNKNOWN_DAMPING
 from impactfem.case.model import Case, CaseFile
 from impactfem.case.motions import DIRECTIONS, RestMotion, read_force_table
-from impactfem.case.place import Place, form_of
+from impactfem.case.place import SEARCHED, Place, form_of
 from impactfem.case.reading import Reading
 from impactfem.case.source import Source, read_source
 from impactfem.system.errors import Fault, InputError
@@ -41,7 +43,7 @@ _NEED_OTHERS = {
 }
 """Sections without which others are of no use."""
 _OPTIONAL = {"wall_impact", "transient", "devices", "calibration", "ensemble", "loads"}
-_OPTIONAL |= {"wave_passage"}
+_OPTIONAL |= {"wave_passage", "contact_search"}
 """Sections that are left out as a whole where further checks would look at what is at fault."""
 _REFERENCE: Place = ("report", "reference")
 
@@ -230,4 +232,9 @@ def _completed(reading: Reading) -> Case:
             name: value.model_copy(update={"kind": case.report.reference.kind(name)})
             for name, value in case.published.items()
         }
-    return case.model_copy(update=update)
+    case = case.model_copy(update=update)
+    # Without the explicit pairs that are at fault their floors would be in no pair.
+    if case.contact_search is None or len(case.buildings) < 2 or "contacts" in reading.left_out:
+        return case
+    found = expand(searched(case, case.contact_search), SEARCHED)
+    return case.model_copy(update={"contacts": (*case.contacts, *found)})

@@ -14,7 +14,13 @@ from impactfem.case.base import Section, Written
 from impactfem.case.buildings import Building, Structure
 from impactfem.case.calibration import Calibration, WallImpactSetup
 from impactfem.case.capacities import Limits
-from impactfem.case.contacts import Contact, ContactEntry, ContactLawEntry, expand
+from impactfem.case.contacts import (
+    Contact,
+    ContactEntry,
+    ContactLawEntry,
+    ContactSearch,
+    expand,
+)
 from impactfem.case.damping import DampingCase, DampingEntry
 from impactfem.case.devices import DeviceAnalysis, DeviceSetup
 from impactfem.case.floors import Material
@@ -61,7 +67,9 @@ class CaseFile(Section):
     contact_laws: dict[Key, ContactLawEntry] = Field(default={})
     """Laws of the contact force by name."""
     contacts: Annotated[tuple[Contact, ...], Written(tuple[ContactEntry, ...], expand)] = ()
-    """Contact pairs; without any, the buildings do not pound."""
+    """Contact pairs; without any and without [contact_search], the buildings do not pound."""
+    contact_search: ContactSearch | None = None
+    """Contact pairs from plans, levels and depths."""
     pounding: Pounding
     """Models in contact and time integration."""
     spectra: Spectra

@@ -11,6 +11,8 @@ from pydantic.fields import FieldInfo
 from impactfem.case.base import Written, nearest
 
 Place = tuple[int | str, ...]
+SEARCHED = -1
+"""Index of the table of [[contacts]] that a pair of [contact_search] has."""
 
 
 def dotted(place: Place) -> str:

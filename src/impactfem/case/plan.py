@@ -12,9 +12,15 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated, Any
 
+from pydantic import AfterValidator
+
+from impactfem.case.base import Section, refuse
 from impactfem.case.contacts import Vector
 from impactfem.case.facade import Facade, Point, side_of
+from impactfem.case.leaf import FloorNumbers
+from impactfem.case.quantity import Length
 
 Polygon = tuple[Point, ...]
 """Corners of a plan, counterclockwise [m]."""
@@ -60,6 +66,26 @@ def plan_fault(polygon: Sequence[Point]) -> str:
 def counterclockwise(polygon: Sequence[Point]) -> Polygon:
     """Return the corners in counterclockwise order."""
     return tuple(polygon) if area(polygon) > 0.0 else tuple(reversed(polygon))
+
+
+def _valid(corners: Any) -> Polygon:
+    """Refuse corners of the case file that are no plan, and order the others."""
+    if wrong := plan_fault(corners):
+        raise refuse(wrong, kind="plan")
+    return counterclockwise(corners)
+
+
+Corners = Annotated[tuple[tuple[Length, Length], ...], AfterValidator(_valid)]
+"""Corners of a plan in a case file."""
+
+
+class FloorPlan(Section):
+    """The plan of some floors."""
+
+    floors: FloorNumbers
+    """Numbers of the floors."""
+    plan: Corners
+    """Corners (x, y) of the plan in order, from the axis."""
 
 
 def moved(polygon: Polygon, by: Point) -> Polygon:
@@ -138,6 +164,12 @@ def overlap(a: Polygon, b: Polygon) -> bool:
         or _inside(inner[0], outer)
         or _inside(outer[0], inner)
     )
+
+
+def crosses(polygon: Polygon, start: Point, end: Point) -> bool:
+    """Return True if a straight line between two points crosses a plan."""
+    edges = zip(polygon, (*polygon[1:], polygon[0]), strict=True)
+    return any(_cross((start, end), edge) for edge in edges)
 
 
 def _cross(one: tuple[Point, Point], other: tuple[Point, Point]) -> bool:

@@ -14,13 +14,13 @@ from typing import Any
 
 from impactfem.case.alignment import misalignments
 from impactfem.case.base import Section
+from impactfem.case.contact_search import facing_floors
 from impactfem.case.contacts import KelvinVoigtLaw, UnilateralLaw
 from impactfem.case.design_spectrum import DecreeSpectrum, EurocodeSpectrum
-from impactfem.case.facing import facing_floors
 from impactfem.case.floors import Floor
 from impactfem.case.model import Case, CaseFile
 from impactfem.case.motions import SyntheticMotion
-from impactfem.case.place import Place, step, value_at
+from impactfem.case.place import SEARCHED, Place, step, value_at
 from impactfem.case.quantity import RIGID
 from impactfem.case.report import STAGE_OF
 from impactfem.case.source import Source, read_source
@@ -191,10 +191,10 @@ def _plans(source: Source, case: Case) -> Iterator[Fault]:
         if a.axis == b.axis:
             text = f"the axis of buildings[{i}], {a.name}: the buildings overlap in plan"
             yield source.remark(("buildings", j, "axis"), text)
-    for one in facing_floors(case).overlapping:
-        i, j = sorted((names.index(one.a.building), names.index(one.b.building)))
+    for one, other, floor in facing_floors(case).overlapping:
+        i, j = sorted((names.index(one), names.index(other)))
         if case.buildings[i].axis != case.buildings[j].axis:
-            text = f"overlaps the plan of {names[i]} by {-one.gap:.3g} m ({one.a.label})"
+            text = f"overlaps the plan of {names[i]} at {floor}; move axis, or reduce the plan"
             yield source.remark(("buildings", j, "axis"), text)
             return
 
@@ -222,7 +222,10 @@ def _points(source: Source, case: Case) -> Iterator[Fault]:
     misaligned: dict[Place, list[str]] = {}
     for contact in case.contacts:
         for one in misalignments(contact, case):
-            place = ("contacts", contact.table, *((one.side, "offset") if one.side else ()))
+            table: Place = ("contacts", contact.table)
+            place = (*table, one.side, "offset") if one.side else table
+            if contact.table == SEARCHED:
+                place = ("contact_search",)
             if not one.wrong:
                 misaligned.setdefault(place, []).append(one.text)
     for at, (text, *others) in misaligned.items():

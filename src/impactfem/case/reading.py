@@ -12,7 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from impactfem.case.base import REPORTED, UNREADABLE
 from impactfem.case.leaf import FileName
-from impactfem.case.place import Place, value_at
+from impactfem.case.place import SEARCHED, Place, value_at
 from impactfem.case.source import Source
 from impactfem.case.table import Table
 from impactfem.system.errors import Fault
@@ -50,7 +50,12 @@ class Reading:
         return self.source.fault(place, value if shown else None, expected, kind)
 
     def original(self, place: Place) -> Place:
-        """A place among the tables that are valid, as a place of the file."""
+        """A place among the tables that are valid, as a place of the file.
+
+        That of a pair of [contact_search] is a key of this section.
+        """
+        if place[:2] == ("contacts", SEARCHED):
+            return ("contact_search", *place[2:])
         if len(place) > 1 and isinstance(place[1], int) and place[0] in self.entries:
             return (place[0], list(self.entries[str(place[0])])[place[1]], *place[2:])
         return place

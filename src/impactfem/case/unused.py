@@ -88,7 +88,7 @@ def _without_effect(case: Case) -> Iterator[tuple[Place, str]]:
             yield ("device_analysis", key), text
     if not case.contacts:
         for key in ("update", "points_per_impact"):
-            yield ("pounding", key), "the case has no contact pairs. Add [[contacts]]"
+            yield ("pounding", key), "the case has no contact pairs. Add [contact_search]"
     if case.pounding.contact_spacing is not None and not case.pounding_in_3d:
         text = (
             "sticks touch at the points of [[contacts]], and only edges in 3D have such distances. "

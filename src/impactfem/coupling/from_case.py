@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import lru_cache
 
 import numpy as np
@@ -149,7 +149,10 @@ def system_of(case: Case, calibration: Calibration | None) -> System:
                 master = stick.storey_points[storey, height]
                 end = End(stick.name, master, point.offset, storey, height)
             ends.append(end)
-        law = law_between(case, contact, sticks, ends)
+        # The law of the line is that of its middle: the masses are those of a central impact.
+        along = contact.along * np.array(contact.tangent)
+        middles = [replace(end, offset=tuple((end.offset - along).tolist())) for end in ends]
+        law = law_between(case, contact, sticks, middles).part(contact.share)
         a, b = ends[0], ends[1] if len(ends) > 1 else None
         pairs.append(Pair(contact.name, a, b, normal, contact.gap, law, contact.bearing_area))
     return System(tuple(sticks.values()), tuple(pairs))

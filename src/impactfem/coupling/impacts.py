@@ -10,7 +10,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 from scipy.ndimage import gaussian_filter1d
 
-from impactfem.case.facing import Facing
+from impactfem.case.contact_search import Facing
 from impactfem.coupling.pounding import Pair, Response
 from impactfem.sticks.element import rigid_link
 from impactfem.system.arrays import Array
@@ -290,8 +290,8 @@ def approaches(response: Response, facing: Sequence[Facing]) -> list[Approach]:
     """The closest approach of each, at either end of the length over which they face each other.
 
     Floors are rigid and turn about their axes, so that the distance
-    d(s, t) = gap + n · (u_b − u_a) is straight in s along the edges: its least value over them is
-    at an end. Inside a storey the beam gives the motion of the axis.
+    d(s, t) = gap(s) + n · (u_b − u_a) is straight in s along the edges: its least value over them
+    is at an end. Inside a storey the beam gives the motion of the axis.
     """
     if not facing:
         return []
@@ -300,6 +300,7 @@ def approaches(response: Response, facing: Sequence[Facing]) -> list[Approach]:
     carried = np.zeros((len(facing), 2, len(response.u)))
     for ends, more, one in zip(rows, carried, facing, strict=True):
         normal = np.array(one.normal)
+        tangent = np.array([-normal[1], normal[0], 0.0])
         for point, sign in ((one.a, -1.0), (one.b, 1.0)):
             stick = system.stick(point.building)
             columns = slice(system.offsets[stick.name], system.offsets[stick.name] + stick.n)
@@ -310,7 +311,7 @@ def approaches(response: Response, facing: Sequence[Facing]) -> list[Approach]:
                 motion = stick.storey_motion(storey, height)
             base = response.base("u", stick.name)
             for row, add, s in zip(ends, more, (-1.0, 1.0), strict=True):
-                offset = np.array(point.offset) + one.half * s * np.abs(normal[[1, 0, 2]])
+                offset = np.array(point.offset) + one.half * s * tangent
                 along = sign * normal @ rigid_link(offset)[:3]
                 row[columns] += along @ motion
                 if base is not None:
@@ -318,7 +319,13 @@ def approaches(response: Response, facing: Sequence[Facing]) -> list[Approach]:
                     # storey the lower end.
                     axis = rigid_link((0.0, 0.0, one.level - stick.base - point.offset[2]))
                     add += base @ (along @ (axis - motion @ stick.rigid_body()))
-    rest = np.array([[one.gap] for one in facing])
+    slopes = [one.opposite.gap_slope * one.half for one in facing]
+    rest = np.array(
+        [
+            [one.opposite.gap - more, one.opposite.gap + more]
+            for one, more in zip(facing, slopes, strict=True)
+        ]
+    )
     d = (rest + np.moveaxis(rows @ response.u.T + carried, -1, 0)).min(axis=2)
     step = d.argmin(axis=0)
     return [

@@ -150,7 +150,7 @@ def contact_lines(case: Case, meshes: Mapping[str, BuildingMesh]) -> tuple[Conta
         ]
         ends = [end for end in found if not isinstance(end, Fault)]
         wrong = [end for end in found if isinstance(end, Fault)]
-        table = f"contacts[{contact.table}]"
+        table = contact.place
         if expected := _apart(case, contact, _along(n)):
             wrong.append(Fault(case.path, table, contact.name, expected))
         if wrong:
@@ -172,7 +172,7 @@ def contact_lines(case: Case, meshes: Mapping[str, BuildingMesh]) -> tuple[Conta
     for pairs, ends in groups.values():
         line = _line(case, pairs, ends)
         if isinstance(line, str):
-            faults.append(Fault(case.path, f"contacts[{pairs[0].table}]", pairs[0].name, line))
+            faults.append(Fault(case.path, pairs[0].place, pairs[0].name, line))
         else:
             lines.append(line)
     if faults:

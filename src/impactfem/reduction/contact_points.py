@@ -115,8 +115,8 @@ def _joined(case: Case, system: System, line: ContactLine, every: int) -> _Joine
     middles = [replace(at, offset=line.middle(end)) for end, at in ends]
     contact = next(contact for contact in case.contacts if contact.name == line.name)
     law = law_between(case, contact, {stick.name: stick for stick in system.sticks}, middles)
-    # Several pairs of a line press together.
-    law = law.part(len(line.pair_names))
+    # Several pairs of a line press together; points of a line contact have a share each.
+    law = law.part(sum(one.share for one in case.contacts if one.name in line.pair_names))
     areas = [first[name].area for name in line.pair_names]
     b = middles[1] if len(middles) > 1 else None
     area = None if None in areas else sum(a for a in areas if a is not None)

@@ -16,7 +16,7 @@ from impactfem.case import Building3D, Case
 from impactfem.case.base import nearest
 from impactfem.case.buildings import GeneratedMesh
 from impactfem.case.contact_checks import pair_distance
-from impactfem.case.facing import facing_floors
+from impactfem.case.contact_search import facing_floors
 from impactfem.case.load import read_case
 from impactfem.case.model import CaseFile
 from impactfem.case.motions import RecordMotion, read_force_table

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from impactfem.case import Building, Case, ContactPoint, RayleighDamping, load_case
-from impactfem.case.facing import facing_floors
+from impactfem.case.contact_search import facing_floors
 from impactfem.coupling import laws
 from impactfem.coupling import restitution as relation
 from impactfem.coupling.from_case import system_of

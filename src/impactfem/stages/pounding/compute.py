@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from impactfem.case import Case
-from impactfem.case.facing import facing_floors
+from impactfem.case.contact_search import facing_floors
 from impactfem.coupling.from_case import calibration_of, ground_of, loads_of, system_of
 from impactfem.coupling.impacts import (
     Approach,

@@ -9,7 +9,7 @@ from pathlib import Path
 import xarray as xr
 
 from impactfem.case import Case
-from impactfem.case.facing import facing_floors
+from impactfem.case.contact_search import facing_floors
 from impactfem.stages.check import Check, Criterion, digits
 from impactfem.stages.stores import names_of, open_store, open_stores
 

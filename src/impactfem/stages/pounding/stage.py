@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from impactfem.case import Building3D, Case
-from impactfem.case.facing import facing_floors
+from impactfem.case.contact_search import facing_floors
 from impactfem.case.soil import TABLE_BAND, TableSoil
 from impactfem.coupling.force_history import ForceHistory, write_forces
 from impactfem.plot.floor_products import write_floor_products
@@ -68,7 +68,8 @@ def _needs(case: Case) -> tuple[Stage, ...]:
 def _facing(case: Case) -> str:
     """Plan sizes of the mesh count where floors face each other."""
     facing = facing_floors(case).pairs
-    return repr(facing) if facing else ""
+    places = [(one.a, one.b, one.normal, one.opposite, one.level) for one in facing]
+    return repr(places) if facing else ""
 
 
 def _sticks_against_models(folder: Path, case: Case) -> list[Check]:
