@@ -318,6 +318,16 @@ def check(
         _say(line)
 
 
+@app.command(epilog=ends_with("impactfem contacts towers.toml", "0 done, 2 invalid."))
+def contacts(case: CaseFile) -> None:
+    """Print the pairs of a contact search as [[contacts]]."""
+    from impactfem.case import load_case
+    from impactfem.case.contact_toml import contacts_text
+
+    with file_errors():
+        _say(contacts_text(load_case(case)), nl=False)
+
+
 @app.command(
     epilog=ends_with("impactfem new towers --with structure,devices", "0 done, 2 invalid.")
 )

@@ -9,11 +9,14 @@ import pytest
 
 from impactfem.case import load_case
 from impactfem.case.contact_search import facing_floors, searched
+from impactfem.case.contact_toml import contacts_text
 from impactfem.case.contacts import ContactSearch, expand
 from impactfem.case.load import read_case
 from impactfem.case.plan import opposites
+from impactfem.system.errors import InputError
 
 from .faults import refused
+from .texts import replaced
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
 ROOFS, LOW = "B.floor_4-C.floor_3", "B.floor_1-C.storey_1_at_0.833"
@@ -432,3 +435,46 @@ def test_lines_that_are_refused(bare, more, key, expected):
         text.replace("[contact_search]", f"{LINE}{more}\n\n[contact_search]"), encoding="utf-8"
     )
     refused(bare, f"contacts[0].{key}", expected)
+
+
+SKEW = (
+    'plan = [["-6 m", "-6.4 m"], ["6 m", "-6 m"], ["6 m", "6 m"], ["0 m", "6 m"], ["-6 m", "2 m"]]'
+)
+
+
+@pytest.mark.parametrize("points", [1, 2, 3])
+@pytest.mark.parametrize(
+    ("plan", "y"), [('length = "12 m"\nwidth = "12 m"', "24.05 m"), (SKEW, "24.5 m")]
+)
+def test_the_text_is_the_same_case(bare, plan, y, points):
+    text = bare.read_text(encoding="utf-8").replace("points = 1", f"points = {points}")
+    text = replaced(text, ('length = "12 m"\nwidth = "12 m"', plan))
+    text = replaced(text, ('"24.05 m"', f'"{y}"'))
+    bare.write_text(text, encoding="utf-8")
+    case = load_case(bare)
+    pasted = contacts_text(case)
+    first, last = text.index("[contact_search]"), text.index("[pounding]")
+    bare.write_text(text[:first] + pasted + text[last:], encoding="utf-8")
+    again = load_case(bare)
+    assert len(again.contacts) == len(case.contacts) == 9 * points
+    for one, other in zip(case.contacts, again.contacts, strict=True):
+        skip = {"a", "b", "normal", "table", "gap"}
+        assert one.model_dump(exclude=skip) == other.model_dump(exclude=skip)
+        assert one.a.label == other.a.label and one.b.label == other.b.label
+        for ends in ((one.a.offset, other.a.offset), (one.b.offset, other.b.offset)):
+            assert ends[0] == pytest.approx(ends[1], abs=1e-12)
+        assert one.normal == pytest.approx(other.normal, abs=1e-15)
+        assert one.gap == pytest.approx(other.gap, abs=1e-15)
+    # Nothing is left to search.
+    assert contacts_text(again).startswith("# All floors")
+
+
+def test_the_text_without_the_section(row):
+    """By the first contact law; of floors that are in no pair."""
+    text = contacts_text(without(row, ROOFS))
+    assert 'floor = 4, offset = ["1 m", "4 m", "0 m"]' in text
+    assert text.count("[[contacts]]") == 1
+    with pytest.raises(InputError, match="contact law"):
+        contacts_text(row.model_copy(update={"contact_laws": {}}))
+    with pytest.raises(InputError, match="plan of C"):
+        contacts_text(changed(without(row, ROOFS), "C", length=None))

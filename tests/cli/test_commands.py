@@ -112,8 +112,15 @@ def test_bench_without_the_source_tree(program, tmp_path, monkeypatch):
 
 COMMANDS = (
     *("run", "sweep", "fit", "report", "compare", "check", "new", "examples", "explain"),
-    *("verify", "bench"),
+    *("verify", "bench", "contacts"),
 )
+
+
+def test_contact_pairs_as_text(program):
+    ended = program("contacts", GEOMETRY / "npp_pair_coupled.toml")
+    assert ended.code == 0
+    assert ended.out.count("[[contacts]]") == 1 and "floor = [1, 2, 3]" in ended.out
+    assert program("contacts", GEOMETRY / "frame.toml").code == 2  # no contact law
 
 
 class TestHelp:
