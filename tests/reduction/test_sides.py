@@ -206,6 +206,76 @@ def test_a_storey_with_nothing_there(frame, normal, offset, width, expected):
     assert fault.value == "storey 2 of F at 0.5 of its height"
 
 
+def lines(case, length, along, depth=0.2):
+    """The pairs of a case as points of lines of a length, at these positions of them [m]."""
+    contacts = tuple(
+        one.model_copy(update={"length": length, "along": s, "depth": depth, "line": one.name})
+        for one, s in zip(case.contacts, along, strict=True)
+    )
+    return case.model_copy(update={"contacts": contacts})
+
+
+@pytest.mark.parametrize(
+    ("normal", "t", "half"), [((0, 1, 0), (-1, 0), 3.0), ((1, 0, 0), (0, 1), 2.0)]
+)
+@pytest.mark.parametrize("depth", [0.05, 0.2, 1.0])
+def test_a_line_against_a_storey_is_a_strip(frame, normal, t, half, depth):
+    """Resultant and moment of each Gauss point, and of both, about the middle of the strip."""
+    s = half / np.sqrt(3.0)
+    middle = (0.0, 2.0) if normal[1] else (3.0, 0.0)
+    pairs = [(normal, (middle[0] + a * t[0], middle[1] + a * t[1], 0.0)) for a in (-s, s)]
+    case = lines(case_of(frame, pairs, storey=2), 2.0 * half, (-s, s), depth)
+    loads, _ = in_3d(frame, case, pairs)
+    assert len(loads.edges) == 2 and all(one.depth == depth for one in loads.edges)
+    z = 0.5 * (3.1 + 5.8)
+    patterns = loads.patterns(frame.model, frame.parts.mesh)
+    centre = np.array([3.0 + middle[0], 2.0 + middle[1], z])
+    work = frame.model.rigid_body(centre).T @ patterns
+    for k, a in enumerate((-s, s)):
+        push = -np.array(normal, dtype=float)
+        moment = np.cross([a * t[0], a * t[1], 0.0], push)
+        # A force on nodes behind the side has the same line of action.
+        assert work[:3, k] == pytest.approx(push, abs=1e-12)
+        assert work[3:, k] == pytest.approx(moment, abs=1e-12 * 2.0 * half)
+    # Both columns of the side take a part: a uniform load for equal forces.
+    nodes = loads.edges[0].load(frame.parts.mesh).nodes
+    along = frame.parts.mesh.nodes[nodes, :2] @ np.abs(t)
+    assert np.ptp(along) == pytest.approx(2.0 * half)
+    equal = sum(one.load(frame.parts.mesh).forces for one in loads.edges)
+    assert equal[along > along.mean()].sum() == pytest.approx(1.0)
+
+
+def test_a_strip_with_nothing_there(frame):
+    pairs = [((0, 1, 0), (0, 2, 0))]
+    with pytest.raises(InputError, match="no wall or column from 2 to 4 m"):
+        in_3d(frame, lines(case_of(frame, pairs, storey=2), 2.0, [0.0]), pairs)
+    # On one column: no moment along the side.
+    pairs = [((0, 1, 0), (2, 2, 0))]
+    with pytest.raises(InputError, match="do not take its moment"):
+        in_3d(frame, lines(case_of(frame, pairs, storey=2), 2.0, [0.0]), pairs)
+
+
+def test_a_line_on_a_part_of_a_side(frame):
+    """Of a floor: on its common length alone; of its whole length as any other pair."""
+    s = 1.0 / np.sqrt(3.0)
+    pairs = [((0, 1, 0), (1.0 - a, 2, 0)) for a in (-s, s)]  # to the left of y+ is x-
+    case = lines(case_of(frame, pairs), 2.0, (-s, s))
+    loads, found = in_3d(frame, case, pairs)
+    hand = by_hand(pairs, forces_of(pairs).force)
+    assert np.abs(found - hand).max() < 1e-12 * np.abs(hand).max()
+    mesh = frame.parts.mesh
+    total = sum(one.load(mesh).forces for one in loads.edges)
+    x = mesh.nodes[loads.edges[0].load(mesh).nodes, 0]
+    size = np.diff(np.unique(x)).max()
+    loaded = x[np.abs(total) > 1e-12]
+    assert 3.0 - 2.0 * size <= loaded.min() and loaded.max() <= 5.0 + 2.0 * size
+    whole = lines(case_of(frame, pairs), 6.0, (-1.0 - s, -1.0 + s))
+    assert {one.name for one in in_3d(frame, whole, pairs)[0].edges} == {
+        "floor 2",
+        "floor 2 turning",
+    }
+
+
 @pytest.mark.parametrize("spacing", [None, 1.6])
 def test_patterns_of_the_calibrated_spread_are_the_contacts_of_the_wall(frame, spacing):
     """A point of contact enters the basis in one way, whatever its force comes from."""

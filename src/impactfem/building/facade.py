@@ -1,6 +1,6 @@
 """The sides of the floors of a mesh, and loads on what stands behind them."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse
@@ -143,13 +143,80 @@ def patch_load(
     area = area_shares(mesh.nodes, on)[nodes[chosen]]
     # Walls that stand on edge, and columns, have lines of nodes there.
     weight = area if (area > 0.0).sum() > 2 else np.ones(chosen.sum())
-    along, up, unit = (s - at)[chosen], height[chosen] - z, np.array([1.0, 0.0, 0.0])
-    arms = np.array([np.ones(len(weight)), along / width, up / width])
-    forces = weight * (np.linalg.pinv((arms * weight) @ arms.T, rcond=1e-10) @ unit @ arms)
-    if np.abs(arms @ forces - unit).max() > 1e-9:
+    along, up = (s - at)[chosen], height[chosen] - z
+    forces = _balanced(weight, along / width, up / width)
+    if forces is None:
         return (
             f"its walls and columns within {0.5 * width:g} m of the point, {along.min():.3g} to "
             f"{along.max():.3g} m along the side and {up.min():.3g} to {up.max():.3g} m in height "
             "from it, do not take its moment"
         )
     return nodes[chosen], forces
+
+
+def _balanced(weight: Array, along: Array, up: Array) -> Array | None:
+    """Forces w_i (a + b s_i + c z_i) with the resultant 1 N and no moment about the origin.
+
+    None where nodes do not take the moment.
+    """
+    unit = np.array([1.0, 0.0, 0.0])
+    arms = np.array([np.ones(len(weight)), along, up])
+    normal = np.linalg.pinv((arms * weight) @ arms.T, rcond=1e-10)
+    forces: Array = weight * (normal @ unit @ arms)
+    if np.abs(arms @ forces - unit).max() > 1e-9:
+        return None
+    # One step of iterative refinement: the normal equations lose half of the digits.
+    forces += weight * (normal @ (unit - arms @ forces) @ arms)
+    return forces
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A part of the walls and columns of a storey that the edge of a slab strikes."""
+
+    begin: float  #: first position along the side [m]
+    end: float  #: last position along the side [m]
+    z: float  #: elevation of the middle of the slab [m]
+    depth: float  #: of the slab [m]
+
+
+def strip_load(
+    mesh: BuildingMesh, storey: int, facade: Facade, strip: Strip, at: float, force: Vector
+) -> tuple[Index, Array] | str:
+    """Forces on the walls and columns of a storey over a strip, with the resultant 1 N.
+
+    The nodes are those of the elements that the strip meets and of what stands outermost there.
+    They take f_i = w_i (a + b (s_i − s) + c (z_i − z)), w_i the area of wall that a node stands
+    for, with the resultant 1 N at the position s (`at`) [m] and at the level of the strip. Columns
+    share it equally where there are no walls.
+
+    Gives the nodes and their forces [N], or what is there instead in words.
+    """
+    n, t, f = (np.array(v[:2]) for v in (facade.outward, facade.along, force))
+    relative = mesh.nodes[:, :2] - np.array(facade.start)
+    depth, height = relative @ n, mesh.nodes[:, 2]
+    # An oblique force goes on behind the side: its position where the line meets the side.
+    s = relative @ t - depth * (f @ t) / (f @ n)
+    low, high = strip.z - 0.5 * strip.depth, strip.z + 0.5 * strip.depth
+    walls = mesh.triangles[mesh.triangles_of("storey", storey)]
+    columns = mesh.lines[mesh.lines_of("column", storey)]
+    met = []
+    for elements in (walls, columns):
+        along, up = s[elements], height[elements]
+        inside = (along.max(axis=1) >= strip.begin) & (along.min(axis=1) <= strip.end)
+        met.append(elements[inside & (up.max(axis=1) >= low) & (up.min(axis=1) <= high)])
+    nodes = np.setdiff1d(np.union1d(*(elements.ravel() for elements in met)), mesh.base)
+    if not len(nodes):
+        return f"no wall or column from {strip.begin:.4g} to {strip.end:.4g} m along the side"
+    outer = nodes[depth[nodes] >= depth[nodes].max() - SURFACE]
+    on = met[0][np.isin(met[0], np.append(outer, mesh.base)).all(axis=1)]
+    area = area_shares(mesh.nodes, on)[outer]
+    weight = area if (area > 0.0).sum() > 2 else np.ones(len(outer))
+    size = max(strip.end - strip.begin, float(np.ptp(height[outer])))
+    forces = _balanced(weight, (s[outer] - at) / size, (height[outer] - strip.z) / size)
+    if forces is None:
+        return (
+            f"its walls and columns from {strip.begin:.4g} to {strip.end:.4g} m along the side, "
+            f"{height[outer].min():.4g} to {height[outer].max():.4g} m high, do not take its moment"
+        )
+    return outer, forces

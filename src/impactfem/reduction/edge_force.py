@@ -10,7 +10,9 @@ middle of the side, e the distance of the pair from it along the side of the len
 - `calibrated`: F p(s), p the impulse along the edge of the first impact on the wall over its
   resultant, and the linear part of what its middle is off the pair.
 
-A force inside a storey acts on its walls or columns over a patch (`patch_load`).
+A line contact acts on its common length alone, where the side is longer. A force inside a storey
+acts on its walls or columns over a patch (`patch_load`), of a line contact over a strip as deep as
+the slab and as long as the line (`strip_load`).
 """
 
 from __future__ import annotations
@@ -21,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import eval_legendre
 
-from impactfem.building.facade import facades, patch_load
+from impactfem.building.facade import Strip, facades, patch_load, strip_load
 from impactfem.building.floor import Line, NodalLoad, edge_load, linear
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.model import BuildingModel
@@ -32,6 +34,8 @@ from impactfem.system.arrays import Array
 
 CENTRAL = 1e-9
 """Part of the length of a side up to which a distance along it is rounding."""
+FINE = 12
+"""Decimals of places of line contacts, in metres: Gauss points are irrational."""
 DECIMALS = 9
 """Of places, in metres, that patterns are made of: those of one place are one pattern."""
 
@@ -51,6 +55,9 @@ class EdgeForce:
     line: Line | None = None  #: The line load along the side; None for a uniform one.
     #: Elevation of a point inside the storey [m]; None for one of the floor.
     height: float | None = None
+    #: Depth of the slab that strikes a strip of the storey as long as the line [m]; None for a
+    #: square patch.
+    depth: float | None = None
 
     @property
     def place(self) -> str:
@@ -84,6 +91,10 @@ def _on_storey(mesh: BuildingMesh, force: EdgeForce) -> NodalLoad | str:
     facade, _ = facades(mesh, force.floor, force.side or None)[force.side]
     (start, _), (end, _) = force.line or ((0.0, 0.0), (facade.length, 0.0))
     place = 0.5 * facade.length + force.moment, force.height or 0.0
+    if force.depth is not None:
+        strip = Strip(start, end, place[1], force.depth)
+        found = strip_load(mesh, force.floor, facade, strip, place[0], force.direction)
+        return found if isinstance(found, str) else NodalLoad(*found)
     found = patch_load(mesh, force.floor, facade, place, end - start, force.direction)
     return found if isinstance(found, str) else NodalLoad(*found)
 
@@ -157,6 +168,37 @@ def floor_shares(
     return tuple(
         (_with(one, f"{one.name} contact {at:.9g} m", 1.0, float(c) - 0.5 * L, hat), float(factor))
         for at, c, hat, factor in zip(s, middle, hats, share, strict=True)
+    )
+
+
+def line_shares(
+    floor: int, facade: Facade, direction: Vector, position: float, span: tuple[float, float]
+) -> Shares:
+    """What a force of a line contact on a part of a side is made of, with its resultant [m]."""
+    start, end = (round(s, FINE) for s in span)
+    one, at = even(floor, facade, direction), round(position, FINE)
+    name = f"{one.name} at {at:.15g} m from {start:.15g} to {end:.15g} m"
+    line = linear(start, end, at)
+    return ((_with(one, name, 1.0, at - 0.5 * facade.length, line), 1.0),)
+
+
+def strip_shares(
+    storey: int, facade: Facade, direction: Vector, position: float, strip: Strip
+) -> Shares:
+    """What a force of a line contact inside a storey is made of, with its resultant [m]."""
+    start, end, height = (round(x, FINE) for x in (strip.begin, strip.end, strip.z))
+    at, moment = round(position, FINE), round(position, FINE) - 0.5 * facade.length
+    name = (
+        f"{f'storey {storey} {facade.side}'.rstrip()} at {at:.15g} m, z = {height:.15g} m "
+        f"from {start:.15g} to {end:.15g} m, {strip.depth:.6g} m deep"
+    )
+    name = _named(name, facade, direction)
+    line = ((start, 0.0), (end, 0.0))
+    return (
+        (
+            EdgeForce(name, storey, direction, facade.side, 1.0, moment, line, height, strip.depth),
+            1.0,
+        ),
     )
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from impactfem.building.mesh import BuildingMesh, outward_normal
-from impactfem.case import Building3D, Contact
+from impactfem.case import Building3D
 from impactfem.case.base import nearest
 from impactfem.case.facade import ALIGNED, words_of
 from impactfem.case.motions import read_force_table
@@ -98,7 +98,7 @@ def pair_ends(
                 expected = f"expected a pair of the case; {nearest(name, list(contacts))}"
                 faults.append(Fault(path, "pair", name, expected))
                 continue
-            ends[j] = _ends_of_contact(contacts[name])
+            ends[j] = PairEnd.both(contacts[name])
             faults += _contradictions(history, path, j, ends[j])
         for contact in building.contacts:
             if contact.name not in history.pairs:
@@ -183,7 +183,7 @@ def check_contacts(building: Building3D, mesh: BuildingMesh) -> tuple[EdgeForce,
     case, transient = building.case, building.transient
     sides, path = Sides(building, mesh), case.path
     faults: list[Fault] = []
-    ends = [(one.name, end) for one in case.contacts for end in _ends_of_contact(one)]
+    ends = [(one.name, end) for one in case.contacts for end in PairEnd.both(one)]
     if transient is not None and transient.forces is not None and not case.contacts:
         path = transient.forces
         history = given_forces(transient)
@@ -213,13 +213,6 @@ def check_contacts(building: Building3D, mesh: BuildingMesh) -> tuple[EdgeForce,
     for floor in sorted(loaded):
         patterns += [pattern for pattern, _ in by_floor.get(floor) or sides.loaded(floor)]
     return tuple(sorted(dict.fromkeys(patterns), key=lambda one: one.floor))
-
-
-def _ends_of_contact(contact: Contact) -> tuple[PairEnd, PairEnd]:
-    n = np.array(contact.normal)
-    # A rigid wall has no name.
-    b = PairEnd("", 0, None, -n) if contact.b is None else PairEnd.of(contact.b, -n)
-    return PairEnd.of(contact.a, n), b
 
 
 def _ends_by_file(history: ForceHistory, path: Path, building: str) -> tuple[Ends, list[Fault]]:

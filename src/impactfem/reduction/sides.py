@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
-from impactfem.building.facade import facades
+from impactfem.building.facade import Strip, facades
 from impactfem.building.floor import contact_edge
 from impactfem.building.mesh import BuildingMesh
-from impactfem.case import Building3D, ContactPoint
+from impactfem.case import Building3D, Contact, ContactPoint
 from impactfem.case.contact_checks import calibrated_only, moved_beside, strike_fault
 from impactfem.case.contacts import Vector
 from impactfem.case.facade import ALIGNED, Facade, Point, axis_in_plan, struck, words_of
+from impactfem.case.levels import HALF_SLAB
 from impactfem.case.transient import Transient
 from impactfem.reduction.edge_force import (
     EdgeForce,
@@ -24,12 +25,16 @@ from impactfem.reduction.edge_force import (
     floor_shares,
     hat_force,
     inward,
+    line_shares,
     missing,
     storey_share,
+    strip_shares,
 )
 from impactfem.system.arrays import Array
 from impactfem.system.errors import Fault
 
+FACADE = 1e-3
+"""Difference of lengths up to which a line contact is as long as the side [m]."""
 FLUSH = 0.3
 """Distance from the middle of a wall up to which the point of a pair is on its face: half of the
 thickness of a wall of 60 cm [m]."""
@@ -49,11 +54,34 @@ class PairEnd:
     #: Of a point of contact of edges, positions along the side where its hat begins, is highest and
     #: ends [m], inside a storey three times where it acts; None for a pair of points.
     hat: tuple[float, float, float] | None = None
+    #: First and last position of its line contact, from the point to the left of `outward` [m].
+    span: tuple[float, float] | None = None
+    depth: float | None = None  #: Depth of the slab of its line contact [m].
 
     @classmethod
     def of(cls, point: ContactPoint, outward: Array) -> PairEnd:
         """A point of the case, with the unit vector towards the other end, shape (3,)."""
         return cls(point.building, point.level, point.relative_height, outward, point.offset)
+
+    @classmethod
+    def both(cls, contact: Contact) -> tuple[PairEnd, PairEnd]:
+        """Both ends of a contact; a rigid wall has no name."""
+        n, half, s = np.array(contact.normal), 0.5 * (contact.length or 0.0), contact.along
+        a = cls.of(contact.a, n)
+        b = cls("", 0, None, -n) if contact.b is None else cls.of(contact.b, -n)
+        if contact.length is None:
+            return a, b
+        return (
+            replace(a, span=(-half - s, half - s), depth=contact.depth),
+            replace(b, span=(-half + s, half + s), depth=contact.depth),
+        )
+
+    def part(self, facade: Facade, position: float) -> tuple[float, float]:
+        """First and last position on a side of what its line contact strikes [m]."""
+        left = float(-self.outward[1] * facade.along[0] + self.outward[0] * facade.along[1])
+        ends = (position + s / left for s in self.span or (-np.inf, np.inf))
+        low, high = sorted(min(max(s, 0.0), facade.length) for s in ends)
+        return low, high
 
     @property
     def place(self) -> str:
@@ -188,9 +216,14 @@ class Sides:
             return Fault(self.building.case.path, "transient.eccentricity", value, expected)
         position += transient.eccentricity
         direction = push(end, facade)
+        part = end.part(facade, position)
         if inside:
             height = self.elevation(end)
-            found = storey_share(end.floor, facade, direction, position, height, transient)
+            if end.span is None:
+                found = storey_share(end.floor, facade, direction, position, height, transient)
+            else:
+                strip = Strip(*part, height, end.depth or 2.0 * HALF_SLAB)
+                found = strip_shares(end.floor, facade, direction, position, strip)
             if there := missing(self.mesh, found):
                 expected = (
                     f"expected walls or columns that take the force: {there}; see offset of the "
@@ -215,6 +248,8 @@ class Sides:
                     "first impact on the wall, of the top floor"
                 )
                 return Fault(self.building.case.path, "transient.spread", "calibrated", expected)
+        if transient.spread == "uniform" and part[1] - part[0] < facade.length - FACADE:
+            return line_shares(end.floor, facade, direction, position, part)
         return floor_shares(end.floor, facade, direction, position, transient, contacts)
 
     def elevation(self, end: PairEnd) -> float:

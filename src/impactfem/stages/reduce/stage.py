@@ -40,7 +40,8 @@ def _wanted(building: Building3D) -> str:
         "directions": sorted(motion.direction for motion in case.motions),
         "soil": building.entry.soil is not None,
         "contacts": [
-            contact.model_dump_json(include={"a", "b", "normal"}) for contact in case.contacts
+            contact.model_dump_json(include={"a", "b", "normal", "along", "length", "depth"})
+            for contact in case.contacts
         ],
     }
     if case.pounding_in_3d:
