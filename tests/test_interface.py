@@ -94,7 +94,7 @@ class TestChangedCase:
         before = path.read_bytes()
         case = impactfem.load(str(path))
         assert case.get("contacts[0].gap") == "2 cm"
-        case.set("contacts[0].gap", "1 cm").set("title", "narrow")
+        case.set("contacts[0].gap", "1 cm").set("allow", "gap").set("title", "narrow")
         assert (case.get("contacts[0].gap"), case.get("title")) == ("1 cm", "narrow")
         values = impactfem.check(case)
         assert (values.title, values.contacts[0].gap) == ("narrow", pytest.approx(0.01))
@@ -113,6 +113,7 @@ class TestChangedCase:
     def test_a_run(self, new_case, tmp_path):
         """The changed case is written beside the run folder, and runs again from there."""
         case = impactfem.load(new_case(tmp_path)).set("contacts[0].gap", "5 m")
+        case.set("allow", "gap")
         with impactfem.run(case, out=tmp_path / "wide", stage="pounding", draw=False) as run:
             assert run.case["contacts"][0]["gap"] == pytest.approx(5.0)
         assert impactfem.check(tmp_path / "wide.toml").contacts[0].gap == pytest.approx(5.0)

@@ -154,7 +154,7 @@ def run(
 
 @app.command(
     epilog=ends_with(
-        "impactfem sweep towers.toml --set 'contacts[0].gap=1 cm,2 cm,4 cm' "
+        "impactfem sweep towers.toml --set 'contacts[0].gap=1 cm,2 cm,4 cm' --set allow=gap "
         "--show 'pounding.peak_force.*'",
         RUN_CODES,
     )

@@ -478,3 +478,24 @@ def test_the_text_without_the_section(row):
         contacts_text(row.model_copy(update={"contact_laws": {}}))
     with pytest.raises(InputError, match="plan of C"):
         contacts_text(changed(without(row, ROOFS), "C", length=None))
+
+
+@pytest.mark.parametrize("shown", ["20 mm", "30 mm", 'type gap = "20 mm"', 'allow = ["gap"]'])
+def test_a_gap_of_another_geometry(bare, shown):
+    """Both numbers, once for each table; 1 mm is rounding."""
+    text = bare.read_text(encoding="utf-8")
+    line = replaced(LINE, ("floor = 3", "floor = [2, 3]"))
+    wider = replaced(text, ("[contact_search]", line + "\n[contact_search]"))
+    bare.write_text(replaced(wider, ('gap = "2 cm"', 'gap = "3 cm"')), encoding="utf-8")
+    refused(bare, "contacts[0].gap", f"of_contacts {shown}")
+    for gap in ("21 mm", "19 mm"):
+        bare.write_text(replaced(wider, ('gap = "2 cm"', f'gap = "{gap}"')), encoding="utf-8")
+        load_case(bare)
+    bare.write_text(replaced(wider, ('gap = "2 cm"', 'gap = "21.1 mm"')), encoding="utf-8")
+    refused(bare, "contacts[0].gap", "of_contacts 21.1 mm")
+    allowed = ('gap = "2 cm"', 'gap = "3 cm"'), ("title = ", 'allow = "gap"\ntitle = ')
+    bare.write_text(replaced(wider, *allowed), encoding="utf-8")
+    assert load_case(bare).contacts[0].gap == pytest.approx(0.03)
+    unknown = (("title = ", 'allow = "gaps"\ntitle = '),)
+    bare.write_text(replaced(wider, *unknown), encoding="utf-8")
+    refused(bare, "allow", "literal_error")

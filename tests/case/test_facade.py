@@ -102,7 +102,7 @@ NORMAL = "normal = [0, 1, 0]"
     ],
 )
 def test_distance(broken, edits, distance):
-    case = load_case(broken(*edits))
+    case = load_case(broken(*edits, (None, "title = ", 'allow = "gap"\ntitle = ')))
     found = [pair_distance(contact, case) for contact in case.contacts]
     assert found == pytest.approx([distance] * 8, abs=1e-12, nan_ok=True)
 

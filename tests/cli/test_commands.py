@@ -252,7 +252,9 @@ class TestCheckAndNew:
 
     def test_the_verdict_comes_last(self, new_case, tmp_path, process):
         """In one log of both streams: warnings, then the verdict with their number."""
-        name = new_case(tmp_path, ('gap = "2 cm"', 'gap = "2 m"')).name
+        name = new_case(
+            tmp_path, ('gap = "2 cm"', 'gap = "2 m"'), ("title = ", 'allow = "gap"\ntitle = ')
+        ).name
         ended = process("check", name, cwd=tmp_path, joined=True)
         lines = ended.out.splitlines()
         count = sum(line.startswith("warning: ") for line in lines)

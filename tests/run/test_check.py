@@ -312,11 +312,11 @@ def warned(caplog, path, *, mesh=True, level=logging.WARNING):
             LISTED,
             (
                 "contacts: floors that face each other and are in no pair: west.floor_3 and east.",
-                "(20 mm apart at 10.5 m); list them",
+                "(20 mm apart at 10.5 m); type [contact_search]",
             ),
         ),
         (
-            [('gap = "2 cm"', 'gap = "20 cm"')],
+            [('gap = "2 cm"', 'gap = "20 cm"'), ("title = ", 'allow = ["gap"]\ntitle = ')],
             ("contacts: ", "gap 0.2 m, distance 0.02 m", "2 more pairs"),
         ),
         (

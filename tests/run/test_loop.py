@@ -65,7 +65,7 @@ def test_results_alone(finished, edited, tmp_path):
     assert before and (folder / "report.html").is_file()
     run(case, out=folder, draw=False)  # with nothing to compute it stays as it is
     assert drawn() == before and (folder / "report.html").is_file()
-    edited(case, ('gap = "2 cm"', 'gap = "2.5 cm"'))
+    edited(case, ('gap = "2 cm"', 'gap = "2.5 cm"'), ("title = ", 'allow = ["gap"]\ntitle = '))
     other = run(case, out=folder, draw=False)
     assert not other.reused and not drawn() and not (folder / "report.html").exists()
     assert other.key_results != finished.run.key_results

@@ -173,7 +173,7 @@ def test_a_case_file_of_its_own(source, tmp_path, linked):
         folder.symlink_to(tmp_path / "deep" / "er" / "sweep")
     else:
         folder.mkdir()
-    one, two = asked(source, "damping.ratio=3 %", "contacts[0].gap=1 cm,3 cm")
+    one, two = asked(source, "damping.ratio=3 %", "contacts[0].gap=1 cm,3 cm", "allow=gap")
     for variant in (one, two):
         write_case(variant, source, folder)
     case, before = load_case(two.case_file(folder)), load_case(source.path)
@@ -187,6 +187,7 @@ def test_every_fault_of_every_variant(source):
     found = asked(
         source,
         "damping.ratio=3 %,150 %",
+        "allow=gap",
         "contacts[0].gap=1 cm,-1 cm,1 kg",
         "buildings[0].floors=absent.csv,small_floors.csv",
     )

@@ -98,6 +98,7 @@ SHORT = (
     ('# compressive_strength = "25 MPa"', 'compressive_strength = "25 MPa"'),
     ('# bearing_area = "5 m2"', 'bearing_area = "5 m2"'),
     ('gap = "2 cm"', 'gap = "0.5 cm"'),
+    ("title = ", 'allow = "gap"\ntitle = '),
     ('pga = "1.2 m/s2"', 'pga = "3 m/s2"'),
     ('ground_acceleration = "1.2 m/s2"', 'ground_acceleration = "3 m/s2"'),
     (

@@ -26,16 +26,13 @@ from impactfem.case.reading import Reading
 
 Finding = tuple[Place, str]
 """A place in the file that is at fault, and what was expected there."""
-SMALLEST, PART = 1e-3, 0.1
-"""Distance and gap may differ by so much [m], or by this part of the gap, and count as the same."""
+SAME = 1e-3
+"""Distance and gap may differ by so much [m] and count as the same."""
+ROUNDED = 1e-9
+"""Rounding of sums of coordinates [m]."""
 
 TURNED = 1.0
 """Distance and gap differ by less than so much [m] once a normal is turned round that was wrong."""
-
-
-def allowed(gap: float) -> float:
-    """Difference of distance and gap up to which they count as the same [m], for a gap [m]."""
-    return max(SMALLEST, PART * gap)
 
 
 def pair_distance(contact: Contact, case: Case) -> float:
@@ -79,7 +76,12 @@ def of_contacts(case: Case, reading: Reading) -> Iterator[Finding]:
             )
             yield (*place, "law"), expected
         distance = pair_distance(contact, case)
-        if not distance < -allowed(contact.gap) or ("distance", table) in reported:
+        if ("distance", table) in reported or not math.isfinite(distance):
+            continue
+        if distance >= -SAME:
+            if abs(distance - contact.gap) > SAME + ROUNDED and "gap" not in case.allow:
+                reported.add(("distance", table))
+                yield (*place, "gap"), _other_gap(contact, distance)
             continue
         reported.add(("distance", table))
         apart = f"by axis and offset the points of {contact.name} are {distance:.4g} m apart along "
@@ -98,6 +100,16 @@ def of_contacts(case: Case, reading: Reading) -> Iterator[Finding]:
                 f"{contact.gap:.4g} m; see axis of [[buildings]], {axes}, and the offsets"
             )
             yield place, expected
+
+
+def _other_gap(contact: Contact, distance: float) -> str:
+    """Expectation of a gap that is not the distance of its points [m]."""
+    return (
+        f"expected the distance of the points by axes and offsets: that of {contact.name} is "
+        f"{1e3 * distance:.6g} mm, the gap {1e3 * contact.gap:.6g} mm; type gap = "
+        f'"{1e3 * max(distance, 0.0):.6g} mm", or correct axis of [[buildings]] and offset, or '
+        'type allow = ["gap"] at the top of the file to use the given gap'
+    )
 
 
 def of_search(case: Case, reading: Reading) -> Iterator[Finding]:

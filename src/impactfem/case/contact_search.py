@@ -48,6 +48,11 @@ class Facing:
     def _point(self, at: Level, place: tuple[float, float]) -> ContactPoint:
         x, y = (p - q for p, q in zip(place, at.building.axis, strict=True))
         z = self.level - at.z
+        if at.relative_height is None and at.building.structure is not None:
+            z = 0.0  # a 3D model takes the force of a floor in its slab
+        elif at.relative_height is None:
+            low, high = band(at.building, at.z)
+            z = min(max(z, low - at.z), high - at.z)
         name, of_storey, number = at.key
         return ContactPoint(
             building=name,
@@ -192,7 +197,7 @@ def searched(case: Case, search: ContactSearch) -> tuple[ContactEntry, ...]:
             law=law or search.law,
             length=round(one.opposite.length, DECIMALS),
             points=search.points,
-            depth=one.depth,
+            depth=None if one.depth is None else round(one.depth, DECIMALS),
             gap_slope=one.opposite.gap_slope,
         )
         _, floors_a, floors_b = groups.setdefault(entry.model_dump_json(), (entry, [], []))
@@ -266,7 +271,10 @@ def _others(
 
 
 def _contact(here: Level, there: Level) -> tuple[float, float | None]:
-    """Return the elevation of a contact and the depth of the slab edges in contact [m]."""
+    """Return the elevation of a contact and the depth of the slab edges in contact [m].
+
+    It is that of the floor with a 3D model, else the mean, within both depths.
+    """
     floors = [one for one in (here, there) if one.relative_height is None]
     depths = [slab_depth(one.building, one.index) for one in floors]
     known = [depth for depth in depths if depth is not None]
@@ -274,6 +282,7 @@ def _contact(here: Level, there: Level) -> tuple[float, float | None]:
         return floors[0].z, known[0] if known else None
     bands = [band(one.building, one.z) for one in floors]
     low, high = max(span[0] for span in bands), min(span[1] for span in bands)
-    middle = 0.5 * (here.z + there.z)
+    in_3d = [one.z for one in floors if one.building.structure is not None]
+    middle = in_3d[0] if len(in_3d) == 1 else 0.5 * (here.z + there.z)
     depth = min(*known, high - low) if len(known) == 2 else None
     return min(max(middle, low), high), depth

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -24,7 +24,7 @@ from impactfem.case.contacts import (
 from impactfem.case.damping import DampingCase, DampingEntry
 from impactfem.case.devices import DeviceAnalysis, DeviceSetup
 from impactfem.case.floors import Material
-from impactfem.case.leaf import File, Key, Text
+from impactfem.case.leaf import File, Key, OneOrMore, Text
 from impactfem.case.motions import Ensemble, FloorForces, Motion, MotionEntry, WavePassage
 from impactfem.case.report import PUBLISHED_FILE, Published, Report
 from impactfem.case.transient import Probe, Transient
@@ -38,6 +38,9 @@ class CaseFile(Section):
     """Another case file that this one extends; state only the differences."""
     title: Text
     """Title of the case, for the report and the figures."""
+    allow: Annotated[tuple[Literal["gap"], ...], OneOrMore()] = ()
+    """Conditions that are errors without it: "gap", gaps that differ from axes and offsets by more
+    than 1 mm; the gap is used then."""
     published: Annotated[dict[str, Published], PUBLISHED_FILE] = Field(default={})
     """Table of published values (CSV), compared with the results in summary.json."""
     materials: dict[Key, Material]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from impactfem.case.contact_checks import allowed
+from impactfem.case.contact_checks import ROUNDED, SAME
 from impactfem.motion.from_case import PEAK
 from impactfem.stages.check import (
     HALVED,
@@ -177,12 +177,12 @@ def distance_check(
     ]
     if not known:
         return []
-    off, gap, distance, name = max(known, key=lambda pair: pair[0] / allowed(pair[1]))
-    others = sum(pair[0] > allowed(pair[1]) for pair in known) - 1
+    off, gap, distance, name = max(known, key=lambda pair: pair[0])
+    others = sum(pair[0] > SAME + ROUNDED for pair in known) - 1
     detail = f"gap {gap:.4g} m, distance {distance:.4g} m"
     if others > 0:
         detail += f"; the same applies to {others} more pairs"
-    return [GAP.check(1e3 * off, name, detail, upper=1e3 * allowed(gap))]
+    return [GAP.check(1e3 * off, name, detail, upper=1e3 * (SAME + ROUNDED))]
 
 
 def stick_checks(
