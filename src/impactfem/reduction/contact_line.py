@@ -37,6 +37,8 @@ from impactfem.building.mesh import BuildingMesh
 from impactfem.case import Case, Contact, ContactPoint
 from impactfem.case.contacts import Vector
 from impactfem.case.facade import Facade
+from impactfem.case.levels import plan_of
+from impactfem.case.plan import extent
 from impactfem.reduction.edge_force import EdgeForce
 from impactfem.reduction.sides import PairEnd, Sides, push
 from impactfem.system.arrays import Array
@@ -131,7 +133,8 @@ class ContactLine:
 def contact_lines(case: Case, meshes: Mapping[str, BuildingMesh]) -> tuple[ContactLine, ...]:
     """Return the lines of a case along which 3D models touch, with their meshes by building.
 
-    Pairs of the same sides of floors or storeys with the same normal are one line.
+    Pairs of the same sides of floors or storeys with the same normal are one line, and so are the
+    points of a line contact, over its length.
 
     Raises:
         InputError: With every fault: sides that do not face each other, points that are not on a
@@ -158,8 +161,8 @@ def contact_lines(case: Case, meshes: Mapping[str, BuildingMesh]) -> tuple[Conta
             continue
         normal = tuple(np.round(n, 9).tolist())
         places = (ends[0].place, (contact.wall,) if contact.b is None else ends[1].place)
-        key = *places, normal
-        if (*places[::-1], tuple(-x + 0.0 for x in normal)) in groups:
+        key = *places, normal, contact.line
+        if (*places[::-1], tuple(-x + 0.0 for x in normal), contact.line) in groups:
             expected = "expected the same building as a in all pairs along the same edges"
             faults.append(Fault(case.path, table, contact.name, expected))
             continue
@@ -319,6 +322,9 @@ def _line(case: Case, pairs: Sequence[Contact], ends: Sequence[_End]) -> Contact
     n = np.array(one.normal)
     t = _along(n)
     low, high = max(end.span[0] for end in ends), min(end.span[1] for end in ends)
+    if one.length is not None:
+        low = max(low, -one.along - 0.5 * one.length)
+        high = min(high, -one.along + 0.5 * one.length)
     if not high - low > SHORT:
         spans = " and ".join(
             f"{end.point.label} from {end.span[0]:.4g} to {end.span[1]:.4g} m" for end in ends
@@ -400,12 +406,12 @@ def _end(
     x, y, z = (float(component) + 0.0 for component in outward)
     building = case.building(point.building)
     if point.building not in case.pounding_in_3d:
-        # Half of the length of its floor along t; infinite where its plan is not known.
-        row = next(floor for floor in building.floors if floor.floor == point.level)
-        side = ("length", "width")[int(np.abs(t[:2]).argmax())]
-        reach = 0.5 * (getattr(row, side) or getattr(building, side) or math.inf)
+        # Its floor along t; infinite where its plan is not known.
+        index = [floor.floor for floor in building.floors].index(point.level)
+        plan = plan_of(building, index)
+        low, high = (-math.inf, math.inf) if plan is None else extent(plan, t.tolist())
         middle = -float(t @ point.offset)
-        return _End(point, (x, y, z), None, None, 1.0, (middle - reach, middle + reach))
+        return _End(point, (x, y, z), None, None, 1.0, (middle + low, middle + high))
     own = sides[point.building]
     end = _End(point, (x, y, z), own, None, 1.0, (0.0, 0.0))
     met = own.met(case.path, contact.name, end.end)
