@@ -44,7 +44,8 @@ BUILDINGS = (
     BUILDING.format(name="A", y=2, factor=1, frequency=4, edge="y+"),
     BUILDING.format(name="B", y=6.001, factor=0.2, frequency=3, edge="y-"),
 )
-CASE = f"""title = "Two small frames with 3D models, 1 mm apart"
+CASE = f"""allow = "gap"
+title = "Two small frames with 3D models, 1 mm apart"
 [materials.concrete]
 young_modulus = "33 GPa"
 poisson_ratio = 0.2

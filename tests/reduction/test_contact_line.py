@@ -140,6 +140,21 @@ def test_the_gap_is_straight_between_the_pairs_of_an_edge(tmp_path, caplog):
     assert "pairs is 1 mm" in caplog.text
 
 
+def test_a_line_contact_has_its_length(tmp_path):
+    """Of 6 m in common, 2.5 m about x = 1 m, by two Gauss points, with a gap that grows."""
+    more = 'gap = "1 mm"\nlength = "2.5 m"\ngap_slope = 1e-4\n'
+    moved = [(f'["0 m", "{sign}2 m"', f'["1 m", "{sign}2 m"') for sign in ("", "-")]
+    case, meshes = with_meshes(in_3d(tmp_path, ('gap = "1 mm"\n', more), *moved))
+    lines = contact_lines(case, meshes)
+    assert [len(line.pair_names) for line in lines] == [2, 2]
+    for line in lines:
+        x = line.a.point.offset[0] - line.normal[1] * line.position
+        assert np.sort(x[[0, -1]]) == pytest.approx([-0.25, 2.25])
+        assert line.weight.sum() == pytest.approx(2.5)
+        # The gap grows to the left of y+, which is x-.
+        assert line.gap == pytest.approx(1e-3 - 1e-4 * (x - 1.0), abs=1e-9)
+
+
 @pytest.mark.parametrize(("there", "overlap"), [(1.65, False), (1.7, True)])
 def test_a_corner_that_overlaps_is_refused(tmp_path, there, overlap):
     """1 mm in the middle and 1.7 mm at 2 m are -0.05 mm at -3 m; a third of a hat inside, more."""
