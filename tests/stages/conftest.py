@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from impactfem.dynamics.damping import UNDAMPED
 from impactfem.stages.building import store as building
 from impactfem.stages.pounding import store as pounding
 from impactfem.stages.stores import dataset
@@ -200,6 +201,7 @@ def _transient(asked, slab):
         "psa_band": band,
         "sd": psa / (2.0 * np.pi * frequency) ** 2,
         "pfa": pfa,
+        "zpa": pfa,
         "pfa_band": np.zeros((len(nodes), 3)),
         "pfa_interpolated": pfa,
         "ground_acceleration": np.zeros((STEPS, 3)),
@@ -249,7 +251,7 @@ def _transient(asked, slab):
         "main_impact": [START, START + LASTS] if asked.loads else [],
     }
     store = dataset(transient.OUTPUTS, values, attributes=attributes)
-    found = findings(store, _sticks(asked))
+    found = findings(store, _sticks(asked), UNDAMPED)
     store = dataset(transient.OUTPUTS, values | found, attributes=attributes)
     return with_scalars(store, transient_scalars(store))
 

@@ -179,6 +179,8 @@ class PairEnds:
 
 
 FORCES = "a force history (NetCDF or CSV)"
+OTHER_FORCES = "forces_other_step.nc"
+"""File of the forces of a run with another time step, which shows what the step changes."""
 REQUIRED = {"time": "s", "force": "N"}
 MOST_STEPS = 10_000_000
 """Largest number of rows of a CSV file."""

@@ -2,12 +2,13 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
@@ -125,6 +126,21 @@ class Panel:
             axes.legend(handles[order], labels[order], loc=self.legend, handlelength=HANDLE)
 
 
+def unresolved(store: xr.Dataset, last: float) -> tuple[float, float] | None:
+    """Return the part of spectra up to a last frequency above the resolved band of a store [Hz].
+
+    None if there is none. A panel hatches it: its ordinates are information.
+    """
+    end = float(store.attrs.get("resolved_frequency", math.inf))
+    return (end, last) if end < last * (1.0 - 1e-9) else None
+
+
+def hatching_note(store: xr.Dataset, last: float) -> str:
+    """Return what hatching of spectra up to a last frequency [Hz] means, or ""."""
+    above = unresolved(store, last)
+    return "" if above is None else f" Hatched: information, above the resolved {above[0]:.4g} Hz."
+
+
 @dataclass(frozen=True, eq=False)
 class CurveFigure:
     """A figure of panels with curves."""
@@ -184,6 +200,13 @@ class CurveFigure:
                 across = math.ceil(len(labels) / rows)
                 drawn.legend(handles, labels, loc="outside upper center", ncols=across)
         return path
+
+
+def hatched_page(page: CurveFigure, store: xr.Dataset) -> CurveFigure:
+    """Return a figure of spectra with all panels hatched above the resolved band of a store."""
+    last = max(float(curve.x[-1]) for panel in page.panels for curve in panel.curves)
+    panels = [replace(panel, hatched=unresolved(store, last)) for panel in page.panels]
+    return replace(page, panels=panels, caption=page.caption + hatching_note(store, last))
 
 
 def published_point(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -114,6 +114,13 @@ class Loads:
     def amplitudes(self) -> Array:
         """Amplitudes of all patterns, shape (n_steps + 1, n_patterns) [m/s2, N]."""
         return np.column_stack([self.ground[:, list(self.directions)], self.force])
+
+    def of(self, names: Collection[str]) -> Loads:
+        """Return the loads of the ground and of the patterns with these names."""
+        kept = np.array([edge.name in names for edge in self.edges], dtype=bool)
+        edges = tuple(edge for edge, keep in zip(self.edges, kept, strict=True) if keep)
+        external = None if self.external is None else self.external[:, kept]
+        return replace(self, edges=edges, force=self.force[:, kept], external=external)
 
     def without_impacts(self) -> Loads:
         """Return the loads without the contact forces."""

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import xarray as xr
 
-from impactfem.report.decision import MODEL, STICK, Spectrum, at_wall, devices, untouched
+from impactfem.report.decision import at_wall, devices, untouched
+from impactfem.report.governing import MODEL, STICK, Spectrum
 from impactfem.report.overview import wall_is_used
 from impactfem.report.run_files import RunFiles
 from impactfem.spectra.statistics import over_members

@@ -3,43 +3,44 @@
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import xarray as xr
 
 from impactfem.plot.curves import Curve, CurveFigure, Panel
 from impactfem.plot.figure import figure
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED
+from impactfem.report.governing import (
+    MODEL,
+    PLACES,
+    STICK,
+    Spectrum,
+    governing,
+)
 from impactfem.report.overview import (
-    RESIDUAL,
     SMALL,
     Facts,
     anchor_forces,
-    digits,
     forces_table,
     in_3d,
     quantity,
-    table,
     wall_is_used,
 )
 from impactfem.report.run_files import SPECTRA, RunFiles
 from impactfem.report.verdicts import given, verdict_summary
-from impactfem.stages.check import HALVED, QUIET
+from impactfem.stages.check import HALVED
 from impactfem.stages.device import selection as of_device
 from impactfem.stages.stores import names_of
-from impactfem.stages.transient.selection import known, resolved
+from impactfem.stages.transient.selection import known
 from impactfem.stages.verdict import pair_words
 
-STICK, MODEL = "stick", "3D model"
 G = 9.80665
 MAIN_FORCE = "pounding.main_impact_band_force"
 KEY_RESULTS = 10
 """Number of results at the end of a run."""
-PLACES = {"centre": "mass centre", "edge": "impact edge", "line": "on the line across"}
-"""Kinds of probes in words."""
 PURPLE = "#7a4fa3"
 NEAR = 5e-4
 """Differences below it are 0.0 % in print."""
@@ -56,190 +57,7 @@ class Answer:
     text: str  #: what it is
     mark: str = ""  #: "good", "warn", or "" where there is no limit
     link: str = ""  #: id of the section with the details
-
-
-@dataclass(frozen=True, eq=False)
-class Spectrum:
-    """The floor spectrum with the largest ordinate of a body along a direction, in resolved band.
-
-    The resolved band ends at the last frequency of `psa`.
-    """
-
-    building: str
-    model: str  #: `STICK`, `MODEL`, or name of the device at whose anchor it is
-    floor: int  #: its number; 0 for a point on none
-    place: str
-    direction: str
-    damping: float  #: of the oscillators [-]; nan where not known
-    psa: xr.DataArray  #: by frequency [m/s2]
-    free: xr.DataArray | None  #: the same without impact; None where that was not computed
-    #: Largest ZPA without impact of the place along any direction [m/s2].
-    free_zpa: float = 0.0
-
-    @property
-    def at_anchor(self) -> bool:
-        """Whether it is at the anchor of a device."""
-        return self.model not in (STICK, MODEL)
-
-    @property
-    def peak(self) -> float:
-        """Its largest ordinate [m/s2]."""
-        return float(self.psa.max())
-
-    @property
-    def at(self) -> float:
-        """Frequency of its largest ordinate [Hz]."""
-        return float(self.psa.idxmax("frequency"))
-
-    @property
-    def end(self) -> float:
-        """Highest frequency of the resolved band [Hz]."""
-        return float(self.psa["frequency"][-1])
-
-    @property
-    def zpa(self) -> float:
-        """Zero-period acceleration: the ordinate at the end of the resolved band [m/s2]."""
-        return float(self.psa[-1])
-
-    @property
-    def free_peak(self) -> float:
-        """Largest ordinate without impact [m/s2]; 0 where that was not computed."""
-        return 0.0 if self.free is None else float(self.free.max())
-
-    @property
-    def least(self) -> float:
-        """Ordinate without impact up to which no ratio is formed [m/s2]."""
-        return max(SMALL * self.free_zpa, RESIDUAL * self.peak)
-
-    @property
-    def peak_ratio(self) -> float:
-        """Ratio of the peaks with / without impact [-]; nan where the latter is small."""
-        return self.peak / self.free_peak if self.free_peak > self.least else math.nan
-
-    def largest_ratio(self, counts: float) -> tuple[float, float]:
-        """Return the largest ratio with / without impact [-] and its frequency [Hz].
-
-        Only ordinates with impact of at least `counts` [m/s2] and ordinates without impact that are
-        not small count; 0 and nan where there is none.
-        """
-        if self.free is None:
-            return 0.0, math.nan
-        both = (self.psa >= counts) & (self.free > self.least)
-        ratio = (self.psa / self.free).where(both, 0.0)
-        largest = float(ratio.max())
-        return largest, float(ratio.idxmax("frequency")) if largest > 0.0 else math.nan
-
-    @property
-    def words(self) -> str:
-        """Where it is."""
-        model = f"anchor of {self.model}" if self.at_anchor else self.model
-        floor = f"floor {self.floor}, " if self.floor else ""
-        place = f"{self.place}, " if self.place else ""
-        return f"{self.building}, {floor}{place}{model}"
-
-
-def governing(run: RunFiles) -> list[Spectrum]:
-    """Of each stick and 3D model along each direction, the largest first; then those of anchors."""
-    floors = sorted(_of_sticks(run), key=lambda one: one.peak) if run.ran("pounding") else []
-    found = list({(one.building, one.direction): one for one in floors}.values())
-    for one in run.models.values():
-        found += _of_model(one) if one.ran("transient") else []
-        found += _of_anchors(one) if one.ran("device") else []
-    return sorted(found, key=lambda one: (one.at_anchor, -one.peak))
-
-
-def _of_sticks(run: RunFiles) -> list[Spectrum]:
-    """Of each floor along each direction, as it pounded."""
-    found, touched = [], in_3d(run.case)
-    with run.store("pounding.nc") as store:
-        one = resolved(store[["psa", "psa_free"]].isel(damping=0)).load()
-        for k, name in enumerate(one["station_building"].values.tolist()):
-            model, place = (MODEL, PLACES["centre"]) if name in touched else (STICK, "")
-            free_zpa = float(one["psa_free"].isel(station=k, frequency=-1).max())
-            for direction in names_of(store, "direction"):
-                at = one.isel(station=k).sel(direction=direction)
-                floor, ratio = int(at["station_floor"]), float(at["damping"])
-                where = (name, model, floor, place, direction, ratio)
-                found.append(Spectrum(*where, at["psa"], at["psa_free"], free_zpa))
-    return _moving(found)
-
-
-def _of_model(run: RunFiles) -> list[Spectrum]:
-    """The largest along each direction: over whole floors, if stage `design` has looked there."""
-    found = []
-    if run.ran("design"):
-        with run.store("design.nc") as store:
-            one = resolved(store[["psa"]].isel(damping=0)).load()
-            place = f"largest {'over the floor' if 'vertex' in store.dims else 'of its probes'}"
-            for direction in names_of(store, "direction"):
-                at = _largest(one.sel(direction=direction), "station")
-                floor, ratio = int(at["station_floor"]), float(at["damping"])
-                where = (str(store.attrs["building"]), MODEL, floor, place, direction, ratio)
-                found.append(Spectrum(*where, at["psa"], None))
-            kept = names_of(store, "elsewhere")  # on no floor
-    with run.store("transient.nc") as store:
-        one = resolved(store[["psa"]].isel(damping=0)).load()
-        one = one.sel(probe=kept) if found else one
-        for direction in names_of(store, "component") if one.sizes["probe"] else []:
-            at = _largest(one.sel(component=direction), "probe")
-            place = PLACES.get(str(at["probe_kind"].item()), str(at["probe"].item()))
-            floor, ratio = int(at["probe_floor"]), float(at["damping"])
-            where = (str(store.attrs["building"]), MODEL, floor, place, direction, ratio)
-            found.append(Spectrum(*where, at["psa"], None))
-    found.sort(key=lambda one: -one.peak)
-    return _moving(list({one.direction: one for one in reversed(found)}.values()))
-
-
-def _largest(some: xr.Dataset, dim: str) -> xr.Dataset:
-    """Of spectra over places that with the largest ordinate."""
-    return some.isel({dim: int(np.argmax(some["psa"].max("frequency").values))})
-
-
-def _of_anchors(run: RunFiles) -> list[Spectrum]:
-    """Of each anchor along the direction with the largest ordinate."""
-    found = []
-    with run.store("device.nc") as store:
-        for device in names_of(store, "device"):
-            hit, quiet = (
-                of_device.Load(resolved(store), device, impact).of("psa").load()
-                for impact in (of_device.WITH, of_device.WITHOUT)
-            )
-            axis = str(hit.max("frequency").idxmax("axis").item())
-            _, floor, _ = of_device.anchor_of(store, device)
-            damping = float(of_device.modes_of(store, device)["mode_damping"][:1].sum())
-            where = (str(store.attrs["building"]), device, floor, "", axis, damping or math.nan)
-            free_zpa = float(quiet.isel(frequency=-1).max())
-            found.append(Spectrum(*where, hit.sel(axis=axis), quiet.sel(axis=axis), free_zpa))
-    return found
-
-
-def _moving(found: list[Spectrum]) -> list[Spectrum]:
-    """Those of which more is seen than the numbers behind the point."""
-    largest = max((one.peak for one in found), default=0.0)
-    return [one for one in found if one.peak > QUIET * largest]
-
-
-def spectra_table(spectra: list[Spectrum]) -> Facts:
-    """Return the governing spectra, a row each."""
-    columns = (
-        "place {}; direction {}; damping [%] {:.3g}; resolved band up to [Hz] {:.4g}; "
-        "peak [m/s²] {:.4g}; at [Hz] {:.1f}; ZPA [m/s²] {:.4g}; peak without impact [m/s²] {}; "
-        "ratio of the peaks, with / without impact {}"
-    )
-    rows = []
-    for one in spectra:
-        free = "" if one.free is None else digits(one.free_peak, 4)
-        ratio = digits(one.peak_ratio, 3) if math.isfinite(one.peak_ratio) else ""
-        peak = (one.end, one.peak, one.at, one.zpa)
-        rows.append((one.words, one.direction, 100.0 * one.damping, *peak, free, ratio))
-    note = (
-        "The largest ordinates of each model along each direction, within the resolved band. The "
-        "ZPA is the ordinate at the end of the band. A ratio appears only if the peak without "
-        f"impact exceeds {100.0 * SMALL:g} % of the ZPA without impact."
-    )
-    if any(one.free is None for one in spectra):
-        note += " Floors of a 3D model that is loaded by stick forces have no run without impact."
-    return table("Governing floor response spectra", columns, rows, note)
+    result: str = ""  #: name of the result in `summary.json`, which failed checks may concern
 
 
 def devices(run: RunFiles) -> Iterator[tuple[xr.Dataset, str]]:
@@ -279,10 +97,15 @@ def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
             f"{one.words}, direction {one.direction}, {100.0 * one.damping:.3g} % damping; "
             f"{one.peak / G:.3g} g; ZPA {one.zpa:.3g} m/s². Resolved band: up to {one.end:.4g} Hz"
         )
+        text += f", limited by: {one.cause}" if one.cause else ""
+        if math.isfinite(one.structural_damping):
+            text += f"; damping ratio of the building at {one.at:.3g} Hz: "
+            text += f"{100.0 * one.structural_damping:.3g} %"
         if one.at >= one.end:
             text += "; the peak is at the end of this band, and may be larger above it"
-        found.append(Answer("Governing floor response spectrum", value, text, link="spectra"))
-        found += [] if untouched(run) else _amplification(run, spectra)
+        name = "Governing floor response spectrum"
+        found.append(Answer(name, value, text, "", "spectra", one.result))
+        found += [] if untouched(run) else _amplification(one)
     found += _gap(run) + _anchors(run)
     force = next((one for one in run.summary if one["name"] == MAIN_FORCE), None)
     if force is not None and force["value"] is not None:
@@ -298,10 +121,11 @@ def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
             if (found_force := run.values.get(name)) is not None:
                 text += f"; {words} {quantity(found_force, 'N', digits=3)}"
         text += _by_steps(run)
-        found.append(Answer("Largest impact", value, text, link="stage_pounding"))
+        found.append(Answer("Largest impact", value, text, "", "stage_pounding", MAIN_FORCE))
     elif "pounding.required_separation" in run.values and untouched(run):
         text = "the buildings do not touch"
         found.append(Answer("Largest impact", "no impact", text, link="stage_pounding"))
+    found = [_doubted(run, answer) for answer in found]
     passed = [check["passed"] for check in run.checks]
     limits, missed = len(passed) - passed.count(None), passed.count(False)
     value = f"{missed} of {limits} failed" if missed else f"all {limits} passed"
@@ -310,31 +134,41 @@ def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
     return found
 
 
-def _amplification(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
-    """Return the largest ratio of peaks with / without impact, and the largest of ordinates.
+def _doubted(run: RunFiles, answer: Answer) -> Answer:
+    """Mark an answer whose number failed checks make doubtful, with their quantities."""
+    failed = [
+        check["quantity"]
+        for check in run.checks
+        if check["passed"] is False
+        and any(fnmatchcase(answer.result, pattern) for pattern in check.get("concerns", ()))
+    ]
+    if not failed:
+        return answer
+    text = f"{answer.text}; doubtful, failed checks: {', '.join(dict.fromkeys(failed))}"
+    return replace(answer, text=text, mark="warn")
 
-    Of all floors whose peak counts: an impact may raise another floor than the governing one most.
+
+def _amplification(one: Spectrum) -> list[Answer]:
+    """Return the ratio of the peaks with / without impact of the governing spectrum.
+
+    The largest ratio of ordinates comes second. A ratio appears only where the value without impact
+    is not small.
     """
-    every = (*(_of_sticks(run) if run.ran("pounding") else ()), *spectra)
-    counts = COUNTS * max(one.peak for one in every)
-    found = [one for one in every if one.peak >= counts and math.isfinite(one.peak_ratio)]
-    if not found:
+    if one.free is None:
         return []
-    one = max(found, key=lambda one: one.peak_ratio)
-    text = (
-        f"ratio of the peaks, {one.peak:.3g} m/s² with and {one.free_peak:.3g} m/s² without "
-        f"impact: {one.words}, direction {one.direction}, {100.0 * one.damping:.3g} % damping"
-    )
-    times, at, other = max(
-        ((*other.largest_ratio(counts), other) for other in found), key=lambda ratio: ratio[0]
-    )
-    if math.isfinite(at) and other.free is not None:
-        hit, quiet = (float(psa.sel(frequency=at)) for psa in (other.psa, other.free))
+    where = f"{one.words}, direction {one.direction}, {100.0 * one.damping:.3g} % damping"
+    text = f"{one.peak:.3g} m/s² with and {one.free_peak:.3g} m/s² without impact: {where}"
+    question = "Amplification due to pounding"
+    if not math.isfinite(one.peak_ratio):
+        text += f"; the peak without impact is below {100.0 * SMALL:g} % of its ZPA"
+        return [Answer(question, "no ratio", text, "", "spectra")]
+    times, at = one.largest_ratio(COUNTS * one.peak)
+    if math.isfinite(at):
+        hit, quiet = (float(psa.sel(frequency=at)) for psa in (one.psa, one.free))
         text += f"; largest ratio at one frequency × {times:.3g} at {at:.3g} Hz"
         text += f" ({hit:.3g} and {quiet:.3g} m/s²)"
-        if other is not one:
-            text += f": {other.words}, direction {other.direction}"
-    return [Answer("Amplification due to pounding", f"× {one.peak_ratio:.3g}", text, "", "spectra")]
+    text = f"ratio of the peaks, {text}"
+    return [Answer(question, f"× {one.peak_ratio:.3g}", text, "", "spectra", one.result)]
 
 
 def _gap(run: RunFiles) -> list[Answer]:
@@ -409,7 +243,7 @@ def _anchors(run: RunFiles) -> list[Answer]:
             f"; unknown for {unknown} of {len(pulled)} devices whose weight is not given: without "
             f"weight up to {1e-3 * more:.3g} kN / n, at {name}"
         )
-    return [Answer("Anchors", value, texts[key], mark, link)]
+    return [Answer("Anchors", value, texts[key], mark, link, f"device.{key[1]}")]
 
 
 def _by_steps(run: RunFiles) -> str:
@@ -432,7 +266,8 @@ def spectra_figure(run: RunFiles, spectra: list[Spectrum]) -> Path | None:
     buildings = dict.fromkeys(one.building for one in spectra if not one.at_anchor)
     panels = [_building_panel(run, spectra, name) for name in [*buildings][: 1 if anchors else 2]]
     for one in anchors[:1]:
-        curves = [_curve(one.psa, "with impacts", GREEN, "-")]
+        whole = one.psa if one.whole is None else one.whole
+        curves = [_curve(whole, "with impacts", GREEN, "-")]
         if one.free is not None:
             curves.append(_curve(one.free, "without impact", GREEN, "--"))
         title = f"Anchor of {one.model}, {one.building}, direction {one.direction}"
@@ -479,7 +314,10 @@ def _building_panel(run: RunFiles, spectra: list[Spectrum], building: str) -> Pa
                 at = one["psa"].isel(probe=here.values)
                 curves += [_curve(psa, f"3D model, {PLACES[kind]}", colour, "-") for psa in at]
     if first.model == MODEL and first.place not in (PLACES["centre"], PLACES["edge"]):
-        curves.append(_curve(first.psa, f"3D model, {first.place}", PURPLE, "-"))
+        whole = first.psa if first.whole is None else first.whole
+        curves.append(_curve(whole, f"3D model, {first.place}", PURPLE, "-"))
+        if first.free is not None:
+            curves.append(_curve(first.free, f"3D model, {first.place}, without", PURPLE, "--"))
     title = f"{building}, floor {floor}, " if floor else f"{building}, "
     title = f"{title}direction {first.direction}, {100.0 * first.damping:.3g} % damping"
     return _panel(curves, title, first.end)

@@ -137,23 +137,24 @@ def in_3d(case: Mapping[str, Any]) -> set[str]:
 def stick_spectra(run: RunFiles, building: str) -> Facts:
     """Return the spectra of all floors in the resolved band, with and without impact."""
     with run.store("pounding.nc") as store:
-        one = resolved(store[["psa", "psa_free", "pfa", "pfa_free"]].isel(damping=0)).load()
+        names = ["psa", "psa_free", "zpa", "zpa_free"]
+        one = resolved(store[names].isel(damping=0)).load()
         one = one.isel(station=(one["station_building"] == building).values)
         damping, rows = float(one["damping"]), []
-        free_zpa = one["psa_free"].isel(frequency=-1).max("direction")
+        free_zpa = one["zpa_free"].max("direction")
         for direction in names_of(store, "direction"):
             for k in reversed(range(one.sizes["station"])):
                 at = one.isel(station=k).sel(direction=direction)
                 psa, free = at["psa"], at["psa_free"]
-                shown = (psa.max(), psa.idxmax("frequency"), at["pfa"], free.max(), at["pfa_free"])
+                shown = (psa.max(), psa.idxmax("frequency"), at["zpa"], free.max(), at["zpa_free"])
                 values = [value.item() for value in shown]
                 least = max(SMALL * float(free_zpa[k]), RESIDUAL * values[0])
                 ratio = digits(values[0] / values[3], 3) if values[3] > least else ""
                 rows.append((at["station_floor"].item(), direction, *values, ratio))
         end = float(one["frequency"][-1])
     columns = (
-        "floor {}; direction {}; peak [m/s²] {:.1f}; at [Hz] {:.1f}; PFA [m/s²] {:.1f}; "
-        "peak without impact [m/s²] {:.1f}; PFA without impact [m/s²] {:.1f}; "
+        "floor {}; direction {}; peak [m/s²] {:.1f}; at [Hz] {:.1f}; ZPA [m/s²] {:.1f}; "
+        "peak without impact [m/s²] {:.1f}; ZPA without impact [m/s²] {:.1f}; "
         "ratio of the peaks, with / without impact {}"
     )
     what = "mass centres of the 3D model" if building in in_3d(run.case) else "stick"

@@ -21,19 +21,15 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from impactfem.report.caveats import flags
-from impactfem.report.decision import (
-    anchors_table,
-    answers,
-    governing,
-    spectra_table,
-)
+from impactfem.report.decision import anchors_table, answers
+from impactfem.report.governing import bands_table, governing, spectra_table
 from impactfem.report.overview import buildings, in_3d, number, quantity, wall_is_used
 from impactfem.report.run_files import DRAWING, SPECTRA, RunFiles
 from impactfem.report.sections import TEMPLATES, Picture, anchor, numeric, picture, sections
 from impactfem.report.verdicts import verdicts_table
 from impactfem.spectra.design import broadening_words
 from impactfem.spectra.frequency_list import rg_1_122_frequencies
-from impactfem.stages.check import POINTS
+from impactfem.spectra.resolved import POINTS
 from impactfem.stages.manifest import Label
 from impactfem.stages.stage import Stage
 from impactfem.system.errors import Fault, InputError
@@ -245,7 +241,11 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
         answers=answers(run, spectra),
         flags=flags(run, spectra),
         verdicts=verdicts_table(run.verdicts),
-        tables=[one for one in (spectra_table(spectra), anchors_table(run)) if one and one.rows],
+        tables=[
+            one
+            for one in (spectra_table(spectra), bands_table(spectra), anchors_table(run))
+            if one and one.rows
+        ],
         decision=overall[0],
         drawing=overall[1],
         buildings=buildings(run),
@@ -307,13 +307,15 @@ def conventions(run: RunFiles) -> list[tuple[str, str]]:
             f"Pseudo-acceleration, {dampings} of critical damping, from {low} to {high} Hz, of "
             f"histories with at least {spectra['points_per_cycle']} points in a cycle of the "
             "highest frequency. The first page uses the first damping and the resolved band: "
-            f"frequencies with at least {POINTS:g} time steps in a cycle.",
+            f"frequencies with at least {POINTS:g} time steps in a cycle that mesh, basis and "
+            "contact resolve, too.",
         )
     )
     text = (
-        "On the first page, the zero-period acceleration (ZPA) is the spectral ordinate at the end "
-        "of the resolved band. The peak floor acceleration (PFA) of other tables is the largest "
-        "sample of the history. A check states where a spectrum has not reached it."
+        "The zero-period acceleration (ZPA) is the peak of a history that is limited to the "
+        "resolved band by a low-pass filter without phase shift. The peak floor acceleration "
+        "(PFA) of other tables is the largest sample of the history. A check states "
+        "where a spectrum has not reached it."
     )
     said.append(("Zero-period acceleration", text))
     steps = f"The pounding has steps of {quantity(case['pounding']['time_step'], 's')}."

@@ -23,10 +23,6 @@ HALVED = 0.05
 """Change of the largest force, and ordinate of floor spectra, with half of the points of contact or
 steps twice as long."""
 
-POINTS = 10.0
-"""Least number of time steps in a cycle of a resolved frequency: a peak between two samples is then
-at most 4.9 % higher."""
-
 Severity = Literal["invalid", "limited", "information"]
 """What a failed check means: do not use the results it names; use them within the limit that it
 states; or nothing, as it has no limits."""
@@ -53,6 +49,8 @@ class Criterion:
     severity: Severity = "limited"
     consequence: str = ""  #: what a failure affects, a sentence
     remedy: str = ""  #: what to do after a failure, with the key of the case; a sentence
+    #: Results that a failure makes doubtful: patterns of the names in `summary.json`.
+    concerns: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if CRITERIA.setdefault(self.id, self) != self:
@@ -139,6 +137,7 @@ class Check:
             "severity": of.severity if self.passed is not None else "information",
             "consequence": of.consequence,
             "remedy": of.remedy,
+            "concerns": list(of.concerns),
             "text": self.text,
         }
 
@@ -164,16 +163,6 @@ class Check:
         return f"allowed {low} to {high}{unit}"
 
 
-def resolved_frequency(time_step: float, highest: float) -> float:
-    """Return the frequency up to which a time step and a model resolve spectra [Hz].
-
-    Args:
-        time_step: Step of the histories [s].
-        highest: Highest frequency of the model and of the oscillators [Hz].
-    """
-    return min(highest, 1.0 / (POINTS * time_step))
-
-
 def digits(value: float) -> str:
     """Write a number in three digits, a small one in two with its power of ten: 15.7, 8.9e-16."""
     if not math.isfinite(value):
@@ -184,8 +173,11 @@ def digits(value: float) -> str:
     return f"{value:.0f}" if abs(value) >= 100.0 else f"{value:.3g}"
 
 
-def end_of_spectra(stage: str) -> Criterion:
-    """Declare that the spectra of a stage end at the peak acceleration of their point."""
+def end_of_spectra(stage: str, *concerns: str) -> Criterion:
+    """Declare that the spectra of a stage end at the peak acceleration of their point.
+
+    `concerns` are patterns of the names of peak accelerations.
+    """
     return Criterion(
         f"{stage}.spectrum_end",
         "ratio of the last spectral ordinate to the peak acceleration",
@@ -193,6 +185,7 @@ def end_of_spectra(stage: str) -> Criterion:
         upper=ENDED,
         consequence="The spectra have not reached their ZPA at the highest frequency",
         remedy="Raise frequencies of [spectra], or use the spectra up to the resolved frequency",
+        concerns=concerns,
     )
 
 

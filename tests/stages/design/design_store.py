@@ -7,7 +7,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from impactfem.stages.design.envelopes import DesignStudy
+from impactfem.dynamics.damping import UNDAMPED
+from impactfem.stages.design.envelopes import DesignStudy, ResolvedSpectra
 from impactfem.stages.design.floors import WholeFloors, enveloped, probe_points
 from impactfem.stages.design.store import write_design
 from impactfem.stages.ensemble import store as ensemble
@@ -61,6 +62,7 @@ def probes_of(still=False):
             "rotational_pfa": (("turning", "rotation"), turned[0, :, :, -1]),
             "psa": (("damping", "probe", "component", "frequency"), psa),
             "pfa": (("probe", "component"), psa[0, :, :, -1]),
+            "zpa": (("probe", "component"), psa[0, :, :, -1]),
             "probe_node": ("probe", np.arange(len(NAMES))),
             "on_floor": (("probe", "station"), height[:, None] == [3.0, 6.0]),
             "station_floor": ("station", [1, 2]),
@@ -105,7 +107,8 @@ def design_store(path, asked=None):
     members = {}
     spectra = None
     if asked.whole is not None:
-        spectra = SimpleNamespace(psa=at_vertices, zpa=at_vertices[0, :, -1])
+        peaks = at_vertices[0, :, -1]
+        spectra = ResolvedSpectra(at_vertices, peaks, peaks)
         with_peak = np.concatenate([at_vertices[0], at_vertices[0, :, -1:]], axis=1)
         reached = enveloped(there, with_peak, 2)
         whole = WholeFloors(
@@ -146,7 +149,13 @@ def design_store(path, asked=None):
                 "member_device_spectrum": rng.uniform(5e4, 1e5, (n, d, 6)),
             }
         members["member_basis_error"] = np.full(n, 1e-3)
-    case = SimpleNamespace(title="Two buildings", content_hash=lambda: "abc", shown_direction="y")
+    building = SimpleNamespace(damping=SimpleNamespace(law=UNDAMPED))
+    case = SimpleNamespace(
+        title="Two buildings",
+        content_hash=lambda: "abc",
+        shown_direction="y",
+        modelled_building=building,
+    )
     analysis = "srss" if members else ""
     write_design(path, DesignStudy(case, probes, whole, spectra, members, analysis), "key")
     return Stored(probes["psa"].values, at_vertices)

@@ -40,6 +40,7 @@ def transient():
     values = {
         "psa": rng.random((2, 5, 3, 7)),
         "pfa": rng.random((5, 3)),
+        "zpa": rng.random((5, 3)),
         "probe_node": [5, 2, 9, 1, 4],
         "probe_position": POSITION,
         "xyz": ["x", "y", "z"],

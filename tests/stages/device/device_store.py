@@ -137,6 +137,7 @@ def _responses(asked):
         "psa_peak": psa.max(axis=-1),
         "psa_peak_frequency": FREQUENCY[psa.argmax(axis=-1)],
         "pfa": np.abs(force[..., :3, :]).max(axis=-1) / 5e3,
+        "zpa": np.abs(force[..., :3, :]).max(axis=-1) / 5e3,
         "mode_psa": factor * ordinate,
         # 15 kN on anchors at 0.5 m; all of the base is lifted by 20 kN less than one is pulled.
         "net_tension": np.stack([tension, *(1.1 * tension for _ in asked.choices)], axis=-1),

@@ -11,6 +11,7 @@ from impactfem.coupling.from_case import system_of
 from impactfem.coupling.ground import interpolate_ground
 from impactfem.coupling.laws import Hertz, KelvinVoigt
 from impactfem.coupling.pounding import simulate
+from impactfem.spectra.resolved import CHANGE, COUNTS, agreement
 from impactfem.stages.pounding.compute import (
     STEPS,
     Peaks,
@@ -238,3 +239,37 @@ def test_a_run_to_compare_with_that_fails(caplog):
     assert "failed: no contact" in caplog.text
     with pytest.raises(MemoryError), comparison("steps twice as long"):
         raise MemoryError
+
+
+@pytest.fixture(scope="module")
+def quarter(study):
+    """The case with a quarter of the time step, without runs to compare with."""
+    pounding = study.case.pounding
+    step = {"time_step": 0.25 * pounding.time_step}
+    case = study.case.model_copy(update={"pounding": pounding.model_copy(update=step)})
+    return run_sticks(case, ready=(study.calibration, study.system))
+
+
+def test_a_quarter_of_the_step_changes_resolved_ordinates_little(study, quarter):
+    """At most 5 % in the stated band; the band is not much too narrow for ordinates that count."""
+    frequency, psa = study.floors.spectra.frequency, study.floors.psa
+    counts = psa >= COUNTS * psa.max(axis=(1, 2, 3), keepdims=True)
+    change = np.where(counts, np.abs(quarter.floors.psa / psa - 1.0), 0.0).max(axis=(0, 1, 2))
+    band = study.band
+    assert change[frequency <= band.frequency].max() <= CHANGE
+    measured = agreement(frequency, psa, quarter.floors.psa)
+    assert band.refinement >= 0.7 * min(measured, float(frequency[-1]))
+
+
+def test_the_other_run_has_half_of_the_step(study, quarter):
+    assert study.other.time_step == 0.5 * study.response.time_step
+    assert quarter.other is None and quarter.band.refinement == np.inf
+
+
+def test_few_steps_in_an_impact_narrow_the_band(study):
+    required = study.case.pounding.points_per_impact
+    assert study.steps_per_impact_min >= required
+    more = study.case.pounding.model_copy(update={"points_per_impact": 10_000})
+    narrow = replace(study, case=study.case.model_copy(update={"pounding": more})).band
+    part = study.steps_per_impact_min / 10_000
+    assert narrow.contact == pytest.approx(part * study.band.contact)

@@ -296,3 +296,17 @@ def test_bad_input(run, case, edited, old, new, error, match):
     with pytest.raises(error, match=match):
         run(case)
     assert not (case.parent / "run" / "transient.nc").exists()
+
+
+def test_without_impact_equals_a_run_without_contact_forces(run, again, reduced):
+    """Spectra and peaks at probes and over the floors; with impact they are different."""
+    known, fields = loaded(reduced[1]), loaded(reduced[1], "transient_maps.nc")
+    write_forces(again.with_name("forces_of_another.csv"), 0.0)
+    done, _ = run(again)
+    quiet, maps = loaded(done), loaded(done, "transient_maps.nc")
+    for name in ("psa", "pfa"):
+        largest = float(quiet[name].max())
+        assert float(abs(known[f"{name}_free"] - quiet[name]).max()) <= 1e-10 * largest
+        assert float(abs(known[name] - quiet[name]).max()) > 0.1 * largest
+        over_floors = abs(fields[f"{name}_free"] - maps[name]).max() / maps[name].max()
+        assert float(over_floors) <= 1e-6  # stored in single precision

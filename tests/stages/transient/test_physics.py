@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from impactfem.coupling.force_history import around_peak
+from impactfem.dynamics.damping import UNDAMPED
 from impactfem.reduction.loads import project
 from impactfem.stages.transient.findings import findings
 from impactfem.stages.transient.physics import (
@@ -27,7 +28,7 @@ def numbers(stores):
     def compute(change=lambda store: None, **wanted):
         store, sticks = stores(**wanted)
         change(store)
-        return findings(store, sticks)
+        return findings(store, sticks, UNDAMPED)
 
     return compute
 

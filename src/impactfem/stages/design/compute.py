@@ -5,12 +5,14 @@ devices.
 """
 
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
+from impactfem.reduction.loads import Loads
 from impactfem.reduction.response import modal_histories, record_spectra
-from impactfem.spectra import ResponseSpectra
+from impactfem.spectra.resolved import band_limited_zpa
 from impactfem.stages.design.carrier import Carrier, DesignInputs, point_records
-from impactfem.stages.design.envelopes import DesignStudy
+from impactfem.stages.design.envelopes import DesignStudy, ResolvedSpectra
 from impactfem.stages.design.floors import WholeFloors, read_probes, read_whole_floors
 from impactfem.stages.design.members import FOLDER, Members
 from impactfem.stages.design.store import write_design
@@ -52,10 +54,13 @@ def _run(inputs: DesignInputs, folder: Path, steps: Steps, key: str) -> list[Pat
     if members is not None and waiting:
         with steps.step("sticks"):
             on_root(lambda: members.pound(lambda part: steps.within("sticks", part)))
-    spectra = None
+    spectra = free = None
     if whole is not None and inputs.reduced is not None:
         with steps.step("vertices"):
-            spectra = _vertex_spectra(inputs, whole)
+            loads = inputs.prepared.loads
+            end = float(probes.attrs["resolved_frequency"])
+            spectra = _vertex_spectra(inputs, whole, loads, end)
+            free = _vertex_spectra(inputs, whole, loads.without_impacts(), end)
     if members is not None and waiting:
         carrier = None if inputs.reduced is None else Carrier.of(inputs, probes, whole)
         with workers() as executor:
@@ -65,10 +70,10 @@ def _run(inputs: DesignInputs, folder: Path, steps: Steps, key: str) -> list[Pat
 
     def write() -> list[Path]:
         case = inputs.prepared.building.case
-        study = DesignStudy(case, probes, whole, spectra)
+        law = inputs.prepared.damping
+        study = DesignStudy(case, probes, whole, spectra, free_vertices=free, law=law)
         if members is not None:
-            analysis = members.analysis
-            study = DesignStudy(case, probes, whole, spectra, members.values(), analysis)
+            study = replace(study, members=members.values(), analysis=members.analysis)
         with steps.step("stores"):
             write_design(folder / "design.nc", study, key)
         return [folder / "design.nc"]
@@ -76,11 +81,16 @@ def _run(inputs: DesignInputs, folder: Path, steps: Steps, key: str) -> list[Pat
     return on_root(write)
 
 
-def _vertex_spectra(inputs: DesignInputs, whole: WholeFloors) -> ResponseSpectra:
-    """Compute the spectra of the governing vertices under the case's own motion. On rank 0."""
+def _vertex_spectra(
+    inputs: DesignInputs, whole: WholeFloors, loads: Loads, end: float
+) -> ResolvedSpectra:
+    """Compute spectra of the governing vertices under loads of the case's motion. On rank 0.
+
+    Their ZPA is that of the resolved band, whose end is given [Hz].
+    """
     if inputs.reduced is None:
         raise ValueError("without a reduced building")
-    basis, loads = inputs.reduced.basis, inputs.prepared.loads
+    basis = inputs.reduced.basis
     modal = modal_histories(basis, loads, inputs.prepared.damping).acceleration
     records = point_records(basis, loads, modal, whole.governing)
     LOGGER.debug(
@@ -88,4 +98,6 @@ def _vertex_spectra(inputs: DesignInputs, whole: WholeFloors) -> ResponseSpectra
         len(whole.governing),
         whole.vertices.sum(),
     )
-    return record_spectra(records, loads.time_step, inputs.prepared.building.case.spectra)
+    spectra = record_spectra(records, loads.time_step, inputs.prepared.building.case.spectra)
+    zpa = band_limited_zpa(records.T, loads.time_step, end)
+    return ResolvedSpectra(spectra.psa, spectra.zpa, zpa)

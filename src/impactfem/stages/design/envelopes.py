@@ -12,7 +12,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from impactfem.case import Case
-from impactfem.spectra.response_spectrum import ResponseSpectra
+from impactfem.dynamics.damping import UNDAMPED, DampingLaw
+from impactfem.spectra.resolved import ZPA
 from impactfem.spectra.statistics import STATISTICS, over_members
 from impactfem.stages.design.floors import WholeFloors, counted, enveloped, probe_points
 from impactfem.stages.stores import names_of
@@ -25,16 +26,27 @@ _PLACE = "station direction"
 
 
 @dataclass(frozen=True, eq=False)
+class ResolvedSpectra:
+    """Spectra of n points, each along one direction."""
+
+    psa: Array  #: pseudo-acceleration, shape (n_dampings, n, n_frequencies) [m/s2]
+    zpa: Array  #: peak acceleration, shape (n,) [m/s2]
+    resolved_zpa: Array  #: ZPA in the resolved band, shape (n,) [m/s2]
+
+
+@dataclass(frozen=True, eq=False)
 class DesignStudy:
     """The results of the stage; on rank 0."""
 
     case: Case
     probes: xr.Dataset  #: of `read_probes`
     whole: WholeFloors | None  #: spectra over whole floors; None without fields over the floors
-    vertices: ResponseSpectra | None  #: of the vertices that govern; None without fields
+    vertices: ResolvedSpectra | None  #: of the vertices that govern; None without fields
     #: Results over an ensemble by their names in the store; empty without one.
     members: Mapping[str, Any] = field(default_factory=dict)
     analysis: str = ""  #: response spectrum analysis of the devices; "" without devices
+    free_vertices: ResolvedSpectra | None = None  #: `vertices` without impact
+    law: DampingLaw = UNDAMPED  #: of the building
 
     @property
     def valid(self) -> NDArray[np.bool_]:
@@ -52,6 +64,12 @@ class FloorEnvelopes:
     psa_peak: Array = si("m/s2", "peak of psa, up to maximum_frequency", dims=_PEAK)
     psa_peak_frequency: Array = si("Hz", "frequency of psa_peak", dims=_PEAK)
     zpa: Array = si("m/s2", "envelope of their peak accelerations", dims=_PLACE)
+    resolved_zpa: Array = si("m/s2", f"envelope of their {ZPA}", dims=_PLACE)
+    #: None for the full model, which has no run without impact.
+    psa_free: Array | None = si("m/s2", "envelope of the points without impact", dims=_CURVE)
+    resolved_zpa_free: Array | None = si(
+        "m/s2", f"envelope of their {ZPA}, without impact", dims=_PLACE
+    )
     governing: Index = si("", "point with the largest ordinate, from 0", dims=_CURVE)
     probes_psa: Array = si("m/s2", "envelope of the probes alone", dims=_CURVE)
     probe_count: Index = si("", "number of probes", dims="station")
@@ -61,18 +79,28 @@ class FloorEnvelopes:
     def of(cls, study: DesignStudy) -> FloorEnvelopes:
         """Envelope the probes, and the vertices that govern if there are fields."""
         probes, whole, spectra = study.probes, study.whole, study.vertices
+        free = study.free_vertices
         floors, names = probes.sizes["station"], names_of(probes, "probe")
         # Each point along one direction: the probes first, then the vertices.
         points = probe_points(probes)
         along = points["point"].to_numpy(), points["component"].to_numpy()
         psa, pfa = probes["psa"].values[:, along[0], along[1]], probes["pfa"].values[along]
         probes_psa = enveloped(points, psa, floors, axis=1)
+        zpa = probes["zpa"].values[along]
+        psa_free = zpa_free = None
+        if "psa_free" in probes:
+            psa_free = probes["psa_free"].values[:, along[0], along[1]]
+            zpa_free = probes["zpa_free"].values[along]
         vertex_count = np.zeros((floors, 3), dtype=np.int64)
         if whole is not None and spectra is not None:
             number = len(names) + np.arange(len(whole.governing))
             points = pd.concat([points, whole.governing.assign(point=number)], ignore_index=True)
             psa = np.concatenate([psa, spectra.psa], axis=1)
             pfa = np.concatenate([pfa, spectra.zpa])
+            zpa = np.concatenate([zpa, spectra.resolved_zpa])
+            if psa_free is not None and zpa_free is not None and free is not None:
+                psa_free = np.concatenate([psa_free, free.psa], axis=1)
+                zpa_free = np.concatenate([zpa_free, free.resolved_zpa])
             names += [f"node {node}" for node in whole.governing["node"]]
             vertex_count = counted(whole.governing, floors)
         governing = np.zeros(probes_psa.shape, dtype=np.int64)
@@ -86,6 +114,9 @@ class FloorEnvelopes:
             psa_peak=envelope[..., valid].max(axis=-1),
             psa_peak_frequency=probes["frequency"].values[envelope[..., valid].argmax(axis=-1)],
             zpa=enveloped(points, pfa, floors),
+            resolved_zpa=enveloped(points, zpa, floors),
+            psa_free=None if psa_free is None else enveloped(points, psa_free, floors, axis=1),
+            resolved_zpa_free=None if zpa_free is None else enveloped(points, zpa_free, floors),
             governing=governing,
             probes_psa=probes_psa,
             probe_count=probes["on_floor"].values.sum(axis=0),

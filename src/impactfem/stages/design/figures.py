@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from impactfem.plot.curves import Curve, CurveFigure
+from impactfem.plot.curves import Curve, CurveFigure, hatched_page
 from impactfem.plot.figure import figure
 from impactfem.plot.floor_products import building_page, floor_page
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, letter, sheet
@@ -168,7 +168,8 @@ def _page(
         f"({damping} % damping)"
     )
     panels = [(station.label, one) for station, one in zip(source.stations, floors, strict=True)]
-    return floor_page(f"{head} {caption}", panels, lettered=False)
+    page = floor_page(f"{head} {caption}", panels, lettered=False)
+    return hatched_page(page, products.store)
 
 
 def _points(products: DesignProducts) -> str:

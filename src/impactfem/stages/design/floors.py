@@ -43,15 +43,17 @@ NO_POINTS = pd.DataFrame(
 def read_probes(path: Path) -> xr.Dataset:
     """Read spectra of the probes under the case's own motion from `transient.nc`, and their floors.
 
-    `psa` and `pfa`, and those of rotations if there are some, with the labels of the store; over
-    `station`, the floors from the lowest, `station_floor`, `elevation` [m] and `centre`, the place
-    of the probe at the mass centre; and `on_floor` over `probe` and `station`. ImpactfemError: the
-    file cannot be read, is no such store, or has no probe at a mass centre.
+    `psa`, `pfa` and `zpa`, and those without impact and of rotations if there are some, with the
+    labels of the store; over `station`, the floors from the lowest, `station_floor`, `elevation`
+    [m] and `centre`, the place of the probe at the mass centre; and `on_floor` over `probe` and
+    `station`.
+    ImpactfemError: the file cannot be read, is no such store, or has no probe at a mass centre.
     """
     with open_store(path) as store:
         try:
-            turned = [name for name in ("rotational_psa", "rotational_pfa") if name in store]
-            probes = store[["psa", "pfa", "probe_node", "probe_position", *turned]].load()
+            further = ("psa_free", "zpa_free", "rotational_psa", "rotational_pfa")
+            known = [name for name in further if name in store]
+            probes = store[["psa", "pfa", "zpa", "probe_node", "probe_position", *known]].load()
             height = probes["probe_position"].sel(xyz="z").values
             centres = np.flatnonzero(probes["probe_kind"] == "centre")
             floors = probes["probe_floor"].values

@@ -99,6 +99,7 @@ VERTICES = Criterion(
     consequence="The design spectra are envelopes of the points alone and may be too low between "
     "them",
     remedy="Set transient.fields or transient.field_frequencies",
+    concerns=("design.frs.*",),
 )
 COVERAGE = Criterion(
     "design.coverage",
@@ -107,6 +108,7 @@ COVERAGE = Criterion(
     lower=COVERED,
     consequence="The points of this floor do not represent it",
     remedy="Use the design spectra, which include the envelope of all vertices",
+    concerns=("design.frs.*",),
 )
 FAILED_MOTIONS = Criterion(
     "design.failed_motions",
@@ -122,6 +124,7 @@ FORCE_DIFFERENCE = Criterion(
     severity="invalid",
     consequence="Spectra of the ensemble in 3D belong to other impacts",
     remedy=PROGRAM_FAULT,
+    concerns=("ensemble3d.*",),
 )
 
 

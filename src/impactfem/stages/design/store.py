@@ -78,7 +78,7 @@ def write_design(path: Path, study: DesignStudy, key: str) -> None:
         samples = f"{study.whole.points_per_cycle:.3g} samples in a cycle of the highest frequency"
         notes["whole_psa"] = samples
     store = dataset(OUTPUTS, content, attributes=attributes, notes=notes)
-    content |= LargestOrdinate.values(store, "station_floor", "direction")
+    content |= LargestOrdinate.values(store, "station_floor", "direction", study.law)
     store = dataset(OUTPUTS, content, attributes=attributes, notes=notes)
     peak = store["psa"].max(["damping", "station", "frequency"])
     moving = (peak > STILL * peak.max()) | (store["vertex_count"] > 0).any("station")
@@ -131,6 +131,7 @@ def _attributes(study: DesignStudy, key: str) -> dict[str, Any]:
         "shown_direction": case.shown_direction,
         "maximum_frequency": float(about["maximum_frequency"]),
         "resolved_frequency": float(about["resolved_frequency"]),
+        "resolved_by": about.get("resolved_by", ""),
         "missed": MISSED,
         "analysis": study.analysis,
     }
@@ -142,6 +143,7 @@ def design_scalars(store: xr.Dataset) -> list[Scalar]:
     shown = shown.swap_dims(station="station_floor")
     found = [
         *scalars(store, "design.frs.{variable}", "largest=largest_psa resolved_frequency"),
+        *scalars(store, "design.frs.{variable}", "structural_damping=largest_psa_damping"),
         *scalars(shown, "design.frs.floor_{station_floor}.{variable}", "peak=psa_peak zpa"),
     ]
     if "motion" in store.dims:

@@ -293,15 +293,7 @@ class Analyst:
             frequency = np.asarray(self.spectra.frequency_values)
             for i, motion in zip(rows, motions, strict=True):
                 detailed = supports[i].of(history)
-                psa = response_spectra(
-                    motion[:3],
-                    loads.time_step,
-                    frequency,
-                    [float(device_modes(plan.device).damping[0])],
-                    points_per_cycle=self.spectra.points_per_cycle,
-                    method=self.spectra.method,
-                    absolute=False,
-                ).psa[0]
+                psa = self._floor_spectra(plan, motion, loads.time_step)
                 found.append(
                     DeviceResult(
                         supports[i],
@@ -318,6 +310,33 @@ class Analyst:
                     )
                 )
         return found
+
+    def anchor_spectra(self, loads: Loads, damping: DampingLaw) -> Array:
+        """Return the spectra of all anchors without the devices, shape (n_anchors, 3, n_f)."""
+        alone, shapes = self.model.response(loads, damping), self.model.shapes()
+        return np.array(
+            [
+                self._floor_spectra(
+                    self.plans[support.device],
+                    row[:3] @ alone.acceleration + loads.ground.T,
+                    loads.time_step,
+                )
+                for support, row in zip(supports_of(self.plans), shapes, strict=True)
+            ]
+        )
+
+    def _floor_spectra(self, plan: SpectrumPlan, motion: Array, time_step: float) -> Array:
+        """Return the spectra of a motion at the first damping of a device, shape (3, n_f)."""
+        spectra = response_spectra(
+            motion[:3],
+            time_step,
+            np.asarray(self.spectra.frequency_values),
+            [float(device_modes(plan.device).damping[0])],
+            points_per_cycle=self.spectra.points_per_cycle,
+            method=self.spectra.method,
+            absolute=False,
+        )
+        return np.asarray(spectra.psa[0], dtype=np.float64)
 
     def _mounted(
         self, loads: Loads, damping: DampingLaw, places: Sequence[Sequence[int]]

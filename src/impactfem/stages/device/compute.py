@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from impactfem.building.bending_wave import mesh_limit
 from impactfem.case import BuildingInTime, Case, DampingCase, DeviceAnalysis, KelvinVoigtLaw
 from impactfem.case.damping import OWN
 from impactfem.case.quantity import CALIBRATED
@@ -19,6 +20,7 @@ from impactfem.reduction.loads import Loads
 from impactfem.reduction.pounding_3d import Models3D
 from impactfem.reduction.probes import CoveredPoints, covered_points
 from impactfem.reduction.reduced_building import CompleteModel
+from impactfem.spectra.resolved import POINTS, ResolvedBand, refinement_limit, step_limit
 from impactfem.stages.device.analysis import (
     Analyst,
     DeviceResult,
@@ -113,6 +115,23 @@ class DeviceStudy:
     basis_vectors: int = si("", "number of basis vectors of the reduced model")
     basis_error: float = si("-", "error estimate of the reduced model, transfer functions")
     cases: tuple[DampedStudy, ...]  #: the devices by damping; that of the building's own first
+    #: Limit of the resolved band by forces with another time step [Hz]; infinite where not known.
+    refinement: float
+
+    def band(self, contact: float) -> ResolvedBand:
+        """Return the resolved band at the anchors; the limit of the contact law is given [Hz]."""
+        building, step = self.prepared.building, self.prepared.loads.time_step
+        spectra = building.case.spectra
+        last = float(spectra.frequency_values[-1])
+        points = spectra.points_per_cycle if spectra.method == "upsampled" else 1.0 / (step * last)
+        return ResolvedBand(
+            time_step=step_limit(step),
+            oscillators=last * min(1.0, points / POINTS),
+            mesh=mesh_limit(self.prepared.parts),
+            basis=building.transient.maximum_frequency,
+            contact=contact,
+            refinement=self.refinement,
+        )
 
     @property
     def supports(self) -> tuple[Support, ...]:
@@ -184,7 +203,20 @@ def _study(prepared: Prepared, model: CompleteModel, steps: Steps) -> DeviceStud
             strict=True,
         )
         cases = [replace(one, results=results) for one, results in zip(cases, both, strict=True)]
-    return DeviceStudy(prepared, len(model.eigenvalue), model.difference, tuple(cases))
+    vectors, error = len(model.eigenvalue), model.difference
+    refinement = _refinement(analyst, prepared, cases[0])
+    return DeviceStudy(prepared, vectors, error, tuple(cases), refinement)
+
+
+def _refinement(analyst: Analyst, prepared: Prepared, own: DampedStudy) -> float:
+    """Return the limit of the resolved band by forces with another time step [Hz]."""
+    other = prepared.other_loads
+    if other is None:
+        return math.inf
+    psa = np.array([result.psa for result in own.results[1]])
+    changed = analyst.anchor_spectra(other, prepared.damping)
+    frequency = np.asarray(analyst.spectra.frequency_values)
+    return refinement_limit(frequency, psa, changed, other.time_step / prepared.loads.time_step)
 
 
 def _damping_case(

@@ -15,7 +15,15 @@ import numpy as np
 import xarray as xr
 from matplotlib.ticker import MaxNLocator
 
-from impactfem.plot.curves import Curve, CurveFigure, Panel, published_level, published_point
+from impactfem.plot.curves import (
+    Curve,
+    CurveFigure,
+    Panel,
+    hatching_note,
+    published_level,
+    published_point,
+    unresolved,
+)
 from impactfem.plot.figure import figure
 from impactfem.plot.style import BLUE, GREEN, ORANGE, RED, letter, sheet, span
 from impactfem.stages.device.selection import (
@@ -166,10 +174,12 @@ def damping_cases(path: Path, store: xr.Dataset) -> None:
 def anchor_spectra(store: xr.Dataset, device: str, published: Mapping[str, float]) -> CurveFigure:
     """Draw the spectra of the floor at the anchor, without and with impacts, by damping case."""
     ratio = 100.0 * float(modes_of(store, device)["mode_damping"][0])
+    last = float(store["frequency"][-1])
     caption = (
         f"Pseudo-acceleration response spectra at the anchor of {device} along "
         f"$e_{direction(store)}$ at {ratio:.3g} % damping, without the device, by the damping of "
         "the buildings: without impact (a) and with impacts (b). Dotted: modes of the device."
+        f"{hatching_note(store, last)}"
     )
     panels = []
     looks = {case: look for case, look in _looks(store).items() if case in _different(store)}
@@ -192,6 +202,7 @@ def anchor_spectra(store: xr.Dataset, device: str, published: Mapping[str, float
             bottom=0.0,
             room=0.2 + 0.12 * len(looks),  # for a line of the legend each
             marks=shown_modes(store, device)["mode_frequency"].values.tolist(),
+            hatched=unresolved(store, last),
             legend="upper left",
         )
         panels.append(panel)

@@ -56,7 +56,7 @@ def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> 
     from impactfem.stages.device.compute import prepare_devices, run_devices
     from impactfem.stages.device.store import write_devices
     from impactfem.stages.reduce.compute import reduced_on_root
-    from impactfem.stages.transient.prepared import prepare
+    from impactfem.stages.transient.prepared import contact_limit, prepare
 
     case, run = building.case, building.run_folder(folder)
     mesh = mesh_of_run(building, folder)
@@ -84,7 +84,8 @@ def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> 
         if study is None:
             return []
         with steps.step("stores"):
-            write_devices(folder / "device.nc", study, key)
+            contact = contact_limit(study.prepared, of_run(folder, "pounding.nc"))
+            write_devices(folder / "device.nc", study, key, contact)
         return [folder / "device.nc"]
 
     return on_root(write)
@@ -101,6 +102,7 @@ ANCHOR_NODES = Criterion(
     consequence="Fewer nodes do not spread the anchor force over the slab: local accelerations and "
     "forces are too large",
     remedy="Reduce buildings.structure.mesh.size, or raise devices.radius",
+    concerns=("device.*",),
 )
 NET_TENSION = Criterion(
     "device.net_tension",
@@ -117,6 +119,7 @@ IMBALANCE_AT_ANCHOR = Criterion(
     severity="invalid",
     consequence="The forces on the anchors are wrong",
     remedy=PROGRAM_FAULT,
+    concerns=("device.*",),
 )
 BASIS_ERROR = Criterion(
     "device.basis_error",
@@ -125,6 +128,7 @@ BASIS_ERROR = Criterion(
     upper=BASIS,
     consequence="Forces on the anchors may be wrong by this error",
     remedy="Raise transient.largest_basis, or lower transient.tolerance",
+    concerns=("device.*",),
 )
 IMPACT = Criterion(
     "device.impact_force",

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from impactfem.stages.check import resolved_frequency
+from impactfem.spectra.resolved import ZPA, ResolvedBand, band_limited_zpa
 from impactfem.stages.device.analysis import DeviceResult
 from impactfem.stages.device.anchor import Anchor, anchor_of_device
 from impactfem.stages.device.choice import SpectrumChoice, headline_of
@@ -71,17 +71,20 @@ OUTPUTS = {
     **outputs(Anchor, "device"),
     **damping_outputs("case"),
     **outputs(DampedStudy, "case"),
+    "zpa": Output(f"{_LOAD} axis", "m/s2", ZPA),
     **outputs(DeviceStudy),
+    **outputs(ResolvedBand),
     "note": Output("note", "", "assumptions of the response spectrum analyses"),
 }
 
 
-def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
+def write_devices(path: Path, study: DeviceStudy, key: str, contact: float) -> None:
     """Write the results of the stage into `device.nc`, with the hash of its inputs.
 
-    ImpactfemError where the file cannot be written.
+    The limit of the contact law on the resolved band is given [Hz]. ImpactfemError where the file
+    cannot be written.
     """
-    building, prepared = study.prepared.building, study.prepared
+    building, prepared, band = study.prepared.building, study.prepared, study.band(contact)
     case = building.case
     anchors = [
         anchor_of_device(
@@ -109,6 +112,11 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
             **damping_values([one.damping for one in study.cases]),
             **values(DampedStudy, study.cases),
             **value(study),
+            **value(band),
+            "zpa": [
+                [_zpa(load, prepared.loads.time_step, band) for load in one.results]
+                for one in study.cases
+            ],
         },
         attributes={
             "title": case.title,
@@ -116,14 +124,17 @@ def write_devices(path: Path, study: DeviceStudy, key: str) -> None:
             "case_hash": case.content_hash(),
             "building": building.name,
             "shown_direction": case.shown_direction,
-            "resolved_frequency": resolved_frequency(
-                prepared.loads.time_step,
-                min(building.transient.maximum_frequency, float(frequency[-1])),
-            ),
+            **band.attributes,
             "headline": choice.label,
         },
     )
     write_netcdf(path, with_scalars(store, device_scalars(store)))
+
+
+def _zpa(results: Sequence[DeviceResult], step: float, band: ResolvedBand) -> Array:
+    """Return the ZPA of each anchor along x, y, z, shape (n_anchors, 3)."""
+    motions = np.array([one.anchor_acceleration[:3].T for one in results], dtype=np.float64)
+    return band_limited_zpa(np.moveaxis(motions, 1, 0), step, band.frequency)
 
 
 def filled(columns: dict[str, list[Any]]) -> dict[str, Any]:

@@ -32,6 +32,9 @@ LEFT = 0.01
 ELASTIC = 1e-9
 """Dissipation over time stepping error up to which contact laws are elastic."""
 
+FORCES = ("pounding.main_impact_*", "pounding.peak_force.*", "pounding.mean_force_5ms")
+"""Patterns of the names of impact forces."""
+
 MOTION_CRITERIA = Criterion("pounding.motion_criteria", "satisfied criteria of SRP 3.7.1")
 MOTION_SPECTRUM = Criterion(
     "pounding.motion_spectrum",
@@ -43,6 +46,7 @@ MOTION_SPECTRUM = Criterion(
     upper=1.3,
     consequence="The motion does not represent its target spectrum at the periods of the buildings",
     remedy="Use another motions.seed, a longer motions.duration, or a smaller motions.scale",
+    concerns=("pounding.impacts",),
 )
 MOTION_PEAK = Criterion(
     "pounding.motion_peak",
@@ -66,6 +70,7 @@ GAP = Criterion(
     "mm",
     consequence="The specified gap is used",
     remedy="Correct contacts.gap, or axis and offset",
+    concerns=("pounding.required_separation", "pounding.main_impact_*"),
 )
 IMPACTS = Criterion("pounding.impacts", "number of impacts")
 RESTITUTION = Criterion("pounding.restitution", "effective restitution")
@@ -84,12 +89,14 @@ ENERGY = Criterion(
     severity="invalid",
     consequence="The time stepping does not conserve energy",
     remedy=PROGRAM_FAULT,
+    concerns=("pounding.*", "frs.*"),
 )
 STEPS = Criterion(
     "pounding.steps_per_impact",
     "least number of time steps in an impact",
     consequence="Impact force, duration and restitution depend on the time step",
     remedy="Reduce pounding.time_step",
+    concerns=FORCES,
 )
 HALF_OF_THE_POINTS = Criterion(
     "pounding.half_of_the_points",
@@ -98,6 +105,7 @@ HALF_OF_THE_POINTS = Criterion(
     upper=HALVED,
     consequence="Impact forces depend on the number of contact points",
     remedy="Reduce pounding.contact_spacing, or refine the mesh",
+    concerns=FORCES,
 )
 DOUBLE_STEP = Criterion(
     "pounding.double_step",
@@ -106,6 +114,7 @@ DOUBLE_STEP = Criterion(
     upper=HALVED,
     consequence="Impact forces depend on the time step",
     remedy="Reduce pounding.time_step",
+    concerns=FORCES,
 )
 COMPLEMENTARITY = Criterion(
     "pounding.complementarity",
@@ -114,6 +123,7 @@ COMPLEMENTARITY = Criterion(
     severity="invalid",
     consequence="The unilateral contact is not solved",
     remedy=PROGRAM_FAULT,
+    concerns=("pounding.*", "frs.*"),
 )
 CONTACT_ENERGY = Criterion(
     "pounding.contact_energy",
@@ -122,6 +132,7 @@ CONTACT_ENERGY = Criterion(
     upper=0.05,
     consequence="The time step changes the restitution",
     remedy="Reduce pounding.time_step",
+    concerns=FORCES,
 )
 SAMPLING = Criterion(
     "pounding.spectrum_sampling",
@@ -130,8 +141,9 @@ SAMPLING = Criterion(
     upper=0.05,
     consequence="Spectral ordinates at high frequencies are too low by this error",
     remedy="Reduce pounding.time_step, or lower spectra.frequencies",
+    concerns=("frs.*",),
 )
-SPECTRUM_END = end_of_spectra("pounding")
+SPECTRUM_END = end_of_spectra("pounding", "frs.*.pfa")
 PENETRATION = Criterion(
     "pounding.penetration",
     "largest penetration",
@@ -139,6 +151,7 @@ PENETRATION = Criterion(
     upper=0.5,
     consequence="The contact is so soft that it changes the gap",
     remedy="Raise contact_laws.stiffness",
+    concerns=FORCES,
 )
 BEARING = Criterion(
     "pounding.bearing_pressure",
@@ -147,6 +160,7 @@ BEARING = Criterion(
     upper=1.0,
     consequence="Concrete crushes; linear contact is not valid",
     remedy="Check contacts.bearing_area; use results as an upper bound of the force",
+    concerns=FORCES,
 )
 SHEAR = Criterion(
     "pounding.storey_shear",
@@ -156,6 +170,7 @@ SHEAR = Criterion(
     consequence="Walls crack; linear analysis is not valid. The stress has no meaning where shear "
     "areas represent the bending of a frame",
     remedy="Reduce buildings.stiffness_factor to a cracked stiffness",
+    concerns=FORCES,
 )
 UNKNOWN = "too few points, no contact force, or the run to compare with failed"
 

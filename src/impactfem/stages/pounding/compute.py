@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import numpy as np
 from impactfem.case import Case
 from impactfem.case.contact_search import facing_floors
 from impactfem.coupling.from_case import calibration_of, ground_of, loads_of, system_of
+from impactfem.coupling.ground import Ground, History
 from impactfem.coupling.impacts import (
     Approach,
     Impact,
@@ -23,10 +25,16 @@ from impactfem.coupling.impacts import (
     largest_means,
     separations,
 )
-from impactfem.coupling.pounding import Response, System, simulate
+from impactfem.coupling.pounding import Load, Response, System, simulate
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.spectra import ResponseSpectra, response_spectra
-from impactfem.stages.check import resolved_frequency
+from impactfem.spectra.resolved import (
+    ResolvedBand,
+    band_limited_zpa,
+    refinement_limit,
+    sampling_limit,
+    step_limit,
+)
 from impactfem.stages.pounding.foundation import Foundation, foundations
 from impactfem.sticks.calibration import Calibration
 from impactfem.sticks.element import COMPONENTS
@@ -109,11 +117,15 @@ class StickStudy:
     floors: FloorSpectra  #: floor spectra with contact
     floors_free: FloorSpectra  #: floor spectra without contact
     foundations: tuple[Foundation, ...] = ()  #: of the buildings on soil
-    #: Of 3D models; then with about half of the points of their lines, and of unilateral contact
-    #: with steps twice as long, None where that was not computed.
+    #: Of 3D models; then with about half of the points of their lines, and with steps twice as
+    #: long, None where that was not computed.
     peaks: Peaks | None = None
     halved: Peaks | None = None
     doubled: Peaks | None = None
+    #: The run with another time step, half of it for sticks and twice it for 3D models, and its
+    #: spectra; None where it was not computed.
+    other: Response | None = None
+    other_floors: FloorSpectra | None = None
 
     @property
     def main_impact(self) -> Impact | None:
@@ -222,12 +234,35 @@ class StickStudy:
         return any(pair.law.unilateral for pair in self.system.pairs)
 
     @property
-    def resolved_frequency(self) -> float:
-        """Frequency up to which time step and 3D models resolve the floor spectra [Hz]."""
-        highest = float(self.floors.spectra.frequency[-1])
-        if self.case.pounding_in_3d and self.case.transient is not None:
-            highest = min(highest, self.case.transient.maximum_frequency)
-        return resolved_frequency(self.response.time_step, highest)
+    def band(self) -> ResolvedBand:
+        """Resolved band of the floor spectra."""
+        case, step, spectra = self.case, self.response.time_step, self.floors.spectra
+        steps = self.steps_per_impact_min
+        contact = refinement = basis = math.inf
+        if steps is not None and math.isfinite(steps):
+            # With fewer steps than required the course of the force is not resolved.
+            contact = step_limit(step) * min(1.0, steps / case.pounding.points_per_impact)
+        if self.other is not None and self.other_floors is not None:
+            ratio = self.other.time_step / step
+            both = self.floors.psa, self.other_floors.psa
+            refinement = refinement_limit(spectra.frequency, both[0], both[1], ratio)
+        if case.pounding_in_3d and case.transient is not None:
+            basis = case.transient.maximum_frequency
+        return ResolvedBand(
+            time_step=step_limit(step),
+            oscillators=sampling_limit(spectra),
+            mesh=math.inf,
+            basis=basis,
+            contact=contact,
+            refinement=refinement,
+        )
+
+    def zpa(self, response: Response) -> Array:
+        """Return the ZPA of the floors under a response, shape (n_stations, n_directions)."""
+        components = [COMPONENTS.index(name) for name in self.floors.directions]
+        columns = station_dofs(self.system)[:, components]
+        motion = response.absolute_acceleration[:, columns]
+        return band_limited_zpa(motion, response.time_step, self.band.frequency)
 
     @property
     def stations(self) -> list[tuple[str, int]]:
@@ -291,6 +326,12 @@ def run_sticks(
         if models is None:
             response = simulate(system, ground, dt, update=case.pounding.update, loads=loads)
             free = simulate(system.without_contact(), ground, dt, loads=loads)
+            if ready is None and system.pairs:
+                with comparison("steps half as long"):
+                    finer = _driven(case, system, histories, 0.5 * dt)
+                    others["other"] = simulate(
+                        system, finer[0], finer[1], update=case.pounding.update, loads=finer[2]
+                    )
         else:
             from impactfem.reduction.pounding_3d import Pounding3D
 
@@ -301,12 +342,9 @@ def run_sticks(
                 if ready is None and all(len(line) > FEW for line in models.lines):
                     fewer = Pounding3D(case, system, models, every=2)
                     others["halved"] = fewer.respond(ground, dt, loads)
-            with comparison("steps twice as long"):
-                if ready is None and in_3d.unilateral:
-                    coarse = ground_of(case, histories, 2.0 * dt)
-                    with quiet(warnings=False):  # those of the case's own steps are given
-                        loads = loads_of(case, system, 2.0 * dt, len(coarse.acceleration))
-                    others["doubled"] = in_3d.respond(coarse, 2.0 * dt, loads)
+            if ready is None and system.pairs:
+                with comparison("steps twice as long"):
+                    others["doubled"] = in_3d.respond(*_driven(case, system, histories, 2.0 * dt))
             system = response.system
         found = tuple(impacts(response))
         strength = {b.name: b.material.compressive_strength for b in case.buildings}
@@ -317,11 +355,15 @@ def run_sticks(
         floors = floor_spectra(case, response)
         floors_free = floor_spectra(case, free, floors.directions)
         peaks = dict[str, Peaks]()
+        other = others.get("other", others.get("doubled"))
+        other_floors = None if other is None else floor_spectra(case, other, floors.directions)
         if models is not None:
             lines = len(models.lines)
             peaks["peaks"] = Peaks.of(response, lines, floors)
-            for name, other in others.items():
-                peaks[name] = Peaks.of(other, lines, floor_spectra(case, other, floors.directions))
+            for name, run in others.items():
+                spectra = other_floors if run is other else None
+                spectra = spectra or floor_spectra(case, run, floors.directions)
+                peaks[name] = Peaks.of(run, lines, spectra)
     return StickStudy(
         case,
         motions,
@@ -337,8 +379,19 @@ def run_sticks(
         floors,
         floors_free,
         foundations(case, response),
+        other=other,
+        other_floors=other_floors,
         **peaks,
     )
+
+
+def _driven(
+    case: Case, system: System, histories: Sequence[History], step: float
+) -> tuple[Ground, float, list[Load]]:
+    """Return ground, step and loads for a run with another step [s], which is only compared."""
+    ground = ground_of(case, histories, step)
+    with quiet(warnings=False):  # the case's own steps have given theirs
+        return ground, step, loads_of(case, system, step, len(ground.acceleration))
 
 
 def station_dofs(system: System) -> Index:

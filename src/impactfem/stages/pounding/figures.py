@@ -12,7 +12,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from impactfem.plot.curves import NONE, Curve, CurveFigure, Panel, published_point
+from impactfem.plot.curves import (
+    NONE,
+    Curve,
+    CurveFigure,
+    Panel,
+    hatching_note,
+    published_point,
+    unresolved,
+)
 from impactfem.plot.figure import figure
 from impactfem.plot.floor_field import line_load_maps
 from impactfem.plot.floor_products import FloorDesigns, building_page, floor_designs
@@ -190,7 +198,7 @@ def pounding_spectra(sticks: xr.Dataset, published: Mapping[str, float]) -> Curv
     caption = (
         f"Floor response spectra (pseudo-acceleration, {100 * damping:g} % damping) of "
         f"building {studied} along $e_{direction}$ at the mass centres, with pounding (a) and "
-        "without contact (b)."
+        f"without contact (b).{hatching_note(sticks, frequency[-1])}"
     )
     looks = floor_looks(floors.sizes["station"])
     panels = []
@@ -204,6 +212,7 @@ def pounding_spectra(sticks: xr.Dataset, published: Mapping[str, float]) -> Curv
             curves += published_point(known, f"{key}_frequency", key, floor, look["color"])
         options: dict[str, Any] = {"log": "x", "bottom": 0.0, "room": 0.05, "reverse": True}
         options["legend"] = "upper left" if name == "psa" else ""
+        options["hatched"] = unresolved(sticks, frequency[-1])
         panels.append(Panel("frequency [Hz]", "pseudo-acceleration [m/s²]", curves, **options))
     return CurveFigure(caption, panels, alike=True)
 

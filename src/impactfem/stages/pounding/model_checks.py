@@ -61,6 +61,7 @@ STICK_FREQUENCY = Criterion(
     severity="invalid",
     consequence="The impact forces are those of another building than the 3D model",
     remedy="Give the stick the stiffness of the 3D model: [calibration] with from_structure = true",
+    concerns=("pounding.main_impact_*", "transient.*", "design.*", "device.*"),
 )
 FACING = Criterion(
     "pounding.facing_overlap",

@@ -7,7 +7,7 @@ from pathlib import Path
 from impactfem.case import Building3D, Case
 from impactfem.case.contact_search import facing_floors
 from impactfem.case.soil import TABLE_BAND, TableSoil
-from impactfem.coupling.force_history import ForceHistory, write_forces
+from impactfem.coupling.force_history import OTHER_FORCES, ForceHistory, write_forces
 from impactfem.plot.floor_products import write_floor_products
 from impactfem.stages.building.stage import BUILDING, target_models
 from impactfem.stages.building.targets import with_structure_targets
@@ -48,6 +48,10 @@ def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
         write_sticks(folder / "pounding.nc", study, key)
         write_motion(folder / "motion.nc", study, key)
         write_forces(folder / "forces.nc", response, case.content_hash(), key)
+        (folder / OTHER_FORCES).unlink(missing_ok=True)
+        if study.other is not None:
+            write_forces(folder / OTHER_FORCES, study.other, case.content_hash(), key)
+            files.append(folder / OTHER_FORCES)
         ForceHistory.of_response(response).write_csv(folder / "forces.csv")
     return files
 

@@ -21,6 +21,7 @@ from impactfem.coupling.impacts import Impact, ImpactCheck, Separation
 from impactfem.motion.acceptance import CORRELATION_LIMIT, Verdict, pair_correlation
 from impactfem.motion.from_case import GroundMotion
 from impactfem.records.accelerogram import Measures
+from impactfem.spectra.resolved import ZPA, ResolvedBand
 from impactfem.stages.pounding.compute import StickStudy, moving, station_dofs
 from impactfem.stages.pounding.foundation import DIRECTIONS, Foundation
 from impactfem.stages.pounding.peaks import (
@@ -76,6 +77,8 @@ OUTPUTS = {
     "psa_free": Output(_SPECTRUM, "m/s2", "pseudo-acceleration without contact"),
     "sd_free": Output(_SPECTRUM, "m", "spectral displacement without contact"),
     "pfa_free": Output("station direction", "m/s2", "peak floor acceleration without contact"),
+    "zpa": Output("station direction", "m/s2", ZPA),
+    "zpa_free": Output("station direction", "m/s2", f"{ZPA}, without contact"),
     "rotation": Output("rotation", "", "those of rx, ry, rz in which anything moves"),
     "rotational_psa": Output(
         "damping station rotation frequency", "rad/s2", "pseudo-acceleration of a rotation"
@@ -106,6 +109,7 @@ OUTPUTS = {
     **outputs(FloorPeaks, "station"),
     **outputs(BuildingPeaks, "building"),
     **outputs(StickStudy),
+    **outputs(ResolvedBand),
     "family_mode": Output("family_mode", "", "number of a mode in its family"),
     "bending_frequency": Output("building family_mode", "Hz", "mode along the main direction"),
     "bending_mass": Output("building family_mode", "kg", "effective mass of this mode"),
@@ -228,6 +232,10 @@ def motion_results(study: StickStudy) -> xr.Dataset:
 def write_sticks(path: Path, study: StickStudy, key: str) -> None:
     """Write `pounding.nc`; the key is the hash of the inputs of the stage."""
     store, case = stick_results(study), study.case
+    # No scalar needs the ZPA, which the members of an ensemble therefore do without.
+    for name, response in (("zpa", study.response), ("zpa_free", study.free)):
+        about = {"units": OUTPUTS[name].unit, "long_name": OUTPUTS[name].long_name}
+        store[name] = ("station", "direction"), study.zpa(response), about
     store = with_scalars(store, selected_scalars(store, motion_results(study)))
     attributes = {"title": case.title, "inputs": key, "case_hash": case.content_hash()}
     write_netcdf(path, store.assign_attrs(attributes))
@@ -263,6 +271,7 @@ def stick_results(study: StickStudy) -> xr.Dataset:
         **values(FloorPeaks, floor_peaks(study)),
         **values(BuildingPeaks, building_peaks(study)),
         **value(study),
+        **value(study.band),
     }
     if (turning := study.turning()) is not None:
         results["rotation"] = turning.directions
@@ -306,7 +315,7 @@ def stick_results(study: StickStudy) -> xr.Dataset:
     attributes = {
         "studied_building": study.system.sticks[0].name,
         "shown_direction": study.case.shown_direction,
-        "resolved_frequency": study.resolved_frequency,
+        **study.band.attributes,
         "elevation_direction": next(("x" if x > y else "y" for x, y in spans if x != y), other),
     }
     return dataset(OUTPUTS, results, attributes=attributes)

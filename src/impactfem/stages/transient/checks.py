@@ -8,14 +8,13 @@ import xarray as xr
 
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.coupling.given_forces import AGREES, largest_disagreement
+from impactfem.spectra.resolved import POINTS, step_limit
 from impactfem.stages.check import (
-    POINTS,
     PROGRAM_FAULT,
     Check,
     Criterion,
     end_check,
     end_of_spectra,
-    resolved_frequency,
 )
 from impactfem.stages.pounding.checks import begins_with_jump
 from impactfem.stages.stores import names_of, of_run, open_store, time_step
@@ -27,17 +26,18 @@ SAMPLES = Criterion(
     lower=POINTS,
     consequence="Accelerations and spectra above the resolved frequency depend on the time step",
     remedy="Reduce transient.time_step, or use results up to the resolved frequency",
+    concerns=("transient.pfa.*",),
 )
 PEAKS = Criterion(
     "transient.sampled_peaks",
     "error of peak accelerations between samples",
     "%",
     upper=1.0 - math.cos(math.pi / POINTS),  # what so many samples lose of a peak at most
-    consequence="Printed peak accelerations and ZPA are sampled values and are too low by this "
-    "error",
+    consequence="Printed peak accelerations are sampled values and are too low by this error",
     remedy="Reduce transient.time_step",
+    concerns=("transient.pfa.*",),
 )
-SPECTRUM_END = end_of_spectra("transient")
+SPECTRUM_END = end_of_spectra("transient", "transient.pfa.*", "design.frs.*.zpa")
 NUMBERS = {
     "impulse_error": Criterion(
         "transient.impulse_error",
@@ -46,6 +46,7 @@ NUMBERS = {
         severity="invalid",
         consequence="The loads of the 3D model do not have the impulses of the impacts",
         remedy=PROGRAM_FAULT,
+        concerns=("transient.*", "design.*"),
     ),
     "band_max": Criterion(
         "transient.error_estimate",
@@ -54,6 +55,7 @@ NUMBERS = {
         upper=0.05,
         consequence="Spectra may be wrong by this error",
         remedy="Raise transient.largest_basis, or lower transient.tolerance",
+        concerns=("transient.frs.*", "design.frs.*"),
     ),
     "energy_residual": Criterion(
         "transient.energy_residual",
@@ -62,6 +64,7 @@ NUMBERS = {
         severity="invalid",
         consequence="The time stepping does not conserve energy",
         remedy=PROGRAM_FAULT,
+        concerns=("transient.*", "design.*"),
     ),
     "reduced_against_full": Criterion(
         "transient.reduced_against_full",
@@ -70,6 +73,7 @@ NUMBERS = {
         upper=0.005,
         consequence="Spectra of the reduced model are wrong by this error",
         remedy="Raise transient.largest_basis, or lower transient.tolerance",
+        concerns=("transient.frs.*", "design.frs.*"),
     ),
 }
 """Criterion by the variable of the store."""
@@ -79,6 +83,7 @@ LINE_LOAD = Criterion(
     "m",
     consequence="The uniform line load pulls at the far end of the edge",
     remedy="Set transient.spread to another value, or move the contact points",
+    concerns=("transient.*", "design.*"),
 )
 IMPULSES = Criterion(
     "transient.impulse_ratio",
@@ -86,6 +91,7 @@ IMPULSES = Criterion(
     upper=AGREES,
     consequence="Floor spectra change with the impulses",
     remedy="Check the order of the columns, signs and units of transient.forces",
+    concerns=("transient.*", "design.*", "device.*"),
 )
 
 
@@ -151,5 +157,5 @@ def samples_check(step: float, highest: float) -> Check:
     """Check that a step [s] samples the response up to its highest frequency [Hz]."""
     # Of whole numbers, the quotient may be a rounding error below one.
     points = 1.0 / (highest * step) * (1.0 + 1e-9)
-    text = "" if points >= POINTS else f"resolved up to {resolved_frequency(step, highest):.4g} Hz"
+    text = "" if points >= POINTS else f"resolved up to {step_limit(step):.4g} Hz"
     return SAMPLES.check(points, f"{highest:g} Hz, step {1e3 * step:g} ms", text)

@@ -1,17 +1,20 @@
 """The stage `transient`: ground motion and impacts on the 3D building."""
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
+from impactfem.building.bending_wave import mesh_limit
 from impactfem.coupling.force_history import around_peak
 from impactfem.reduction.loads import Loads
 from impactfem.reduction.reduced_basis import ReducedBasis
+from impactfem.spectra.resolved import ResolvedBand, agreement, sampling_limit, step_limit
 from impactfem.stages.transient.full_run import FullRun, run_prepared
 from impactfem.stages.transient.maps import floor_maps
-from impactfem.stages.transient.node_results import NodeResults
+from impactfem.stages.transient.node_results import NodeResults, WithoutImpact
 from impactfem.stages.transient.prepared import Prepared
 from impactfem.stages.transient.reduced_run import ReducedRun
 from impactfem.system.arrays import Index
@@ -36,6 +39,25 @@ class TransientStudy:
     #: With both solvers the largest relative difference of a spectrum by the reduced model from the
     #: full one, both at the same step.
     full_error: float | None = None
+    #: Limit of the resolved band by forces with another time step [Hz]; infinite where not known.
+    refinement: float = math.inf
+    free: WithoutImpact | None = None  #: without impact; None for the full model alone
+
+    def band(self, contact: float) -> ResolvedBand:
+        """Return the resolved band at the probes; the limit of the contact law is given [Hz]."""
+        spectra = self.probes.spectra
+        highest = self.prepared.building.transient.maximum_frequency
+        basis = agreement(
+            spectra.frequency, self.probes.psa, self.probes.psa + self.probes.psa_band
+        )
+        return ResolvedBand(
+            time_step=step_limit(self.probes.time_step),
+            oscillators=sampling_limit(spectra),
+            mesh=mesh_limit(self.prepared.parts),
+            basis=min(highest, basis),
+            contact=contact,
+            refinement=self.refinement,
+        )
 
 
 def main_impact(loads: Loads, *, external: bool = False) -> tuple[float, float] | None:
@@ -90,6 +112,11 @@ def run_transient(
         turning = _turning(prepared, basis)
         probes, rotations = run.at(nodes), run.at(nodes[turning], rotations=True)
         error = None if full is None else run.largest_error(full.response, nodes)
+        refinement, other = math.inf, prepared.other_loads
+        if other is not None:
+            refinement = run.refinement_limit(other, nodes, probes.spectra.psa)
+        quiet = run.without_impact()
+        free = WithoutImpact.of(*quiet.spectra_at(nodes))
     maps = None
     if fields:
         with steps.step("maps"):
@@ -101,7 +128,9 @@ def run_transient(
                 floor=building.wave_floor,
                 progress=lambda part: steps.within("maps", part),
             )
-    return TransientStudy(prepared, probes, basis, turning, rotations, maps, full, error)
+    return TransientStudy(
+        prepared, probes, basis, turning, rotations, maps, full, error, refinement, free
+    )
 
 
 def _turning(prepared: Prepared, basis: ReducedBasis) -> Index:

@@ -8,7 +8,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from impactfem.plot.curves import NONE, Curve, CurveFigure, Panel, published_level, published_point
+from impactfem.plot.curves import (
+    NONE,
+    Curve,
+    CurveFigure,
+    Panel,
+    hatching_note,
+    published_level,
+    published_point,
+    unresolved,
+)
 from impactfem.plot.figure import figure
 from impactfem.plot.style import (
     BLUE,
@@ -468,7 +477,7 @@ def _with_peak(curve: Curve) -> list[Curve]:
 def _spectrum_panel(
     response: xr.Dataset, label: str, curves: Sequence[Curve], **options: Any
 ) -> Panel:
-    hatched = _unknown(response, float(response["frequency"][-1]))
+    hatched = unresolved(response, float(response["frequency"][-1]))
     options = {"legend": "upper left", **options}
     return Panel("frequency [Hz]", label, curves, log="x", bottom=0.0, hatched=hatched, **options)
 
@@ -489,10 +498,8 @@ def _note(probes: xr.Dataset) -> str:
             f" Shaded: error band of the reduced model{f' ({by})' if by else ''}, at most "
             f"{100 * float(share.max().fillna(0.0)):.2g} %"
         )
-        meant = float(probes.attrs["maximum_frequency"])
-        if meant < float(probes["frequency"][-1]):
-            note += f"; hatched: above {meant:g} Hz, for which it is not made"
         note += "."
+    note += hatching_note(probes, float(probes["frequency"][-1]))
     ratio = good["ends"].values
     off = np.nan_to_num(np.abs(np.log(ratio)))
     if (off > np.log(ENDED)).any():

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from impactfem.dynamics.damping import DampingLaw
 from impactfem.stages.results import outputs, scalars, value, values
 from impactfem.stages.stores import time_step
 from impactfem.stages.transient.physics import (
@@ -52,16 +53,25 @@ class LargestOrdinate:
     frequency: float = si("Hz", "frequency of largest_psa", name="largest_psa_frequency")
     floor: int = si("", "floor of largest_psa", name="largest_psa_floor")
     direction: str = si("", "direction of largest_psa", name="largest_psa_direction")
+    damping_ratio: float = si(
+        "-", "damping ratio of the building at this frequency", name="largest_psa_damping"
+    )
     resolved_frequency: float = si("Hz", "end of the resolved band")
 
     @classmethod
-    def values(cls, store: xr.Dataset, floor: str, direction: str) -> dict[str, Any]:
-        """Return its values from `psa` of a store, with the names of the labels of the place."""
+    def values(
+        cls, store: xr.Dataset, floor: str, direction: str, law: DampingLaw
+    ) -> dict[str, Any]:
+        """Return its values from `psa` of a store, with the names of the labels of the place.
+
+        The law of damping is that of the building.
+        """
         psa = resolved(store)["psa"].isel(damping=0)
         if not psa.size:
             return {}
         at = psa.isel(psa.argmax(...))
-        place = float(at["frequency"]), int(at[floor]), str(at[direction].item())
+        frequency = float(at["frequency"])
+        place = frequency, int(at[floor]), str(at[direction].item()), float(law.ratio(frequency))
         return value(cls(float(at), *place, float(store.attrs["resolved_frequency"])))
 
 
@@ -123,12 +133,15 @@ FINDINGS = {
 }
 
 
-def findings(store: xr.Dataset, sticks: xr.Dataset) -> dict[str, Any]:
-    """Return the values of `FINDINGS` from the contents of `transient.nc` and `pounding.nc`."""
+def findings(store: xr.Dataset, sticks: xr.Dataset, law: DampingLaw) -> dict[str, Any]:
+    """Return the values of `FINDINGS` from the contents of `transient.nc` and `pounding.nc`.
+
+    The law of damping is that of the building.
+    """
     response = shown(store)
     peaks = list(_transfer_peaks(response))
     return {
-        **LargestOrdinate.values(of_kind(store, "centre"), "probe_floor", "component"),
+        **LargestOrdinate.values(of_kind(store, "centre"), "probe_floor", "component", law),
         **_over_sticks(response, sticks),
         **_along_line(response),
         **_between_edges(response),

@@ -47,6 +47,8 @@ MAP_OUTPUTS = {
     "frequency": Output("frequency", "Hz"),
     "pfa": Output("node component", "m/s2", "peak acceleration"),
     "psa": Output("node component frequency", "m/s2", "pseudo-acceleration"),
+    "pfa_free": Output("node component", "m/s2", "peak acceleration without impact"),
+    "psa_free": Output("node component frequency", "m/s2", "pseudo-acceleration without impact"),
     "sampling_loss": Output("frequency", "-", "bound of what psa lacks of a peak between samples"),
     "wave_node_number": Output("wave_node", "", "number in building.nc", label=True),
     "wave_node_position": Output("wave_node xyz", "m", "nodes of the floor with the line"),
@@ -114,35 +116,40 @@ def _vertex_fields(
     damping = float(run.spectra.damping[0])
     film_u = np.empty((len(frames), len(nodes), 3), dtype=np.float32)
     film_a = np.empty((len(frames), len(nodes)), dtype=np.float32)
-    psa = np.empty((len(nodes), 3, len(frequency)), dtype=np.float32)
-    pfa = np.empty((len(nodes), 3))
+    quiet = run.without_impact()
+    psa, psa_free = np.empty((2, len(nodes), 3, len(frequency)), dtype=np.float32)
+    pfa, pfa_free = np.empty((2, len(nodes), 3))
     reached = 0.0
     # Blocks of nodes, because the histories of all nodes need too much memory.
     for first in range(0, len(nodes), AT_ONCE):
         part = slice(first, first + AT_ONCE)
-        records = _records(run.basis, history.acceleration, nodes[part])
-        for c in range(3):
-            records[c::3] += loads.ground[:, c]
+        records = _accelerations(run, nodes[part])
         film_a[:, part] = records[direction::3, frames].T
         moved = _records(run.basis, history.displacement[:, frames], nodes[part])
         film_u[:, part] = moved.reshape(len(nodes[part]), 3, len(frames)).transpose(2, 0, 1)
-        found = response_spectra(
-            records,
-            loads.time_step,
-            frequency,
-            [damping],
-            points_per_cycle=AS_THEY_ARE,
-            threads=threads(),
-            absolute=False,
-        )
-        psa[part] = found.psa[0].reshape(-1, 3, len(frequency))
-        pfa[part] = found.zpa.reshape(-1, 3)
+        for spectrum, peak, motion in (
+            (psa, pfa, records),
+            (psa_free, pfa_free, _accelerations(quiet, nodes[part])),
+        ):
+            found = response_spectra(
+                motion,
+                loads.time_step,
+                frequency,
+                [damping],
+                points_per_cycle=AS_THEY_ARE,
+                threads=threads(),
+                absolute=False,
+            )
+            spectrum[part] = found.psa[0].reshape(-1, 3, len(frequency))
+            peak[part] = found.zpa.reshape(-1, 3)
         reached = found.points_per_cycle
         progress(min(1.0, (first + AT_ONCE) / len(nodes)))
     fields = {
         "frequency": frequency,
         "pfa": pfa,
         "psa": psa,
+        "pfa_free": pfa_free,
+        "psa_free": psa_free,
         "sampling_loss": sampling_loss(reached * frequency[-1] / frequency),
         "frame_displacement": film_u,
         "frame_acceleration": film_a,
@@ -189,6 +196,14 @@ def _times(main_impact: tuple[float, float] | None, loads: Loads) -> tuple[Index
     sway = step * np.arange(1, SWAY_FRAMES + 1)
     frames = np.concatenate([begin - sway[::-1], slow, slow[-1] + sway])
     return np.unique(chosen), frames[(frames >= 0) & (frames < len(loads.ground))]
+
+
+def _accelerations(run: ReducedRun, nodes: Index) -> Array:
+    """Absolute accelerations of nodes, shape (3 n, n_t); x y z of each node."""
+    records = _records(run.basis, run.history.acceleration, nodes)
+    for c in range(3):
+        records[c::3] += run.loads.ground[:, c]
+    return records
 
 
 @all_blas_threads()

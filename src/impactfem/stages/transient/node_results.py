@@ -69,6 +69,21 @@ class NodeResults:
         )
 
 
+@results
+class WithoutImpact:
+    """Results at n nodes along x, y, z without impact."""
+
+    psa: Array = si("m/s2", "pseudo-acceleration without impact", dims=_SPECTRUM, name="psa_free")
+    pfa: Array = si("m/s2", "peak acceleration without impact", dims=_PLACE, name="pfa_free")
+    acceleration: Array  #: absolute, shape (n_t, n, 3) [m/s2]
+
+    @classmethod
+    def of(cls, response: NodeResponse, spectra: ResponseSpectra) -> WithoutImpact:
+        """Summarise histories and their spectra, which are ordered node by node, x y z each."""
+        pfa = np.abs(response.acceleration).max(axis=0)
+        return cls(by_node(spectra.psa), pfa, response.acceleration)
+
+
 def by_node(values: Array) -> Array:
     """Return values of spectra as (n_dampings, n, 3, n_frequencies)."""
     return values.reshape(len(values), -1, 3, values.shape[-1])

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +12,7 @@ from impactfem.building.links import BasePlate, find_base_plates
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.parts import BuildingParts
 from impactfem.case import BuildingInTime
-from impactfem.coupling.force_history import ForceHistory, read_forces
+from impactfem.coupling.force_history import OTHER_FORCES, ForceHistory, read_forces
 from impactfem.coupling.given_forces import given_forces
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.motion.from_case import GroundMotion, ground_motions
@@ -21,6 +21,8 @@ from impactfem.reduction.forces import checked_forces, with_floor_forces
 from impactfem.reduction.loads import Loads, make_loads
 from impactfem.reduction.probes import Probe, checked_probes
 from impactfem.reduction.sides import Impulses
+from impactfem.spectra.resolved import step_limit
+from impactfem.stages.stores import open_store
 from impactfem.system.arrays import Index
 from impactfem.system.errors import Fault, InputError
 
@@ -39,6 +41,10 @@ class Prepared:
     damping: DampingLaw
     #: Of the impact on the wall, for spread `calibrated`; None for another one.
     impulses: Impulses | None
+    force_step: float  #: time step of the impact forces [s]
+    #: Loads of impact forces with another time step, at a step with the same ratio to that of
+    #: `loads`; None where there are none. Forces on further sides are left out.
+    other_loads: Loads | None
 
     @property
     def probe_nodes(self) -> Index:
@@ -68,6 +74,17 @@ def prepare(
     motions = tuple(ground_motions(building.case.motions))
     loads = case_loads(building, parts.mesh, motions, history, path, duration, inputs, impulses)
     probes = tuple(checked_probes(building, parts.mesh))
+    step, other = float(history.time[1] - history.time[0]), None
+    beside = forces_file.with_name(OTHER_FORCES)
+    if transient.forces is None and beside.is_file() and loads.impact_force.any():
+        compared = read_forces(beside)
+        ratio = float(compared.time[1] - compared.time[0]) / step
+        update = {"time_step": ratio * transient.time_step}
+        view = replace(building, transient=transient.model_copy(update=update))
+        forces, edges = checked_forces(
+            compared, beside, view, parts.mesh, duration, inputs, impulses
+        )
+        other = loads_on_edges(view, parts.mesh, motions, forces, edges, duration).of(loads.names)
     return Prepared(
         building=building,
         parts=parts,
@@ -78,6 +95,8 @@ def prepare(
         base_plates=find_base_plates(building, parts.mesh),
         damping=building.entry.damping.law,
         impulses=impulses,
+        force_step=step,
+        other_loads=other,
     )
 
 
@@ -122,3 +141,15 @@ def loads_on_edges(
     ground = [motion.history for motion in motions]
     delay = building.case.delays.get(building.name, 0.0)
     return make_loads(ground, forces, edges, time_step, n_steps, len(edges) - contacts, delay)
+
+
+def contact_limit(prepared: Prepared, pounding: Path) -> float:
+    """Return the limit that impact forces set to the resolved band [Hz].
+
+    That of the stage `pounding`, whose results file is given; of forces of another program that of
+    their time step.
+    """
+    if prepared.building.transient.forces is not None:
+        return step_limit(prepared.force_step)
+    with open_store(pounding) as store:
+        return float(store["limit_contact"])

@@ -1,6 +1,6 @@
 """The reduced 3D model under the loads: its response at nodes, and its errors."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,8 +19,10 @@ from impactfem.reduction.response import (
     node_spectra,
     response_band,
 )
+from impactfem.spectra import ResponseSpectra
+from impactfem.spectra.resolved import refinement_limit
 from impactfem.stages.transient.node_results import MOVED, NodeResults
-from impactfem.system.arrays import Index
+from impactfem.system.arrays import Array, Index
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +55,25 @@ class ReducedRun:
             rotations=rotations,
         )
         return NodeResults.of(response, spectra, self.highest, band)
+
+    def without_impact(self) -> "ReducedRun":
+        """Return the run under the same loads without contact forces."""
+        return replace(self, loads=self.loads.without_impacts())
+
+    def spectra_at(self, nodes: Index) -> tuple[NodeResponse, ResponseSpectra]:
+        """Return histories and spectra at nodes, without error bands."""
+        response = node_response(self.basis, self.history, self.loads, nodes)
+        return response, node_spectra(response, self.spectra)
+
+    def refinement_limit(self, other: Loads, nodes: Index, psa: Array) -> float:
+        """Return the limit of the resolved band by loads at another step, from spectra at nodes.
+
+        `psa` is that of the loads, shape (n_dampings, 3 n_nodes, n_frequencies) [m/s2].
+        """
+        _, found = replace(self, loads=other).spectra_at(nodes)
+        return refinement_limit(
+            found.frequency, psa, found.psa, other.time_step / self.loads.time_step
+        )
 
     def largest_error(self, full: NodeResponse, nodes: Index) -> float:
         """Return the largest relative difference of a spectrum from the full model [-].

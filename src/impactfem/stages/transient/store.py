@@ -15,13 +15,14 @@ from impactfem.building.facade import facades
 from impactfem.building.floor import floor_bar
 from impactfem.building.parts import BuildingParts
 from impactfem.reduction.response import SAFETY, Transfer
-from impactfem.stages.check import resolved_frequency
+from impactfem.spectra.resolved import ZPA, ResolvedBand, band_limited_zpa
 from impactfem.stages.results import outputs, value
 from impactfem.stages.stores import Output, dataset, of_run, open_store
 from impactfem.stages.transient.compute import TransientStudy, main_impact
 from impactfem.stages.transient.findings import FINDINGS, findings, transient_scalars
-from impactfem.stages.transient.node_results import NodeResults, by_node
-from impactfem.stages.transient.prepared import Prepared
+from impactfem.stages.transient.node_results import NodeResults, WithoutImpact, by_node
+from impactfem.stages.transient.prepared import Prepared, contact_limit
+from impactfem.system.arrays import Array
 from impactfem.system.files import write_netcdf
 from impactfem.system.quantity import results, si
 from impactfem.system.scalar import with_scalars
@@ -87,6 +88,9 @@ OUTPUTS = {
     "frequency": Output("frequency", "Hz", "of the oscillators"),
     "damping": Output("damping", "-", "of the oscillators"),
     **outputs(NodeResults),
+    **outputs(WithoutImpact),
+    "zpa": Output("probe component", "m/s2", ZPA),
+    "zpa_free": Output("probe component", "m/s2", f"{ZPA}, without impact"),
     "sd": Output("damping probe component frequency", "m", "spectral displacement"),
     "rotation": Output("rotation", "", "about x, y, z"),
     "turning": Output("turning", "", "probe whose node's rotations are recorded"),
@@ -118,16 +122,21 @@ OUTPUTS = {
     "loaded_wave_speed": Output("", "m/s", "√(EA'/m') of the floor across, with its masses"),
     "loaded_wave_crossing": Output("", "s", "crossing time by loaded_wave_speed"),
     **outputs(Quality),
+    **outputs(ResolvedBand),
     **FINDINGS,
 }
 
 
 def write_stores(folder: Path, study: TransientStudy, key: str) -> list[Path]:
     """Write `transient.nc` and, if there are fields, `transient_maps.nc`; return the files."""
-    content, attributes, notes = _response(study), _attributes(study, key), _notes(study)
-    store = dataset(OUTPUTS, content, attributes=attributes, notes=notes)
+    content, notes = _response(study), _notes(study)
+    contact = contact_limit(study.prepared, of_run(folder, "pounding.nc"))
     with open_store(of_run(folder, "pounding.nc")) as sticks:
-        content |= findings(store, sticks)
+        band = study.band(contact)
+        content |= value(band) | _zpa(study, band.frequency)
+        attributes = _attributes(study, key) | band.attributes
+        store = dataset(OUTPUTS, content, attributes=attributes, notes=notes)
+        content |= findings(store, sticks, study.prepared.damping)
     store = dataset(OUTPUTS, content, attributes=attributes, notes=notes)
     files = {"transient.nc": with_scalars(store, transient_scalars(store))}
     if study.maps is not None:
@@ -171,6 +180,8 @@ def _response(study: TransientStudy) -> dict[str, Any]:
         **_slab_waves(prepared.parts, study.prepared.building.wave_floor),
         **value(Quality.of(study)),
     }
+    if study.free is not None:
+        content |= value(study.free)
     if study.rotations is not None and study.turning is not None:
         content |= {
             "rotation": [f"r{axis}" for axis in AXES],
@@ -189,6 +200,15 @@ def _response(study: TransientStudy) -> dict[str, Any]:
     if study.maps is not None:
         content |= _edge_vertices(prepared, study.maps["pfa"])
     return content | _transfer(study)
+
+
+def _zpa(study: TransientStudy, end: float) -> dict[str, Array]:
+    """Return the ZPA at the probes, and that without impact, by the end of the resolved band."""
+    step = study.probes.time_step
+    found = {"zpa": band_limited_zpa(study.probes.acceleration, step, end)}
+    if study.free is not None:
+        found["zpa_free"] = band_limited_zpa(study.free.acceleration, step, end)
+    return found
 
 
 def _edge_vertices(prepared: Prepared, pfa: xr.DataArray) -> dict[str, Any]:
@@ -252,7 +272,6 @@ def _attributes(study: TransientStudy, key: str) -> dict[str, Any]:
     """Return what holds for the store as a whole."""
     building = study.prepared.building
     case, transient = building.case, building.transient
-    step, last = study.probes.time_step, float(study.probes.spectra.frequency[-1])
     return {
         "title": case.title,
         "inputs": key,
@@ -262,7 +281,6 @@ def _attributes(study: TransientStudy, key: str) -> dict[str, Any]:
         "wave_floor": building.wave_floor,
         "solver": transient.solver,
         "maximum_frequency": transient.maximum_frequency,
-        "resolved_frequency": resolved_frequency(step, min(transient.maximum_frequency, last)),
         "main_impact": list(main_impact(study.prepared.loads) or ()),
         "spread": "points" if building.pounds else transient.spread,
         "patch_width": transient.patch_width,
