@@ -344,7 +344,7 @@ def test_check_says_what_it_cannot_tell(new_case, tmp_path, caplog):
     plans = [line for line in lines if line.startswith(("length = ", "width = "))]
     path.write_text("\n".join(line for line in lines if line not in plans), encoding="utf-8")
     (line,) = warned(caplog, whole, level=logging.INFO)
-    assert "width of [[buildings]]" in line
+    assert "type length and width, or plan, of [[buildings]]" in line
 
 
 @pytest.mark.usefixtures("no_figures")

@@ -4,6 +4,7 @@ from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import pytest
+import xarray as xr
 
 from impactfem.case import load_case
 from impactfem.case.report import Report
@@ -11,6 +12,7 @@ from impactfem.plot.figure import BETWEEN, declared, figure
 from impactfem.report import comparison, decision, scene_page
 from impactfem.run.stages import STAGES
 from impactfem.stages.drawing import FigureData, Figures
+from impactfem.system.files import write_netcdf
 
 OF_REPORT = declared(decision, scene_page)
 MOST = 40
@@ -131,3 +133,13 @@ def test_a_figure_that_the_reference_shows(figures, tmp_path):
     report = Report.model_construct(reference=SimpleNamespace(items=items))
     drawn = figures.draw(SimpleNamespace(report=report), tmp_path)
     assert [path.stem for path in drawn] == ["each-1", "each-2", "plain", "spare"]
+
+
+def test_a_further_building_takes_no_file_of_the_first_one(tmp_path):
+    folder = tmp_path / "B2"
+    folder.mkdir()
+    write_netcdf(tmp_path / "transient_maps.nc", xr.Dataset())
+    with FigureData.of(SimpleNamespace(), folder) as data:
+        assert data.optional("transient_maps.nc") is None
+    with FigureData.of(SimpleNamespace(), tmp_path) as data:
+        assert data.optional("transient_maps.nc") is not None

@@ -15,7 +15,7 @@ import xarray as xr
 from impactfem.case import Building3D, Case
 from impactfem.plot.figure import Figure, declared
 from impactfem.stages.inputs import published_values
-from impactfem.stages.stores import of_run, open_stores
+from impactfem.stages.stores import open_stores
 from impactfem.system.executor import in_own_process
 from impactfem.system.parallel import meanwhile
 
@@ -40,8 +40,8 @@ class FigureData:
             yield cls(subject, folder, opened)
 
     def optional(self, name: str) -> xr.Dataset | None:
-        """Open a results file; None if the run has none."""
-        return self.opened(name) if of_run(self.folder, name).is_file() else None
+        """Open a results file of the folder itself; None if it has none."""
+        return self.opened(name) if (self.folder / name).is_file() else None
 
     @cached_property
     def published(self) -> Mapping[str, float]:

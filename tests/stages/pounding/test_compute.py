@@ -21,7 +21,7 @@ from impactfem.stages.pounding.compute import (
     run_sticks,
     station_dofs,
 )
-from impactfem.stages.pounding.figures import _response
+from impactfem.stages.pounding.figures import response
 from impactfem.stages.pounding.store import stick_scalars, write_sticks
 from impactfem.system.errors import SolutionError
 
@@ -212,7 +212,7 @@ def test_waves_that_pass(small_case, run, study, tmp_path):
     write_sticks(tmp_path / "pounding.nc", found, "")
     with xr.open_dataset(tmp_path / "pounding.nc", engine="netcdf4") as store:
         np.testing.assert_array_equal(store["ground_apart"].values, [0.0 * moved, moved])
-        assert "ground under" in _response(store).caption
+        assert "ground under" in response(store).caption
     # Without contact each does what it did, only later.
     for stick in (first, second):
         name = f"pounding.peak_displacement_no_contact.{stick.name}"
