@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from impactfem.dynamics.damping import UNDAMPED
 from impactfem.stages.design.envelopes import DesignStudy, ResolvedSpectra
 from impactfem.stages.design.floors import WholeFloors, enveloped, probe_points
 from impactfem.stages.design.store import write_design
@@ -149,13 +148,7 @@ def design_store(path, asked=None):
                 "member_device_spectrum": rng.uniform(5e4, 1e5, (n, d, 6)),
             }
         members["member_basis_error"] = np.full(n, 1e-3)
-    building = SimpleNamespace(damping=SimpleNamespace(law=UNDAMPED))
-    case = SimpleNamespace(
-        title="Two buildings",
-        content_hash=lambda: "abc",
-        shown_direction="y",
-        modelled_building=building,
-    )
+    case = SimpleNamespace(title="Two buildings", content_hash=lambda: "abc", shown_direction="y")
     analysis = "srss" if members else ""
     write_design(path, DesignStudy(case, probes, whole, spectra, members, analysis), "key")
     return Stored(probes["psa"].values, at_vertices)
