@@ -12,7 +12,7 @@ from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.design.stage import members_key
 from impactfem.stages.device.stage import DEVICE
-from impactfem.stages.ensemble import stage as ensemble
+from impactfem.stages.ensemble.figures import published_results
 from impactfem.stages.inputs import inputs_key, program_key, tolerances
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import model_key
@@ -132,7 +132,7 @@ def test_tolerances_are_those_of_the_reference(case):
 
 def test_an_ensemble_is_compared_with_what_it_may_miss():
     """Not with the peak that all its motions are scaled to, nor with what the sticks are fitted."""
-    found = ensemble._published(load_case(GEOMETRY / "npp_pair.toml"))
+    found = published_results(load_case(GEOMETRY / "npp_pair.toml"))
     assert {"pounding.peak_force.floor_8", "motion.sa_max", "frs.floor_8.peak"} <= found.keys()
     assert not {"motion.pga", "sticks.B1.frequency.1", "transient.wave_speed"} & found.keys()
 
