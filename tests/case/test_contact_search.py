@@ -13,6 +13,7 @@ from impactfem.case.contact_toml import contacts_text
 from impactfem.case.contacts import ContactSearch, expand
 from impactfem.case.load import read_case
 from impactfem.case.plan import opposites
+from impactfem.coupling.from_case import system_of
 from impactfem.system.errors import InputError
 
 from .faults import refused
@@ -499,3 +500,29 @@ def test_a_gap_of_another_geometry(bare, shown):
     unknown = (("title = ", 'allow = "gaps"\ntitle = '),)
     bare.write_text(replaced(wider, *unknown), encoding="utf-8")
     refused(bare, "allow", "literal_error")
+
+
+@pytest.mark.parametrize("points", [1, 2, 3])
+def test_points_of_a_stick_share_the_law(bare, points):
+    """Sum of stiffness and moment of a small turn θ about the middle, K L² θ / 12 from two on."""
+    text = bare.read_text(encoding="utf-8").replace("points = 1", f"points = {points}")
+    bare.write_text(text, encoding="utf-8")
+    case = load_case(bare)
+    pairs = {pair.name: pair for pair in system_of(case, None).pairs}
+    line = [one for one in case.contacts if one.line == ROOFS]
+    given = case.contact_laws["slab"].stiffness
+    stiffness = [pairs[one.name].law.stiffness for one in line]
+    assert sum(stiffness) == pytest.approx(given)
+    length = 12.0 if points > 1 else 0.0
+    turned = sum(K * one.along**2 for K, one in zip(stiffness, line, strict=True))
+    assert turned == pytest.approx(given * length**2 / 12.0, rel=1e-12, abs=1e-6)
+    # Of a central impact, whatever the number of points is.
+    masses = [pairs[one.name].law.mass for one in line]
+    assert sum(masses) == pytest.approx(_central_mass(case))
+
+
+def _central_mass(case):
+    middle = case.model_copy(
+        update={"contacts": automatic(case, law="slab", storey_law="column", points=1)}
+    )
+    return next(pair for pair in system_of(middle, None).pairs if pair.name == ROOFS).law.mass
