@@ -120,6 +120,7 @@ class MasslessHistory(ContactHistory):
 
     #: Largest sum of F of each group within the step that ends at the time, (n_t, n_groups) [N].
     largest: Array
+    parts: int  #: equal parts of a step with contact
     #: Work in δ of each point since the start, shape (n_t, m) [J]: the error of the scheme.
     work: Array
 
@@ -258,6 +259,7 @@ class _Contact:
             residual=self.residuals,
             energy=Energy(kinetic, elastic, damped, work, contact, numerical),
             largest=self.largest,
+            parts=self.parts,
             work=self.work,
         )
 

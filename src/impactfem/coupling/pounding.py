@@ -248,6 +248,7 @@ class Response:
     pause: float = 0.0  #: shortest time without a force that parts two impacts of a pair [s]
     #: Error of the complementarity of unilateral forces and velocities [-]; zero with laws.
     residual: float = 0.0
+    parts: int = 1  #: equal parts in which a step with contact is made
     #: Motion of the ground under other buildings, `Ground.relative`.
     relative: Mapping[str, Array] = field(default_factory=dict)
 

@@ -98,9 +98,10 @@ class _Contact(NamedTuple):
     residual: float = 0.0
     work: Array | None = None  #: work of the points since the start, same shape; None if unknown
     largest: Array | None = None  #: largest forces of the pairs within each step, (n_t, n_pairs)
+    parts: int = 1  #: equal parts of a step with contact
 
     @classmethod
-    def of(cls, history: ContactHistory, **further: Array) -> _Contact:
+    def of(cls, history: ContactHistory) -> _Contact:
         """Of a history whose probes are the coordinates of the sticks."""
         # Row k is the mean of the step that ends at k; the ends keep their half of a step.
         mean = history.force[1:]
@@ -114,7 +115,6 @@ class _Contact(NamedTuple):
             energy=history.energy,
             gap=history.gap,
             residual=float(history.residual.max()),
-            **further,
         )
 
 
@@ -334,6 +334,7 @@ class Pounding3D:
             in_3d=tuple(self._given.models),
             pause=SEPARATION,
             residual=contact.residual,
+            parts=contact.parts,
             acceleration=motions.a,
             gap=self._least(gap),
             least_gap=self._least(gap, ends=True),
@@ -373,7 +374,8 @@ class Pounding3D:
             opened=apart,
             groups=joined,
         )
-        return _Contact.of(history, work=history.work, largest=history.largest)
+        made = _Contact.of(history)
+        return made._replace(work=history.work, largest=history.largest, parts=history.parts)
 
     def _moreau(
         self, ground: Ground, h: float, patterns: Array, amplitudes: Array, apart: Array | None

@@ -138,13 +138,15 @@ class StickStudy:
         """Fewest steps of an impact by the laws' own durations, with the effective masses [-].
 
         Of unilateral contact, which has no duration, by those of the impacts with at least a tenth
-        of the largest force. None without an impact; nan if every contact begins at rest.
+        of the largest force, in parts of steps. None without an impact; nan if every contact begins
+        at rest.
         """
         if not self.impacts:
             return None
         if self.unilateral:
             least = SMALL * max((i.peak_force for i in self.impacts), default=0.0)
-            return float(min((i.steps for i in self.impacts if i.peak_force >= least), default=0))
+            fewest = min((i.steps for i in self.impacts if i.peak_force >= least), default=0)
+            return float(fewest * self.response.parts)
         durations = [i.pair.law.duration(i.approach) for i in self.impacts if i.approach > 0.0]
         return min(durations, default=np.nan) / self.response.time_step
 
