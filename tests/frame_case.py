@@ -27,7 +27,7 @@ rigid_above = "0.1 m"
     return "\n[[motions]]\n", f"{table}{more}\n[[motions]]\n"
 
 
-SOFT_NEIGHBOUR = neighbour('axis = ["0 m", "8 m"]\nsecond_moment_factor = 0.2\n')
+SOFT_NEIGHBOUR = neighbour('axis = ["0 m", "4.0002 m"]\nsecond_moment_factor = 0.2\n')
 """One that comes near enough to be hit."""
 
 
