@@ -186,7 +186,7 @@ PLACE = 'offset = ["0 m", "7.8 m", "0 m"]'
 NORMAL = "normal = [0, 1, 0]"
 CONTACTS = [
     (NORMAL, "normal = [1, 0, 0]", "contacts[0].a.offset",
-     "of_struck_sides 15.6"),
+     "of_struck_sides 15.6", "contacts[0].gap"),
     (NORMAL, "normal = [0, -1, 0]", "contacts[0].a.offset",
      "of_struck_sides",
      "contacts[0].normal"),

@@ -25,7 +25,7 @@ THIRD = """
 name = "B3"
 material = "concrete"
 floors = "pair_floors.csv"
-axis = ["23.1 m", "40 m"]
+axis = ["23.1 m", "23.42 m"]
 rigid_below = "0.06 m"
 rigid_above = "0.79 m"
 
