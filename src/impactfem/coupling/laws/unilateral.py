@@ -11,7 +11,7 @@ from impactfem.coupling.law import Law
 
 @dataclass(frozen=True)
 class Unilateral(Law):
-    """Contact without penetration, by the impulses of `unilateral`; it has no force law."""
+    """Contact without penetration, by `massless` or `unilateral`; it has no force law."""
 
     type = "unilateral"
     stiffness_unit = ""
