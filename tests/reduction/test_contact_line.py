@@ -12,6 +12,7 @@ from impactfem.building.read_mesh import read_mesh
 from impactfem.case import load_case
 from impactfem.reduction.contact_line import contact_lines, warn_of_narrow
 from impactfem.reduction.edge_force import EdgeForce, smooth
+from impactfem.reduction.sides import PairEnd, Sides
 from impactfem.run.check import check
 from impactfem.system.errors import InputError
 from two_models import in_3d
@@ -238,6 +239,35 @@ def test_a_floor_meets_what_stands_in_a_storey(tmp_path):
         assert line.b.forces[0].height == pytest.approx(
             0.5 * (low + 3.0 * line.b.point.level - 0.2)
         )
+
+
+@pytest.mark.parametrize("depth", [0.1, 0.4])
+def test_a_line_contact_meets_a_strip_of_a_storey(tmp_path, depth):
+    """The same wall, each point on its part of a strip as deep as the slab."""
+    more = f'gap = "1.501 m"\nlength = "6 m"\ndepth = "{depth} m"\npoints = 1\n'
+    changes = (ON_STOREY, STOREY.format(-0.5)), ('gap = "1 mm"\n', more)
+    case, meshes = with_meshes(in_3d(tmp_path, *changes))
+    lines = contact_lines(case, meshes)
+    assert len(lines) == 2
+    mesh = meshes["B"]
+    for line in lines:
+        assert line.position == pytest.approx([-1.0, 1.0])
+        # Parts of the length w_i = 2 m, next to each other.
+        assert np.diff(line.b.hats[:, [0, 2]]).ravel() == pytest.approx([2.0, 2.0])
+        for force, place in zip(line.b.forces, line.b.hats[:, 1], strict=True):
+            assert force.depth == depth
+            load = force.load(mesh)
+            x, _, z = mesh.nodes[load.nodes].T
+            assert load.forces.sum() == pytest.approx(1.0, abs=1e-12)
+            assert load.forces @ x == pytest.approx(place, abs=1e-11)
+            assert load.forces @ z == pytest.approx(force.height, abs=1e-11)
+    # Read from the file of forces, each point has the same pattern.
+    point = line.b.point
+    end = PairEnd(point.building, point.level, 0.5, -line.normal, point.offset, depth=depth)
+    sides = Sides(case.modelled["B"], mesh)
+    facade, _ = sides.met(case.path, line.name, end)
+    for force, hat in zip(line.b.forces, line.b.hats.tolist(), strict=True):
+        assert sides.point_force(replace(end, hat=tuple(hat)), facade) == force
 
 
 @pytest.mark.parametrize("aside", [0.0, 0.4, 3.0])

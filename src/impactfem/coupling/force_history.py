@@ -13,7 +13,8 @@
 - `normal` (pair, axis): unit vector n from a to b
 - `hat_a`, `hat_b` (pair, place) [m], of points along which 3D models touch: where on the struck
   side the line load of the force begins, is highest and ends; three times where it acts inside a
-  storey, and on the floor that meets a column there. nan for other pairs
+  storey, and on the floor that meets a column there; of a line contact on a storey begin, middle
+  and end of its part of the strip. nan for other pairs
 - `line` (pair): the pair of the case along whose line such a point is; empty for other pairs
 - `gap` (pair) [m], `law` (pair): the contact law in words and numbers
 - attributes `title`, `case_hash`, and `inputs`, the hash of what the stage depends on

@@ -10,8 +10,8 @@ mean of the motion, and its force F_i is a line load on both sides,
 integrated on each mesh by its own shape functions: the meshes need not match, and resultant and
 moment of what acts on a are those of what acts on b. A floor of a stick is rigid: for it the mean
 is the motion at the middle of the hat. Inside a storey the force acts on walls and columns over a
-patch; where there are none, nothing touches. A column that stands alone is touched where it stands,
-the floor at this point of its edge.
+patch, of a line contact over its part of a strip as deep as the slab; where there are none, nothing
+touches. A column that stands alone is touched where it stands, the floor at this point of its edge.
 
 The gap g is that of the pair at its point, straight between the points of several pairs, and grows
 with the distance from it where the sides are not parallel, less what an edge that is not quite
@@ -230,6 +230,7 @@ class _End:
     met: Struck | None  #: the side that it is on, and where the first pair is along it
     sense: float  #: ds along the side for 1 m along the line
     span: tuple[float, float]  #: from where to where it reaches along the line [m]
+    depth: float | None = None  #: of the slab of a line contact [m]
 
     @property
     def place(self) -> tuple[object, ...]:
@@ -283,13 +284,14 @@ class _End:
     def hats(self, begin: Array, s: Array, finish: Array) -> Array:
         """Return begin, top and end of the hat of each point on the side, shape (m, 3) [m].
 
-        Inside a storey, where its middle is.
+        Inside a storey, where its middle is; of a line contact with its weight to both sides.
         """
         if self.met is None:
             return np.full((len(s), 3), np.nan)
         places = np.column_stack([begin, s, finish])
         if self.point.floor is None:
-            places = np.tile(places.mean(axis=1)[:, None], 3)
+            part = 0.0 if self.depth is None else 0.25 * (finish - begin)[:, None]
+            places = places.mean(axis=1)[:, None] + part * np.array([-1.0, 0.0, 1.0])
         return np.sort(self.met[1] + self.sense * places, axis=1)
 
     def forces(self, hats: Array, columns: NDArray[np.bool_]) -> list[EdgeForce | str]:
@@ -313,7 +315,7 @@ class _End:
     @property
     def end(self) -> PairEnd:
         """The end of its first pair."""
-        return PairEnd.of(self.point, np.array(self.outward))
+        return replace(PairEnd.of(self.point, np.array(self.outward)), depth=self.depth)
 
 
 def _line(case: Case, pairs: Sequence[Contact], ends: Sequence[_End]) -> ContactLine | str:
@@ -411,9 +413,10 @@ def _end(
         plan = plan_of(building, index)
         low, high = (-math.inf, math.inf) if plan is None else extent(plan, t.tolist())
         middle = -float(t @ point.offset)
-        return _End(point, (x, y, z), None, None, 1.0, (middle + low, middle + high))
+        span = middle + low, middle + high
+        return _End(point, (x, y, z), None, None, 1.0, span, contact.depth)
     own = sides[point.building]
-    end = _End(point, (x, y, z), own, None, 1.0, (0.0, 0.0))
+    end = _End(point, (x, y, z), own, None, 1.0, (0.0, 0.0), contact.depth)
     met = own.met(case.path, contact.name, end.end)
     if isinstance(met, Fault):
         return met

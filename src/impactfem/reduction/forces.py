@@ -1,7 +1,7 @@
 """Impact forces that fit the building: whose they are, long enough, and each on a side of it."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -85,7 +85,9 @@ def pair_ends(
     of_lines = [name for name in unknown if name.rpartition(" at ")[0] in contacts]
     if contacts and history.ends.hat_a is not None and building.case.pounding_in_3d:
         # Points along which 3D models touch: several of each pair of the case.
-        ends, faults = _ends_by_file(history, path, building.name if building.contacts else "")
+        owner = building.name if building.contacts else ""
+        depths = {name: contact.depth for name, contact in contacts.items()}
+        ends, faults = _ends_by_file(history, path, owner, depths)
     elif of_lines and history.ends.hat_a is None:
         expected = (
             "expected forces.nc of that run, which says where the points along which 3D models "
@@ -215,8 +217,16 @@ def check_contacts(building: Building3D, mesh: BuildingMesh) -> tuple[EdgeForce,
     return tuple(sorted(dict.fromkeys(patterns), key=lambda one: one.floor))
 
 
-def _ends_by_file(history: ForceHistory, path: Path, building: str) -> tuple[Ends, list[Fault]]:
-    """Both ends of the pairs as the file says; what is wrong, as none on this building, if any."""
+def _ends_by_file(
+    history: ForceHistory,
+    path: Path,
+    building: str,
+    depths: Mapping[str, float | None] | None = None,
+) -> tuple[Ends, list[Fault]]:
+    """Both ends of the pairs as the file says; what is wrong, as none on this building, if any.
+
+    The depths of slabs [m] are those of line contacts, by their names in the case.
+    """
     said = history.ends
     names = ("building_a", "building_b", "floor_a", "floor_b", "normal")
     if missing := ", ".join(name for name in names if getattr(said, name) is None):
@@ -236,7 +246,8 @@ def _ends_by_file(history: ForceHistory, path: Path, building: str) -> tuple[End
             offset = None if offset is None else tuple(offset.tolist())
             hat = None if hat is None or math.isnan(hat[0]) else tuple(hat.tolist())
             outward = sign * np.asarray(said.normal)[j]
-            pair.append(PairEnd(owner, floor, height, outward, offset, hat))
+            depth = (depths or {}).get(name.rpartition(" at ")[0])
+            pair.append(PairEnd(owner, floor, height, outward, offset, hat, depth=depth))
         a, b = pair
         if a.building == b.building:
             expected = "another building than that of a, or none for a rigid wall"

@@ -52,7 +52,8 @@ class PairEnd:
     outward: Array  #: Unit vector towards the other end, shape (3,).
     offset: Vector | None = None  #: From the stick's axis to it [m]; None where it is not known.
     #: Of a point of contact of edges, positions along the side where its hat begins, is highest and
-    #: ends [m], inside a storey three times where it acts; None for a pair of points.
+    #: ends [m], inside a storey three times where it acts, of a line contact where its part of the
+    #: strip begins, is in the middle and ends; None for a pair of points.
     hat: tuple[float, float, float] | None = None
     #: First and last position of its line contact, from the point to the left of `outward` [m].
     span: tuple[float, float] | None = None
@@ -185,7 +186,11 @@ class Sides:
         if end.relative_height is None:
             return hat_force(end.floor, facade, direction, before, at, behind)
         height = self.elevation(end)
-        shares = storey_share(end.floor, facade, direction, at, height, self.spread)
+        if end.depth is not None and behind > before:
+            strip = Strip(before, behind, height, end.depth)
+            shares = strip_shares(end.floor, facade, direction, at, strip)
+        else:
+            shares = storey_share(end.floor, facade, direction, at, height, self.spread)
         if lacking := missing(self.mesh, shares):
             return lacking
         force, outward = shares[0][0], np.array(facade.outward[:2])
