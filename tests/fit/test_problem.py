@@ -543,7 +543,7 @@ spectrum = "psa.csv"
 )
 def test_spectra_that_no_run_has(written, old, new, words):
     """Place, direction and ordinates, by the case; before a run of minutes."""
-    free = '[free."contacts[0].gap"]\nbounds = ["0.1 cm", "9 cm"]\n'
+    free = '[free."contacts[0].gap"]\nbounds = ["3.95 cm", "4.05 cm"]\n'
     path = written(free + SPECTRUM.replace(old, new))
     for name, row in (("psa", "3,4"), ("low", "0.01,4"), ("high", "900,4")):
         path.with_name(f"{name}.csv").write_text(f"frequency [Hz],psa [m/s2]\n5,4\n{row}\n")
@@ -556,7 +556,7 @@ def test_spectra_that_no_run_has(written, old, new, words):
 def test_bounds_that_the_case_refuses_elsewhere(written):
     """Named by the key of the file of the fit, and by no folder that is gone."""
     case = GEOMETRY / "two_frames.toml"
-    free = '[free."buildings[1].axis[1]"]\nbounds = ["{}", "17.05 m"]\n'
+    free = '[free."buildings[1].axis[1]"]\nbounds = ["{}", "17.0405 m"]\n'
     target = '[[targets]]\nresult = "sticks.B.mass"\nvalue = "500 t"\n'
     found = faults(case, written(free.format("16 m") + target))
     where = """some_fit.toml: free."buildings[1].axis[1]".bounds[0] = '16 m': two_frames.toml: """
