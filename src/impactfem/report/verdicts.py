@@ -20,7 +20,8 @@ def verdicts_table(verdicts: Rows) -> Facts | None:
 
     rows = []
     for one in known:
-        at = "" if one["frequency"] is None else f" at {one['frequency']:.3g} Hz"
+        at = f" up to {one['band'][1]:.3g} Hz" if one["band"] else ""
+        at = at if one["frequency"] is None else f" at {one['frequency']:.3g} Hz"
         ratio = one["ratio"]
         word = {True: "passed", False: "exceeded"}.get(one["passed"], "not computed")
         if one["capacity"] is None:

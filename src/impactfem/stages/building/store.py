@@ -17,7 +17,7 @@ from impactfem.system.scalar import Scalar, with_scalars
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 SCALARS = {
-    "building.{variable}": "elements nodes dofs",
+    "building.{variable}": "elements dofs",
     "building.mass": "total_mass",
     "building.storey_stiffness_factor": "storey_factor",
     "building.{variable}.{bending}": "frequency effective_mass",

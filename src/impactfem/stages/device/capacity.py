@@ -31,7 +31,6 @@ from impactfem.stages.results import item_cells
 from impactfem.stages.stores import open_store
 from impactfem.stages.transient.selection import resolved
 from impactfem.stages.verdict import Verdict
-from impactfem.system.arrays import Array
 from impactfem.system.errors import SolutionError
 from impactfem.system.quantity import results, si
 
@@ -271,15 +270,10 @@ def _of_spectrum(place: Place, name: str, spectrum: QualificationSpectrum | None
 
 
 def _of_zpa(place: Place) -> Verdict:
-    """The ordinate at the end of the resolved band, along the axis with the largest ratio."""
-
-    def ordinates(impact: str) -> Array:
-        psa = resolved(place.store)["psa"].sel(device=place.name, impact=impact)
-        values = psa.isel(case=0, frequency=-1).sel(axis=["x", "y", "z"]).values
-        return np.asarray(values, dtype=np.float64)
-
+    """The ZPA in the resolved band, along the axis with the largest ratio."""
+    zpa = place.store["zpa"].sel(device=place.name, axis=["x", "y", "z"]).isel(case=0)
     limits = place.setup.zpa_limit
-    hit, free = ordinates(WITH), ordinates(WITHOUT)
+    hit, free = (zpa.sel(impact=impact).values for impact in (WITH, WITHOUT))
     k = int((hit if limits is None else hit / np.array(limits)).argmax())
     return Verdict(
         "device.zpa",
@@ -290,7 +284,7 @@ def _of_zpa(place: Place) -> Verdict:
         None if limits is None else limits[k],
         place.key("zpa_limit"),
         float(free[k]),
-        frequency=float(resolved(place.store)["frequency"][-1]),
+        band=(0.0, float(place.store.attrs["resolved_frequency"])),
     )
 
 

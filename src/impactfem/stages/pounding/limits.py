@@ -123,39 +123,41 @@ def _buildings(case: Case, pair: str) -> tuple[str, str]:
 
 
 def _accelerations(case: Case, store: xr.Dataset) -> list[Verdict]:
-    """Largest zero-period acceleration of a floor: the ordinate at the end of the resolved band."""
-    end = float(store.attrs["resolved_frequency"]) * (1.0 + 1e-9)
-    band = store[["psa", "psa_free"]].isel(damping=0).sel(frequency=slice(None, end))
-    last = band.isel(frequency=-1).load()
-    if not last["psa"].size:
+    """Largest zero-period acceleration of a floor, in the resolved band."""
+    zpa = store["zpa"].load()
+    if not zpa.size:
         return []
-    at = last.isel(last["psa"].argmax(...))
+    at = zpa.isel(zpa.argmax(...))
     place = f"{at['station_building'].item()}, floor {at['station_floor'].item()}"
     return [
         floor_acceleration(
             "pounding.floor_acceleration",
             case,
             f"{place}, direction {at['direction'].item()}",
-            at["psa"],
-            float(last["psa_free"].max()),
+            at,
+            store["zpa_free"],
+            float(store.attrs["resolved_frequency"]),
         )
     ]
 
 
 def floor_acceleration(
-    id: str, case: Case, place: str, ordinate: xr.DataArray, free: float | None
+    id: str, case: Case, place: str, zpa: xr.DataArray, free: xr.DataArray | None, end: float
 ) -> Verdict:
-    """Return the verdict of a floor acceleration, an ordinate at the end of the resolved band."""
+    """Return the verdict of the ZPA of a floor, with the ZPA of all floors without impact.
+
+    `end` is the end of the resolved band [Hz].
+    """
     return Verdict(
         id,
         "floor acceleration (ZPA)",
         "m/s2",
         place,
-        float(ordinate),
+        float(zpa),
         case.limits.floor_acceleration,
         "limits.floor_acceleration",
-        demand_without_impact=free,
-        frequency=float(ordinate["frequency"]),
+        demand_without_impact=None if free is None else float(free.max()),
+        band=(0.0, end),
     )
 
 
