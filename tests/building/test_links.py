@@ -219,7 +219,7 @@ def wanted(*devices):
                 SimpleNamespace(
                     name=name,
                     supports=anchors if len(anchors) > 1 else (),
-                    anchors=[SimpleNamespace(point=p, radius=r) for p, r in anchors],
+                    anchor_points=[SimpleNamespace(point=p, radius=r) for p, r in anchors],
                 ),
             )
             for index, (name, *anchors) in enumerate(devices)

@@ -80,7 +80,9 @@ class TestRun:
     def test_the_checks_are_told(self, program, copied, tmp_path):
         ended = program("run", copied, "--out", tmp_path / "run", "--stage", "pounding")
         assert "warning: pounding: largest shear stress of a storey" in ended.err
-        line = r"stage pounding: .*the largest .* MN, at .*, \d+ checks passed, 3 failed, see"
+        line = (
+            r"stage pounding: .*the largest .* MN up to 100 Hz, at .*, \d+ checks passed, 3 failed"
+        )
         assert re.search(line, ended.err)
         assert "displacement in the last period" in ended.err
         assert not re.search(r"time steps in an impact = .* \(at least 16\)", ended.err)

@@ -27,7 +27,7 @@ def case_of(*probes, envelopes=()):
         wave_floor=None,
         transient=SimpleNamespace(),
         numbered_probes=tuple(enumerate(probes)),
-        numbered_devices=((0, SimpleNamespace(anchors=anchors)),),
+        numbered_devices=((0, SimpleNamespace(anchor_points=anchors)),),
     )
 
 

@@ -188,7 +188,7 @@ class SweepTable:
             return False
         rows, columns = math.ceil(len(drawn) / 2), min(2, len(drawn))
         dashed = " Dashed: published." if self.published.keys() & set(drawn) else ""
-        caption = f"{self.title}: results over {along}.{dashed}"
+        caption = f"{self.title}: {', '.join(drawn)} over {along}.{dashed}"
         with sheet(path, (rows, columns), (4.5 * columns, 2.8 * rows), caption) as (_, axes):
             for panel, name in zip(axes, drawn, strict=False):
                 y = self.results[name].set_axis(self.values[along])
