@@ -30,20 +30,20 @@ def verdicts_table(verdicts: Rows) -> Facts | None:
         rows.append(
             (
                 f"{one['quantity']}{at}",
-                f"{one['place']}; {detail}" if detail else one["place"],
+                word,
+                "" if ratio is None else f"{ratio:.3g}",
                 shown(one["demand"], unit),
                 shown(one["capacity"], unit),
-                "" if ratio is None else f"{ratio:.3g}",
                 shown(one["demand_without_impact"], unit),
-                word,
+                f"{one['place']}; {detail}" if detail else one["place"],
             )
         )
     note = "The demand is that with impacts, in the resolved band."
     if any(one["capacity"] is None for one in known):
         note += " A row without a capacity names the key of the case that gives one."
     columns = (
-        "quantity {}; place {}; demand {}; capacity {}; ratio {}; demand without impact {}; "
-        "verdict {}"
+        "quantity {}; verdict {}; ratio {}; demand {}; capacity {}; demand without impact {}; "
+        "place {}"
     )
     return table("Demand and capacity", columns, rows, note) if rows else None
 
