@@ -36,7 +36,7 @@ from IPython.display import Image
 import impactfem
 
 case = impactfem.load(case_file)
-case.set("report", {"figures": ["main_impact_loop"]})  # the film as GIF, in addition to mp4
+case.set("report.figures", ["main_impact_loop"])  # the film as GIF, in addition to mp4
 for key, value in changes.items():
     case.set(key, value)
 run = impactfem.run(case, out=folder, stage="transient", bar=False)

@@ -119,6 +119,12 @@ class TestChangedCase:
         assert impactfem.check(tmp_path / "wide.toml").contacts[0].gap == pytest.approx(5.0)
 
 
+def test_a_key_of_a_section_that_the_case_leaves_out(new_case, tmp_path):
+    case = impactfem.load(new_case(tmp_path)).set("limits.gap", "asce7")
+    written = impactfem.load(case.write(tmp_path / "with_limits.toml"))
+    assert written.get("limits") == {"gap": "asce7"}
+
+
 def test_the_names_of_packages_can_be_called():
     """`impactfem.run` is a package and a function, whatever was imported before."""
     text = "import impactfem.run.loop, impactfem; assert callable(impactfem.run); "

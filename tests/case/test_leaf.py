@@ -211,6 +211,7 @@ def test_a_key(text, place):
         ("buildings.name", r"an index: buildings\[0\]"),
         ("damping[0].ratio", "no index: damping is no list"),
         ("damping.ratio.x", "no key below damping.ratio"),
+        ("limits.gap", None),
         ("wall_impact.gap", "a table or list wall_impact in this case; it has none"),
     ],
 )

@@ -131,8 +131,8 @@ def read_key(text: str) -> Place | None:
 def key_fault(place: Place, raw: Mapping[str, Any], model: type[BaseModel]) -> str | None:
     """Why a value cannot be set at a place of a case, in words; None when it can.
 
-    The tables and lists on the way must be there. The last key may be one that the case leaves to
-    its default.
+    The tables and lists on the way must be there, but for tables without required keys. The last
+    key may be one that the case leaves to its default.
     """
     current: Any = raw
     for end, part in enumerate(place, start=1):
@@ -152,6 +152,16 @@ def key_fault(place: Place, raw: Mapping[str, Any], model: type[BaseModel]) -> s
                 known = list(current) if parent is None else list(fields_by_key(parent))
                 return f"unknown key; {nearest(part, known)}"
             if end < len(place):
-                return f"expected a table or list {dotted(place[:end])} in this case; it has none"
+                if not any(map(_needs_nothing, alternatives(form_of(info)))):
+                    inside = dotted(place[:end])
+                    return f"expected a table or list {inside} in this case; it has none"
+                current = {}
+                continue
         current = step(current, part)
     return None
+
+
+def _needs_nothing(form: Any) -> bool:
+    """Whether a form is a table without required keys."""
+    table = isinstance(form, type) and issubclass(form, BaseModel)
+    return table and not any(info.is_required() for info in form.model_fields.values())

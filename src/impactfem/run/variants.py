@@ -90,7 +90,13 @@ class Variant:
         raw, origin = deepcopy(source.raw), source.path.parent.resolve()
         target = folder.resolve()
         for key, value in zip(self.keys, self.values, strict=True):
-            value_at(key.place[:-1], raw)[key.place[-1]] = deepcopy(value)
+            table: Any = raw
+            for end, part in enumerate(key.place[:-1], start=1):
+                # A section that the case leaves to its defaults, see `key_fault`.
+                if isinstance(table, dict) and isinstance(part, str):
+                    table.setdefault(part, {})
+                table = value_at(key.place[:end], raw)
+            table[key.place[-1]] = deepcopy(value)
         for place, name in list(file_names(raw, (), raw, CaseFile)):
             if not Path(name).is_absolute():
                 value_at(place[:-1], raw)[place[-1]] = os.path.relpath(origin / name, target)
