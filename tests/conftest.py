@@ -67,10 +67,13 @@ def pytest_configure(config):
 def pytest_collection_modifyitems(items):
     """Files with slow tests last; of these those first that take longest.
 
-    They are those that start `mpirun`, and then those with many slow tests: a worker that is at one
-    of them when no others are left keeps everybody waiting.
+    They are those that start `mpirun`, and then those with many slow tests, or with slower ones,
+    `slow(10)`: a worker that is at one of them when no others are left keeps everybody waiting.
     """
-    slow = Counter(item.path for item in items if item.get_closest_marker("slow") is not None)
+    slow = Counter[Path]()
+    for item in items:
+        if (marker := item.get_closest_marker("slow")) is not None:
+            slow[item.path] += next(iter(marker.args), 1)
     on_ranks = {item.path for item in items if "under_mpirun" in item.fixturenames}
     items.sort(key=lambda item: (item.path in slow, item.path not in on_ranks, -slow[item.path]))
 

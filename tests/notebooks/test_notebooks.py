@@ -13,7 +13,7 @@ from nbclient.exceptions import CellExecutionError
 
 from impactfem.run.folder import open_run
 
-pytestmark = pytest.mark.slow
+pytestmark = pytest.mark.slow(10)
 ALL = (
     "ensemble_percentiles",
     "film_of_both_buildings",
