@@ -130,7 +130,7 @@ class FacingFloors:
 
     @property
     def unknown_lines(self) -> list[str]:
-        """Return what is not known, and which keys would say it; a line for each two buildings."""
+        """Name the missing plans and the keys that give them, a line for each two buildings."""
         return [
             f"facing floors: whether floors of {a} and {b} that are in no pair meet cannot be "
             f"checked without the plan of {' and '.join(names)}: type length and width, or plan, "

@@ -172,7 +172,7 @@ class _Contact:
         last = len(self.walls.rest) - 1
         at = np.minimum(np.arange(self.done + 1, self.done + len(xs) + 1), last)
         gaps = self.walls.rest[at] - xs[:, : self.m]
-        # What is not finite counts as met, too.
+        # A gap that is not finite ends the flight; the step then raises the error.
         met = ~(gaps >= 0.0).all(axis=1)
         count = int(met.argmax()) if met.any() else len(xs)
         if count == 0:

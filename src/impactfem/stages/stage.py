@@ -64,8 +64,6 @@ class StageOf(Generic[S]):
     further: Callable[[S], str] = lambda subject: ""  #: what else counts, as text
     #: Its demands with the capacities that they are compared with.
     verdicts: Callable[[S, Path], list[Verdict]] = lambda subject, folder: []
-    #: What its tables and figures depend on in addition to its stores, as text.
-    drawn_with: Callable[[S], str] = lambda subject: ""
     #: Those of its checks that are known before anything is computed.
     announces: Callable[[Case], list[Check]] = lambda case: []
     collective: bool = False  #: whether all ranks compute it together; else rank 0 does
@@ -113,8 +111,7 @@ class StageOf(Generic[S]):
         """Compute the hash of the inputs of its tables and figures."""
         drawn = inputs_key(subject, ("published",))
         report = (subject if isinstance(subject, Case) else subject.case).report
-        further = "".join(self.drawn_with(one) for one in self.of(subject))
-        requested = [report.figures, *report.shown_files, further]
+        requested = [report.figures, *report.shown_files]
         return hashlib.sha256(f"{self.key(subject)}{drawn}{requested}".encode()).hexdigest()
 
 

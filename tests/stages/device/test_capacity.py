@@ -9,7 +9,7 @@ from impactfem.case import DeviceSetup
 from impactfem.case.capacities import AnchorBolts, QualificationCurve, QualificationSpectrum
 from impactfem.spectra import response_spectra
 from impactfem.stages.device import capacity
-from impactfem.stages.device.capacity import bolt_table, device_verdicts
+from impactfem.stages.device.capacity import device_verdicts
 from impactfem.system.errors import SolutionError
 
 from .device_store import FREQUENCY, TIME, device_folder
@@ -121,16 +121,3 @@ def test_zpa_of_the_axis_with_the_largest_ratio(found):
     # Nothing moves along x and z.
     assert (one.demand, one.ratio) == (pytest.approx(peak), pytest.approx(0.5))
     assert found(zpa_limit=(1.0, 0.9 * peak, 1.0))["device.zpa"].passed is False
-
-
-def test_table_of_the_bolts(tmp_path):
-    folder = device_folder(tmp_path)
-    (table,) = bolt_table(building_with(anchors=BOLTS), folder)
-    assert [row[:2] for row in table.rows] == [
-        ("pump", "without impact"),
-        ("pump", "with impacts"),
-    ]
-    names = [name for name, _ in table.columns]
-    shear = names.index("largest shear")
-    assert table.rows[1][shear] == pytest.approx(16.5, rel=1e-6)  # in kN
-    assert bolt_table(building_with(), folder) == []

@@ -24,10 +24,8 @@ from impactfem.device.bolts import (
     rectangular_plate,
     round_plate,
 )
-from impactfem.plot.table import FACTORS, Table, heads
 from impactfem.spectra import broaden, merged_frequencies, response_spectra
 from impactfem.stages.device.selection import LOADS, WITH, WITHOUT, Load, loaded
-from impactfem.stages.results import item_cells
 from impactfem.stages.stores import open_store
 from impactfem.stages.transient.selection import resolved
 from impactfem.stages.verdict import Verdict
@@ -286,28 +284,3 @@ def _of_zpa(place: Place) -> Verdict:
         float(free[k]),
         band=(0.0, float(place.store.attrs["resolved_frequency"])),
     )
-
-
-def bolt_table(building: BuildingInTime, folder: Path) -> list[Table]:
-    """Return the table of the demand on the bolts of each device; none without bolts."""
-    names, rows = [], []
-    with open_store(folder / "device.nc") as opened:
-        store = loaded(opened)
-        for place in places(building, store):
-            if place.setup.anchors is not None:
-                for impact, words in LOADS.items():
-                    demand = bolts_of(place, place.setup.anchors, impact)
-                    if demand is not None:
-                        names.append((place.name, words))
-                        rows.append(demand)
-    if not rows:
-        return []
-    columns, cells = item_cells(BoltDemand, rows, FACTORS)
-    return [
-        Table(
-            "device_bolts",
-            "Demand on the bolts of the devices, in the critical horizontal direction",
-            (*heads("device; impacts"), *columns),
-            tuple((*name, *cell) for name, cell in zip(names, cells, strict=True)),
-        )
-    ]

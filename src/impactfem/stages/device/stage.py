@@ -8,7 +8,6 @@ import xarray as xr
 
 from impactfem.case import BuildingInTime
 from impactfem.case.transient import transient_files
-from impactfem.plot.table import write_tables
 from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_targets
 from impactfem.stages.calibrate.selection import (
@@ -20,7 +19,7 @@ from impactfem.stages.calibrate.selection import (
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
 from impactfem.stages.device import figures, model_figures, pictures
-from impactfem.stages.device.capacity import bolt_table, device_verdicts
+from impactfem.stages.device.capacity import device_verdicts
 from impactfem.stages.device.figures import DeviceData
 from impactfem.stages.device.selection import (
     DETAILED,
@@ -222,14 +221,10 @@ DEVICE = StageOf[BuildingInTime](
     files=lambda building: transient_files(building.transient),
     stores={"device": "device.nc"},
     compute=_compute,
-    tabulate=lambda building, folder: [
-        *device_tables(folder, published_values(building)),
-        *write_tables(folder, bolt_table(building, folder)),
-    ],
+    tabulate=lambda building, folder: device_tables(folder, published_values(building)),
     figures=Figures.of(DeviceData, figures, model_figures, pictures),
     checks=lambda building, folder: device_checks(folder),
     verdicts=device_verdicts,
-    drawn_with=lambda building: repr([one.anchors for one in building.devices]),
     subjects=lambda case: tuple(one for one in case.in_time if one.devices),
     section="devices",
     # The impact on the wall gives the restitution of each damping case.
