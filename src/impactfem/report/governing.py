@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,6 @@ STICK, MODEL = "stick", "3D model"
 PLACES = {"centre": "mass centre", "edge": "impact edge", "line": "on the line across"}
 """Kinds of probes in words."""
 FREE = "psa_free"
-Where = tuple[str, str, int, str, str, float]
-"""Building, model, floor, place, direction, and damping of the oscillators."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,14 +145,23 @@ def _laws(run: RunFiles) -> dict[str, Callable[[float], Any]]:
         }
 
 
-def _spectrum(at: xr.Dataset, where: Where, cause: str, free_zpa: float) -> Spectrum:
+def _spectrum(
+    at: xr.Dataset, made: Callable[..., Spectrum], cause: str, free_zpa: float
+) -> Spectrum:
     """Return the spectrum of one place along one direction, at all valid frequencies.
 
-    `where` is building, model, floor, place, direction and damping of the oscillators; the
+    `made` knows building, model, floor, place, direction and damping of the oscillators; the
     attributes of the dataset have the end of the resolved band.
     """
-    part, zpa = resolved(at), float(at[_zpa_of(at)])
-    return Spectrum(*where, part["psa"], part.get(FREE), free_zpa, zpa, at["psa"], cause)
+    part = resolved(at)
+    return made(
+        psa=part["psa"],
+        free=part.get(FREE),
+        free_zpa=free_zpa,
+        zpa=float(at[_zpa_of(at)]),
+        whole=at["psa"],
+        cause=cause,
+    )
 
 
 def _zpa_of(store: xr.Dataset) -> str:
@@ -172,8 +180,16 @@ def _of_sticks(run: RunFiles) -> list[Spectrum]:
             for direction in names_of(store, "direction"):
                 at = one.isel(station=k).sel(direction=direction)
                 floor, ratio = int(at["station_floor"]), float(at["damping"])
-                where = (name, model, floor, place, direction, ratio)
-                found.append(_spectrum(at, where, cause, free_zpa))
+                made = partial(
+                    Spectrum,
+                    building=name,
+                    model=model,
+                    floor=floor,
+                    place=place,
+                    direction=direction,
+                    damping=ratio,
+                )
+                found.append(_spectrum(at, made, cause, free_zpa))
     return _moving(found)
 
 
@@ -192,8 +208,16 @@ def _of_model(run: RunFiles) -> list[Spectrum]:
             for direction in names_of(store, "direction"):
                 at, free_zpa = _largest(one, "direction", direction, "station")
                 floor, ratio = int(at["station_floor"]), float(at["damping"])
-                where = (str(store.attrs["building"]), MODEL, floor, place, direction, ratio)
-                found.append(_spectrum(at, where, _cause(store), free_zpa))
+                made = partial(
+                    Spectrum,
+                    building=str(store.attrs["building"]),
+                    model=MODEL,
+                    floor=floor,
+                    place=place,
+                    direction=direction,
+                    damping=ratio,
+                )
+                found.append(_spectrum(at, made, _cause(store), free_zpa))
             kept = names_of(store, "elsewhere")  # on no floor
     with run.store("transient.nc") as store:
         one = known(_spectra_of(store))
@@ -202,8 +226,16 @@ def _of_model(run: RunFiles) -> list[Spectrum]:
             at, free_zpa = _largest(one, "component", direction, "probe")
             place = PLACES.get(str(at["probe_kind"].item()), str(at["probe"].item()))
             floor, ratio = int(at["probe_floor"]), float(at["damping"])
-            where = (str(store.attrs["building"]), MODEL, floor, place, direction, ratio)
-            found.append(_spectrum(at, where, _cause(store), free_zpa))
+            made = partial(
+                Spectrum,
+                building=str(store.attrs["building"]),
+                model=MODEL,
+                floor=floor,
+                place=place,
+                direction=direction,
+                damping=ratio,
+            )
+            found.append(_spectrum(at, made, _cause(store), free_zpa))
     found.sort(key=lambda one: -one.peak)
     return _moving(list({one.direction: one for one in reversed(found)}.values()))
 
@@ -245,9 +277,17 @@ def _of_anchors(run: RunFiles) -> list[Spectrum]:
             axis = str(part["psa"].max("frequency").idxmax("axis").item())
             _, floor, _ = of_device.anchor_of(store, device)
             damping = float(of_device.modes_of(store, device)["mode_damping"][:1].sum())
-            where = (str(store.attrs["building"]), device, floor, "", axis, damping or math.nan)
+            made = partial(
+                Spectrum,
+                building=str(store.attrs["building"]),
+                model=device,
+                floor=floor,
+                place="",
+                direction=axis,
+                damping=damping or math.nan,
+            )
             free_zpa = float(both["zpa_free"].max())
-            found.append(_spectrum(both.sel(axis=axis), where, _cause(store), free_zpa))
+            found.append(_spectrum(both.sel(axis=axis), made, _cause(store), free_zpa))
     return found
 
 
