@@ -350,6 +350,22 @@ class Walls:
         moved, leaving = np.zeros((2, 1, m)) if opened is None else opened
         return cls(gaps + moved, leaving, e, neutral)
 
+    def start(self, x: Array, slack: float) -> Array:
+        """Return the gaps of constraints at x before the first step, shape (m,).
+
+        `slack` is the violation over the size of the terms of a gap that is still rounding.
+        SolutionError where a constraint is violated.
+        """
+        rest = self.rest[0]
+        gap = np.asarray(rest - x, dtype=np.float64)
+        bad = np.flatnonzero(gap < -slack * np.maximum(np.abs(rest), np.abs(x)))
+        if bad.size:
+            raise SolutionError(
+                f"{bad.size} of {gap.size} constraints are violated at the start: "
+                f"constraint {bad[0]} by {-gap[bad[0]]:g}"
+            )
+        return gap
+
 
 class MoreauTheta:
     """Moreau's time stepping of a structure between its constraints. Collective.
@@ -373,14 +389,8 @@ class MoreauTheta:
     def start(self, displacement: Array | None, velocity: Array | None) -> None:
         """Set the state; refuse one that violates a constraint."""
         x, v = self.motion.start(displacement, velocity)
-        m, rest = self.m, self.walls.rest[0]
-        clear = rest - x[:m]
-        bad = np.flatnonzero(clear < -SLACK * np.maximum(np.abs(rest), np.abs(x[:m])))
-        if bad.size:
-            raise SolutionError(
-                f"{bad.size} of {m} constraints are violated at the start: constraint {bad[0]}"
-                f" by {-clear[bad[0]]:g}"
-            )
+        m = self.m
+        self.walls.start(x[:m], SLACK)
         self.states, self.rates = np.zeros((2, len(self.impulses), x.size))
         self.states[0], self.rates[0], self.energies[0, :2] = x, v, self.motion.stored()
         self.x, self.v = x, v
