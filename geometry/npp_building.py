@@ -50,13 +50,13 @@ def _comparison(case: Case) -> Table:
             pairs = (
                 (section.A, floor.A),
                 (section.A_vy, floor.Avy),
-                (section.A_vz, floor.Avz),
+                (section.A_vx, floor.Avx),
                 (section.I_x, floor.Ix),
                 (section.I_y, floor.Iy),
             )
             rows.append((floor.floor, section.cut, *(x for pair in pairs for x in pair)))
     columns = [("storey", ""), ("cut", "m")]
-    for name, unit in (("A", "m2"), ("A_vy", "m2"), ("A_vz", "m2"), ("I_x", "m4"), ("I_y", "m4")):
+    for name, unit in (("A", "m2"), ("A_vy", "m2"), ("A_vx", "m2"), ("I_x", "m4"), ("I_y", "m4")):
         columns += [(name, unit), ("table", unit)]
     return Table(
         "sections",

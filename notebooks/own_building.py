@@ -78,7 +78,7 @@ length, width, mass = 9.0, 6.0, 54.0  # m, m, t
 inertia = mass / 12.0 * np.array([width**2, length**2, length**2 + width**2])  # t m2
 row = ",".join(f"{value:.4g}" for value in (mass, *inertia, 1.5, 1.5, 3.0, 2.2, 0.67, 0.67))
 head = (
-    "floor,mass [t],Jx [t m2],Jy [t m2],Jz [t m2],Ix [m4],Iy [m4],Iz [m4],A [m2],Avy [m2],Avz [m2]"
+    "floor,mass [t],Jx [t m2],Jy [t m2],Jz [t m2],Ix [m4],Iy [m4],Iz [m4],A [m2],Avy [m2],Avx [m2]"
 )
 rows = [f"{floor},{row},3.2" for floor in (1, 2, 3)]
 (place / "floors.csv").write_text("\n".join([f"{head},storey_height [m]", *rows]) + "\n")

@@ -14,7 +14,7 @@ d,1-2,6,4,0.4,0.4
 """
 FLOORS = (
     "floor,mass [t],Jx [kg m2],Jy [kg m2],Jz [kg m2],Ix [m4],Iy [m4],Iz [m4],A [m2],Avy [m2],"
-    "Avz [m2],storey_height [m]\n"
+    "Avx [m2],storey_height [m]\n"
     "1,30,5.8e4,1.5e5,2.1e5,1.2,0.1,1.3,1.1,0.8,0.3,3\n"
     "2,28,5.3e4,1.2e5,1.7e5,1.2,0.1,1.3,1.1,0.8,0.3,3\n"
 )

@@ -64,7 +64,7 @@ def case_floors(pen: Pen) -> None:
         pen.measure((6.0, low), (6.0, high), "")
         pen.text((6.15, y), name, ha="left", size=9)
     pen.text((5.6, 5.25), "mass, Jx, Jy, Jz at the mass centre", size=9)
-    pen.text((5.3, 3.2), "A, Avy, Avz,\nIx, Iy, Iz", ACCENT, size=9, ha="right")
+    pen.text((5.3, 3.2), "A, Avy, Avx,\nIx, Iy, Iz", ACCENT, size=9, ha="right")
     pen.text((9.6, 0.9), "base", ha="right", size=9)
 
 

@@ -58,7 +58,7 @@ def building(table: Table, first: int) -> list[int]:
             ops.node(end, 0.0, 0.0, height + offset)
             ops.rigidLink("beam", node, end)
         # The axes of the element are z, -y and x of the building.
-        section = [row[key] for key in ("A", "Iz", "Iy", "Ix", "Avy", "Avz")]
+        section = [row[key] for key in ("A", "Iz", "Iy", "Ix", "Avy", "Avx")]
         moduli = E, E / (2.0 * (1.0 + NU))
         ops.element("ElasticTimoshenkoBeam", node, below, lower, *moduli, *section, 1)
         below = upper

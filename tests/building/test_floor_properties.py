@@ -39,7 +39,7 @@ def test_sections(box):
     for k, wall in enumerate((6.0, 4.0)):  # net length of the south wall
         A = 0.3 * (6.0 + wall) + 0.24
         assert box["A"][k] == pytest.approx(A, rel=1e-6)
-        assert box["Avz"][k] == pytest.approx(A, rel=1e-6)  # walls along x, and the column
+        assert box["Avx"][k] == pytest.approx(A, rel=1e-6)  # walls along x, and the column
         assert box["Avy"][k] == pytest.approx(0.24, rel=1e-6)
         y = (0.3 * 6.0 * 4.0 + 0.24 * 2.0) / A
         Ix = 0.3 * 6.0 * (4.0 - y) ** 2 + 0.3 * wall * y**2 + 0.24 * (2.0 - y) ** 2
@@ -82,6 +82,6 @@ def test_the_paper_s_building_read_again(tmp_path):
         return {q: floors for q, floors in far.items() if floors}
 
     again = beyond()
-    assert again == {"Jx": [7], "Jy": [6], "Avy": [1, 8], "Avz": [1, 8], "Iy": [3]}
+    assert again == {"Jx": [7], "Jy": [6], "Avy": [1, 8], "Avx": [1, 8], "Iy": [3]}
     even = beyond(added_mass=())
     assert even["Jx"] == [2, 3, 4, 5, 6, 7] and even["Iy"] == again["Iy"]

@@ -54,7 +54,7 @@ def first_storey(box, **changes):
 def test_box(box):
     sections = storey_sections(box)
     section = sections[1]
-    areas = (section.A, section.A_vy, section.A_vz)
+    areas = (section.A, section.A_vy, section.A_vx)
     assert areas == pytest.approx((2.0 * (A + B) * T, 2.0 * B * T, 2.0 * A * T))
     # Two walls along x at B/2 from the middle, two walls along y of height B.
     assert section.I_x == pytest.approx(
@@ -78,7 +78,7 @@ def test_columns(box):
     column = Column("one", (1,), (A / 4.0, B / 2.0), 0.8, 1.2)
     both = (column, replace(column, name="two", place=(3.0 * A / 4.0, B / 2.0)))
     plain, section = first_storey(box), first_storey(box, columns=both)
-    for area in ("A", "A_vy", "A_vz"):
+    for area in ("A", "A_vy", "A_vx"):
         assert getattr(section, area) - getattr(plain, area) == pytest.approx(2 * 0.96)
     assert section.I_x - plain.I_x == pytest.approx(2 * 0.8 * 1.2**3 / 12.0)
     own = 2 * 1.2 * 0.8**3 / 12.0
@@ -95,8 +95,8 @@ def test_the_cut_goes_where_the_bays_leave_least(box):
     )
     plain, section = first_storey(box), first_storey(box, bays=bays)
     assert section.cut == pytest.approx(1.6)  # between 1.2 m and 2.0 m
-    areas = (section.A, section.A_vy, section.A_vz)
-    assert areas == pytest.approx((plain.A - 2.5 * T, plain.A_vy - 2.5 * T, plain.A_vz))
+    areas = (section.A, section.A_vy, section.A_vx)
+    assert areas == pytest.approx((plain.A - 2.5 * T, plain.A_vy - 2.5 * T, plain.A_vx))
     assert section.I_x < plain.I_x
 
 
@@ -115,11 +115,11 @@ def test_the_same_when_turned_and_moved(box):
         replace(wall, start=wall.start[::-1], end=wall.end[::-1]) for wall in (*box.walls, askew)
     )
     second = first_storey(box, walls=swapped, bays=(bay,))
-    assert (first.A_vy, first.I_x) == pytest.approx((second.A_vz, second.I_y))
-    assert (first.A_vz, first.I_y) == pytest.approx((second.A_vy, second.I_x))
+    assert (first.A_vy, first.I_x) == pytest.approx((second.A_vx, second.I_y))
+    assert (first.A_vx, first.I_y) == pytest.approx((second.A_vy, second.I_x))
     plain = first_storey(box)
     assert first.A_vy - plain.A_vy == pytest.approx(4.0 * 0.3 * 0.8**2)  # 3-4-5
-    assert first.A_vz - plain.A_vz == pytest.approx(4.0 * 0.3 * 0.6**2)
+    assert first.A_vx - plain.A_vx == pytest.approx(4.0 * 0.3 * 0.6**2)
 
 
 @pytest.fixture(scope="module")
@@ -136,7 +136,7 @@ def test_paper_s_building_against_appendix_a(paper):
         assert ratio == pytest.approx(1.0, rel=0.05 if k in (6, 7) else 0.02)
         assert section.I_x == pytest.approx(floors[k].Ix, rel=0.18)
         if 1 < k < 8:
-            assert section.A_vz == pytest.approx(floors[k].Avz, abs=0.5)  # as rounded there
+            assert section.A_vx == pytest.approx(floors[k].Avx, abs=0.5)  # as rounded there
         if k in (2, 4, 5):
             assert section.A_vy == pytest.approx(floors[k].Avy, abs=0.6)
         if k in (2, 3, 4, 5, 8):
@@ -150,7 +150,7 @@ def test_the_table_in_the_file_is_ours(paper):
     assert [int(row.split()[1]) for row in rows] == list(sections)
     for row, section in zip(rows, sections.values(), strict=True):
         numbers = [float(number) for number in row.split()[-10:]]
-        ours = (section.A, section.A_vy, section.A_vz, section.I_x / 1e3, section.I_y / 1e3)
+        ours = (section.A, section.A_vy, section.A_vx, section.I_x / 1e3, section.I_y / 1e3)
         allowed = (0.05, 0.05, 0.5, 0.005, 0.05)
         for shown, value, half in zip(numbers[::2], ours, allowed, strict=True):
             assert abs(shown - value) <= half + 1e-9, row

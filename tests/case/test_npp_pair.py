@@ -42,7 +42,7 @@ def test_polar_moments_of_appendix_a(case):
         assert floor.Jz == pytest.approx(floor.Jx + floor.Jy, rel=0.03)
         assert floor.Iz == pytest.approx(floor.Ix + floor.Iy, rel=0.12)
         assert floor.Avy < floor.A
-        assert floor.Avz < floor.A
+        assert floor.Avx < floor.A
 
 
 def test_heights(case):

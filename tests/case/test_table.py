@@ -19,7 +19,7 @@ from .faults import check_fault
 
 HEADER = (
     "floor,mass [t],Jx [kg m2],Jy [kg m2],Jz [kg m2],Ix [m4],Iy [m4],Iz [m4],"
-    "A [m2],Avy [m2],Avz [m2],storey_height [m]"
+    "A [m2],Avy [m2],Avx [m2],storey_height [m]"
 )
 ROW = "1,2502,6.3e7,5.1e8,5.7e8,6.4e3,4.2e4,4.8e4,234,169,214,3.26"
 KNOWN = SimpleNamespace(
@@ -369,6 +369,6 @@ def test_a_published_value_that_is_no_number(tmp_path, cell):
 
 
 def test_floor_from_python_takes_si():
-    values = dict.fromkeys(["Jx", "Jy", "Jz", "Ix", "Iy", "Iz", "A", "Avy", "Avz"], 2.0)
+    values = dict.fromkeys(["Jx", "Jy", "Jz", "Ix", "Iy", "Iz", "A", "Avy", "Avx"], 2.0)
     floor = Floor(floor=1, mass=1000.0, storey_height=3.0, **values)
     assert floor.storey_height_min == 3.0

@@ -50,7 +50,7 @@ west,2,12.4,110
 
 
 FLOORS = """floor,mass [t],Jx [t m2],Jy [t m2],Jz [t m2],Ix [m4],Iy [m4],Iz [m4],\
-A [m2],Avy [m2],Avz [m2],storey_height [m]
+A [m2],Avy [m2],Avx [m2],storey_height [m]
 1,240,2880,8000,10880,0.9,0.9,1.8,3.4,1.0,1.0,
 2,240,2880,8000,10880,0.9,0.9,1.8,3.4,1.0,1.0,
 3,192,2304,6400,8704,0.9,0.9,1.8,3.4,1.0,1.0,
@@ -67,10 +67,10 @@ def test_section_and_axes(case):
     assert (given.factor, given.below, given.above) == (0.5, 0.4, 0.1)
     assert given.heights == pytest.approx([3.5, 3.5, 3.5])
     assert calibration_of(case) is None
-    # No two areas alike: A_vy is the shear area along y, A_vz the one along x (Appendix A).
+    # No two areas alike: Avx is for a force along x, Avy for one along y.
     building = case.building("east")
     row = building.floors[1].model_copy(
-        update={"Avy": 0.7, "Avz": 1.3, "Ix": 0.8, "Iy": 1.1, "storey_stiffness_factor": 0.9}
+        update={"Avy": 0.7, "Avx": 1.3, "Ix": 0.8, "Iy": 1.1, "storey_stiffness_factor": 0.9}
     )
     building = building.model_copy(update={"floors": (building.floors[0], row)})
     section = stick_of(building).floors[1].section

@@ -14,7 +14,7 @@ def copied(folder):
         shutil.copy(path, folder)
     head = "floor,mass [t],Jx [kg m2],Jy [kg m2],Jz [kg m2],Ix [m4],Iy [m4],Iz [m4],A [m2],"
     rows = [f"{k},130,6.93e5,2.12e6,2.82e6,0.8,0.8,2,4,0.02,0.02,3" for k in range(1, 5)]
-    table = [f"{head}Avy [m2],Avz [m2],storey_height [m]", *rows]
+    table = [f"{head}Avy [m2],Avx [m2],storey_height [m]", *rows]
     (folder / "row_of_three_b_floors.csv").write_text("\n".join(table) + "\n")
     return folder / "updating.toml"
 

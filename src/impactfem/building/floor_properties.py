@@ -11,7 +11,7 @@ from impactfem.building.parts import BuildingParts, FloorMasses, lever_rule
 from impactfem.system.arrays import Array
 
 UNITS = {"mass": "kg", "Jx": "kg m2", "Jy": "kg m2", "Jz": "kg m2"}
-UNITS |= {"A": "m2", "Avy": "m2", "Avz": "m2", "Ix": "m4", "Iy": "m4"}
+UNITS |= {"A": "m2", "Avy": "m2", "Avx": "m2", "Ix": "m4", "Iy": "m4"}
 """Columns of a floor table that a mesh has, with their SI units."""
 CUTS = 12
 """Heights in a storey at which it is cut, evenly apart: no opening of a tenth of it is missed."""
@@ -26,7 +26,7 @@ def floor_properties(parts: BuildingParts, masses: FloorMasses) -> dict[str, Arr
 
     Of the storey below it: the section of walls and columns where openings leave the least area,
     A [m2] and I_x = Σ ∫ y² dA, I_y about its centroid [m4]. A wall at an angle α to y counts with
-    A cos² α in the shear area A_vy along y and with the rest in A_vz along x [m2], a column with
+    A cos² α in the shear area A_vy along y and with the rest in A_vx along x [m2], a column with
     all of its area in both.
     """
     mesh, n = parts.mesh, len(parts.mesh.floors)
@@ -72,11 +72,11 @@ def floor_properties(parts: BuildingParts, masses: FloorMasses) -> dict[str, Arr
         cuts = [_cut(parts, k, low + share * (high - low)) for share in shares]
         # Rounding must not choose between cuts that are equal but for it.
         storeys.append(min(cuts, key=lambda section: round(section[0], 9)))
-    return found | dict(zip(("A", "Avy", "Avz", "Ix", "Iy"), np.array(storeys).T, strict=True))
+    return found | dict(zip(("A", "Avy", "Avx", "Ix", "Iy"), np.array(storeys).T, strict=True))
 
 
 def _cut(parts: BuildingParts, level: int, height: float) -> tuple[float, ...]:
-    """A, Avy, Avz, Ix and Iy of a storey at a height [m]."""
+    """A, Avy, Avx, Ix and Iy of a storey at a height [m]."""
     mesh = parts.mesh
     own = mesh.triangles_of("storey", level)
     corners = mesh.nodes[mesh.triangles[own, :3]]

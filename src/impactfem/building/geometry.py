@@ -156,7 +156,7 @@ class StoreySection:
     cut: float  #: Height of the cut above the floor below [m].
     A: float  #: Area of walls and columns [m²].
     A_vy: float  #: Shear area along y: columns, and of each wall the part A sin²α, α from x [m²].
-    A_vz: float  #: Shear area along x, so named in the paper's Appendix A: with A cos²α [m²].
+    A_vx: float  #: Shear area along x: with A cos²α; A_vz of the paper's Appendix A [m²].
     I_x: float  #: Second moment of area for bending about x, about the centroid [m⁴].
     I_y: float  #: Second moment of area for bending about y, about the centroid [m⁴].
 
@@ -217,7 +217,7 @@ def _section(
         cut,
         float(A),
         A_vy=float(area @ np.where(is_post, 1.0, s**2)),
-        A_vz=float(area @ np.where(is_post, 1.0, c**2)),
+        A_vx=float(area @ np.where(is_post, 1.0, c**2)),
         # ∫ y² dA about the centre of a rectangle is A (a² s² + b² c²) / 12.
         I_x=float(area @ (((a * s) ** 2 + (b * c) ** 2) / 12.0 + dy**2)),
         I_y=float(area @ (((a * c) ** 2 + (b * s) ** 2) / 12.0 + dx**2)),

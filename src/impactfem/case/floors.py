@@ -75,9 +75,10 @@ FLOORS = "a floor table (CSV)"
 class Floor(Section):
     """A floor and the storey below it: one row of the floor table, bottom to top.
 
-    The axes are those of the case: z is vertical and the stick's axis. Second moments of area and
-    shear areas are those of the storey, as in the paper's Appendix A, where ``A_vy`` is the shear
-    area along y and ``A_vz`` the one along x; ``I_z`` is close to I_x + I_y there and so polar.
+    The axes are those of the case: z is vertical and the stick's axis. A storey of the flexible
+    height L deforms by V L/(G A_v) under a shear force V: ``Avx`` is for a force along x, ``Avy``
+    for one along y. In the paper's Appendix A ``A_vz`` is the one along x, and ``I_z`` is close to
+    I_x + I_y and so polar.
     """
 
     floor: Annotated[int, Whole(1)]
@@ -99,9 +100,9 @@ class Floor(Section):
     A: Area
     """Area of the storey's cross-section."""
     Avy: Area
-    """Shear area of the storey along y."""
-    Avz: Area
-    """Shear area of the storey along x."""
+    """Shear area of the storey for a force along y."""
+    Avx: Area
+    """Shear area of the storey for a force along x."""
     storey_height: PositiveLength
     """Height of the storey between mass centres; of the lowest one from the base."""
     storey_height_min: PositiveLength = math.nan
@@ -130,7 +131,7 @@ class Floor(Section):
     @property
     def shear_share(self) -> float:
         """Largest shear area over the area."""
-        return max(self.Avy, self.Avz) / self.A
+        return max(self.Avy, self.Avx) / self.A
 
     @model_validator(mode="before")
     @classmethod

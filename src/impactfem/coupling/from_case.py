@@ -52,7 +52,7 @@ def stick_of(
     floors = []
     for row, height in zip(building.floors, values.heights, strict=True):
         s = values.factor * row.storey_stiffness_factor
-        areas = {"A": row.A, "Avx": row.Avz, "Avy": row.Avy}
+        areas = {"A": row.A, "Avx": row.Avx, "Avy": row.Avy}
         moments = {"Ix": moment * row.Ix, "Iy": moment * row.Iy, "Iz": row.Iz}
         section = Section(E=s * young, G=s * shear, **areas, **moments)
         inertia = row.Jx, row.Jy, row.Jz

@@ -279,7 +279,7 @@ class FloorTarget(Section):
     """Name of the building."""
     floors: FloorNumbers
     """Numbers of the floors."""
-    quantity: Literal["mass", "Jx", "Jy", "Jz", "A", "Avy", "Avz", "Ix", "Iy"]
+    quantity: Literal["mass", "Jx", "Jy", "Jz", "A", "Avy", "Avx", "Ix", "Iy"]
     """Their quantity, by the column of the floor table."""
     value: Value | None = None
     """Its value, of all of these floors; default that of the floor table of each."""

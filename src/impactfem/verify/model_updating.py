@@ -55,7 +55,7 @@ frequencies = { minimum = "0.5 Hz", maximum = "20 Hz", per_decade = 20 }
 """
 FLOORS = (
     "floor,mass [t],Jx [kg m2],Jy [kg m2],Jz [kg m2],Ix [m4],Iy [m4],Iz [m4],A [m2],Avy [m2],"
-    "Avz [m2],storey_height [m]",
+    "Avx [m2],storey_height [m]",
     *(f"{k},130,6.93e5,2.12e6,2.82e6,60,90,2,4,0.0118,0.0118,3" for k in (1, 2, 3)),
 )
 RATIO = '[free."damping.ratio"]\nbounds = ["0.5 %", "9 %"]\n'

@@ -77,7 +77,7 @@ def test_each_size_of_opening_is_counted(folder):
 @pytest.mark.parametrize(("Jy", "met", "off"), [(0.9, False, "22.2"), (1.0, True, "10")])
 def test_inertias_beside_the_floor_table(folder, Jy, met, off):
     """The floor that is farthest off is named; a fifth is the limit."""
-    given = {"A": 4.0, "Jx": 1.1, "Jz": 1.1} | dict.fromkeys(("Avy", "Avz", "Ix", "Iy"), 1.0)
+    given = {"A": 4.0, "Jx": 1.1, "Jz": 1.1} | dict.fromkeys(("Avy", "Avx", "Ix", "Iy"), 1.0)
     floors = [
         Floor.model_construct(floor=1, **given | dict.fromkeys(("Jx", "Jy", "Jz"), 2.0)),
         Floor.model_construct(floor=2, **given | {"Jy": Jy}),

@@ -213,7 +213,7 @@ gap = "0.5 cm"
 law = "floor"
 """
     low = "floor,mass [t],Jx [t m2],Jy [t m2],Jz [t m2],Ix [m4],Iy [m4],Iz [m4],A [m2],"
-    low += "Avy [m2],Avz [m2],storey_height [m]\n1,240,2880,8000,10880,0.9,0.9,1.8,3.4,1,1,12\n"
+    low += "Avy [m2],Avx [m2],storey_height [m]\n1,240,2880,8000,10880,0.9,0.9,1.8,3.4,1,1,12\n"
     case = small_case(
         ('floors = "small_floors.csv"          # the same', 'floors = "low.csv" #'),
         ('floor = [1, 2, 3], offset = ["0 m", "6 m"', 'floor = 1, offset = ["0 m", "6 m"'),

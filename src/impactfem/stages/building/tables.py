@@ -26,7 +26,7 @@ BESIDE_FLOOR_TABLE = (
         "Sections of the storeys of the 3D building where openings leave the least area, next to "
         "those of the floor table, which the sticks have",
         "storey",
-        ("A", "Avy", "Avz", "Ix", "Iy"),
+        ("A", "Avy", "Avx", "Ix", "Iy"),
     ),
 )
 """Name, title and first column of the tables beside the floor table, and what they compare."""
