@@ -20,7 +20,7 @@ from .faults import refused
 from .texts import replaced
 
 GEOMETRY = Path(__file__).parents[2] / "geometry"
-ROOFS, LOW = "B.floor_4-C.floor_3", "B.floor_1-C.storey_1_at_0.833"
+ROOFS, LOW = "B.floor_4-C.floor_3", "B.floor_1-C.storey_1_at_0.75"
 SHIPPED = sorted(
     path.relative_to(GEOMETRY)
     for path in (*GEOMETRY.glob("*.toml"), *GEOMETRY.glob("validation/*.toml"))
@@ -41,7 +41,7 @@ WITHOUT_PLANS = {"validation/sdnd102.toml", "validation/sdnl104.toml", "validati
 AREAS_BY_HAND = {
     # The four columns of B, each with the width of its side; the search knows the strip alone.
     f"A.floor_{k}-B.storey_{k}_at_{height}"
-    for k, height in ((4, "0.199"), (3, "0.434"), (2, "0.669"), (1, "0.928"))
+    for k, height in ((4, "0.1905"), (3, "0.381"), (2, "0.5714"), (1, "0.8077"))
 }
 
 
@@ -270,11 +270,11 @@ def test_floors_against_storeys(row):
     missing = of_b_and_c(row)
     assert sorted(names(without(row, *missing))) == [
         LOW,
-        "B.floor_2-C.storey_2_at_0.543",
-        "B.floor_3-C.storey_3_at_0.257",
+        "B.floor_2-C.storey_2_at_0.5",
+        "B.floor_3-C.storey_3_at_0.25",
         ROOFS,
-        "B.storey_2_at_0.36-C.floor_1",
-        "B.storey_3_at_0.76-C.floor_2",
+        "B.storey_2_at_0.3333-C.floor_1",
+        "B.storey_3_at_0.6667-C.floor_2",
     ]
     (line,) = facing_floors(without(row, *missing)).lines(most=2)
     assert "4 more" in line
@@ -319,8 +319,8 @@ def test_the_building_between_stands_in_the_way(row):
     found = [one for one in facing_floors(low).pairs if one.a.building == "A" != one.b.building]
     found = [one for one in found if one.b.building == "C"]
     assert {one.name for one in found} == {
-        "A.floor_3-C.storey_3_at_0.257",
-        "A.storey_3_at_0.76-C.floor_2",
+        "A.floor_3-C.storey_3_at_0.25",
+        "A.storey_3_at_0.6667-C.floor_2",
     } | {one.name for one in found if one.half < 6.0}
     assert not set(found) & set(facing_floors(low).near)
 

@@ -96,6 +96,7 @@ RAYLEIGH_TEXT = 'ratio = "7 %"\nfrequencies = ["1 Hz", "20 Hz"]'
     [
         ('type = "rayleigh"\n' + RAYLEIGH_TEXT, Rayleigh.through(0.07, 1.0, 20.0)),
         ('type = "constant"\nratio = 0.04', RatioTable.constant(0.04)),
+        ("ratio = 0.04", RatioTable.constant(0.04)),
         (
             'type = "table"\npoints = [["500 mHz", "2 %"], ["500 Hz", 1.2]]',
             RatioTable((0.5, 500.0), (0.02, 1.2)),

@@ -107,11 +107,8 @@ def test_points_in_contact_are_level_and_the_gap_apart(case):
             assert b.elevations[contact.b.floor - 1] == pytest.approx(height)
             continue
         assert contact.b.storey is not None and contact.b.relative_height is not None
-        below = (0.0, *b.elevations)[contact.b.storey - 1]
-        low = below + (b.rigid_above if contact.b.storey > 1 else 0.0)
-        high = b.elevations[contact.b.storey - 1] - b.rigid_below
-        # Three digits of the relative height.
-        assert low + contact.b.relative_height * (high - low) == pytest.approx(height, abs=2e-3)
+        low, high = (0.0, *b.elevations)[contact.b.storey - 1 : contact.b.storey + 1]
+        assert low + contact.b.relative_height * (high - low) == pytest.approx(height, abs=1e-5)
 
 
 def test_only_the_roof_of_b_is_level_with_a_floor_of_a(case):

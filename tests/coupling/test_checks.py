@@ -198,7 +198,7 @@ def tower(name, points=()):
     return build_stick(name, floors, damping=Rayleigh(1.0, 1e-3), storey_points=points)
 
 
-@pytest.mark.parametrize(("storey", "s"), [(1, 0.3), (2, 0.7), (2, 0.5), (1, 0.9)])
+@pytest.mark.parametrize(("storey", "s"), [(1, 0.3), (2, 0.7), (2, 0.5), (1, 0.8)])
 @pytest.mark.parametrize("known", [(), ((2, 0.5),), ((1, 0.2), (1, 0.6), (2, 0.5))])
 def test_motion_inside_a_storey(storey, s, known):
     """As a node of the stick there moves under loads at the other nodes, in all six components."""
@@ -223,7 +223,7 @@ def test_rigid_motion_inside_a_storey():
     """A floor that leans takes the storey above along, up to the next floor that leans as it."""
     stick = tower("a")
     body = stick.rigid_body()
-    z = 4.0 + 0.2 + 0.25 * 2.2
+    z = 4.0 + 0.25 * 3.0
     expected = np.eye(6)
     expected[:3, 3:] = [[0.0, z, 0.0], [-z, 0.0, 0.0], [0.0, 0.0, 0.0]]
     assert stick.storey_motion(2, 0.25) @ body == pytest.approx(expected, abs=1e-12)

@@ -127,7 +127,7 @@ def test_a_pair_inside_a_storey(case):
     system = system_of(case, None)
     pair, east = system.pairs[3], system.sticks[1]
     assert (pair.b.floor, pair.b.relative_height, pair.b.master) == (3, 0.25, 3)
-    assert east.positions[3] == pytest.approx([10.0, 18.02, 7.1 + 0.25 * 3.0])
+    assert east.positions[3] == pytest.approx([10.0, 18.02, 7.0 + 0.25 * 3.5])
     assert not east.M[18:].any() and system.sticks[0].n == 18
     assert pair.area is None and pair.gap == pytest.approx(0.03)
     eccentric = 1 / (1 / 240e3 + 1.0**2 / 10880e3 + 0.5**2 / 2880e3)
@@ -203,7 +203,25 @@ def test_relative_height_at_the_end_of_a_storey_is_refused(small_case):
     for height in ("0", "1", "0.0", '"100 %"'):
         with pytest.raises(InputError, match="relative_height"):
             small_case(extra=STOREY_CONTACT.replace("0.25", height))
-    assert small_case(extra=STOREY_CONTACT.replace("0.25", '"99 %"')).contacts[-1].b
+    with pytest.raises(InputError, match="rigid zones"):
+        small_case(extra=STOREY_CONTACT.replace("0.25", '"89 %"'))
+    assert small_case(extra=STOREY_CONTACT.replace("0.25", '"88 %"')).contacts[-1].b
+
+
+def test_a_level_is_a_height_in_a_storey(small_case):
+
+    def given(level):
+        key = "storey = 3, relative_height = 0.25"
+        return small_case(extra=STOREY_CONTACT.replace(key, f'level = "{level}"'))
+
+    (pair,) = given("7.875 m").contacts[3:]
+    assert (pair.b.storey, pair.b.relative_height) == (3, 0.25)
+    for level, expected in (("10.5 m", "no_storey"), ("0 m", "no_storey"), ("7 m", "of_contacts")):
+        with pytest.raises(InputError) as error:
+            given(level)
+        assert [(fault.key, fault.kind) for fault in error.value.faults] == [
+            ("contacts[1].b.level", expected)
+        ]
 
 
 def test_a_storey_point_needs_damping(small_case):

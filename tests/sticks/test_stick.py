@@ -36,15 +36,15 @@ def test_matrices_are_symmetric_and_hold_all_mass(floors):
 
 def test_positions(floors):
     stick = damped_stick("a", floors(2), axis=(10.0, 6.0), base=-2.0, storey_points=[(2, 0.25)])
-    # The flexible part of storey 2 goes from 1.5 + 0.1 to 5.0 - 0.4.
-    expected = [[10, 6, 1.5], [10, 6, 5.0], [10, 6, 1.6 + 0.25 * 3.0]]
+    # Storey 2 goes from 1.5 to 5.0.
+    expected = [[10, 6, 1.5], [10, 6, 5.0], [10, 6, 1.5 + 0.25 * 3.5]]
     assert stick.positions == pytest.approx(np.array(expected, dtype=float))
     assert stick.storey_points == {(2, 0.25): 2}
     assert not stick.M[12:].any()
 
 
 @settings(deadline=None, max_examples=20)
-@given(st.lists(st.floats(0.05, 0.95), min_size=1, max_size=3, unique_by=lambda s: round(s, 2)))
+@given(st.lists(st.floats(0.05, 0.85), min_size=1, max_size=3, unique_by=lambda s: round(s, 2)))
 def test_stiffness_does_not_depend_on_where_a_storey_is_cut(floors, heights):
     whole = damped_stick("a", floors(3))
     cut = damped_stick("a", floors(3), storey_points=[(2, s) for s in heights])
@@ -157,7 +157,7 @@ def test_element_forces_hold_the_load_above(floors):
     assert history == pytest.approx(np.array([forces, 0 * forces, 2 * forces]))
 
 
-@pytest.mark.parametrize("s", [0.2, 0.5, 0.9])
+@pytest.mark.parametrize("s", [0.2, 0.5, 0.85])
 def test_a_blow_inside_a_storey_shears_the_part_below_it(floors, s):
     stick = damped_stick("a", floors(3), storey_points=[(2, s)])
     P, load = 1e6, np.zeros(stick.n)
@@ -167,12 +167,12 @@ def test_a_blow_inside_a_storey_shears_the_part_below_it(floors, s):
     assert shear == pytest.approx([-P, -P, 0.0, 0.0], abs=1e-7 * P)
 
 
-@pytest.mark.parametrize("s", [0.0, 1.0, -0.1, 1.5, float("nan")])
+@pytest.mark.parametrize("s", [0.0, 0.1 / 3.5, 3.1 / 3.5, 1.0, -0.1, 1.5, float("nan")])
 def test_a_point_at_the_end_of_a_storey_is_refused(floors, s):
-    expected = rf"building a: a point inside the storey below floor 2 needs .* 0 and 1, got {s:g};"
+    expected = rf"below floor 2 needs .* rigid zones, 0.02857 to 0.8857, got {s:g};"
     with pytest.raises(ImpactfemError, match=expected):
         damped_stick("a", floors(2), storey_points=[(2, s)])
-    for inside in (1e-3, 1 - 1e-3):
+    for inside in (0.029, 0.885):
         assert damped_stick("a", floors(2), storey_points=[(2, inside)]).n == 18
 
 

@@ -25,6 +25,7 @@ from impactfem.case.levels import (
     flexible,
     level_at,
     plan_of,
+    storey_level,
 )
 from impactfem.case.model import Case
 from impactfem.case.plan import Polygon, extent, rectangle_plan
@@ -89,10 +90,8 @@ class _End:
     @property
     def level(self) -> float:
         """Elevation of the point [m]."""
-        low, high = self.heights
-        if self.point.floor is not None:
-            return self.building.elevations[self.index] + self.point.offset[2]
-        return low + (self.point.relative_height or 0.0) * (high - low) + self.point.offset[2]
+        height = 1.0 if self.point.floor is not None else self.point.relative_height or 0.0
+        return storey_level(self.building, self.index, height) + self.point.offset[2]
 
     @property
     def heights(self) -> Span:

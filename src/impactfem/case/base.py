@@ -97,6 +97,8 @@ class Section(BaseModel):
 
     MAY_BE_EMPTY: ClassVar[tuple[str, ...]] = ()
     """Columns of a row of a table whose cells may be empty: not known."""
+    TOGETHER: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    """Groups of columns of a table that has all of them or none."""
 
 
 def rule(

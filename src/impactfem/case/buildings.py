@@ -54,6 +54,7 @@ from impactfem.case.quantity import (
 )
 from impactfem.case.reading import TableFile
 from impactfem.case.soil import MatrixSoil, SoilEntry, TableSoil
+from impactfem.case.storeys import ModalTable, Periods
 from impactfem.system.files import LARGEST_MESH
 
 Part = Annotated[float, Si("-", ge=0, le=1)]
@@ -418,10 +419,18 @@ class Building(Section):
     slab_depth: PositiveLength | None = None
     """Depth of the edges of the slabs, for contact areas of the contact search. Default: the slabs
     of a generated mesh."""
-    rigid_below: Depth
-    """Rigid zone from a floor's mass centre down to the lower edge of its beams."""
-    rigid_above: Depth
-    """Rigid zone from a floor's mass centre up to the upper edge of its beams."""
+    rigid_below: Depth = 0.0
+    """Depth of a floor from its mass centre down to the lower edge of its beams, where other floors
+    touch it. Storeys with areas and second moments are rigid there: they deform over less height
+    and are stiffer."""
+    rigid_above: Depth = 0.0
+    """Depth of a floor from its mass centre up to the upper edge of its beams, as rigid_below."""
+    periods: Periods | None = None
+    """First periods along x and y: they scale the storey stiffness of the floor table, or give it,
+    with a straight mode, to a table without one."""
+    modal_table: ModalTable | None = None
+    """Modes from another program (ETABS, SAP2000), which give the storey stiffness to a floor table
+    without one."""
     stiffness_factor: PositiveFactor = 1.0
     """Factor on all stiffnesses of the storeys."""
     second_moment_factor: PositiveFactor = 1.0
@@ -447,6 +456,22 @@ class Building(Section):
     def _one_plan(plan: Any, length: float | None, width: float | None) -> Iterator[str]:
         if plan is not None and (length is not None or width is not None):
             yield "expected either plan, or length and width, not both: remove one"
+
+    @rule("modal_table", "floors", "periods")
+    @staticmethod
+    def _one_stiffness(
+        table: ModalTable | None, floors: tuple[Floor, ...], periods: Periods | None
+    ) -> Iterator[str]:
+        if table is not None and (floors[0].section or floors[0].kx is not None):
+            yield "expected no storey stiffness in the floor table: remove one of both"
+        if table is not None and periods is not None:
+            yield "expected either periods or modal_table, not both: remove one"
+
+    @rule("stiffness_factor", "periods")
+    @staticmethod
+    def _scaled_once(factor: float, periods: Periods | None) -> Iterator[str]:
+        if factor != 1.0 and periods is not None:
+            yield "expected either stiffness_factor or periods, not both: remove one"
 
     @rule("plans", "name", sited=True)
     @staticmethod

@@ -20,6 +20,7 @@ from impactfem.case.facade import (
     struck,
     words_of,
 )
+from impactfem.case.levels import flexible, storey_level
 from impactfem.case.model import Case
 from impactfem.case.place import SEARCHED, Place
 from impactfem.case.reading import Reading
@@ -66,6 +67,11 @@ def of_contacts(case: Case, reading: Reading) -> Iterator[Finding]:
             labels = f"{contact.a.label} and {contact.b.label if contact.b else contact.wall}"
             yield ("contacts",), f"expected each pair of points once, found {labels} twice"
         seen.add(ends)
+        for side, (point, _) in zip("ab", contact.ends, strict=False):
+            if (expected := rigid_zone_fault(point, case)) and (side, table) not in reported:
+                reported.add((side, table))
+                given = "level" if reading.value(*place, side, "level") else "relative_height"
+                yield (*place, side, given), expected
         law = case.contact_laws[contact.law]
         calibrated = struck and isinstance(law, KelvinVoigtLaw) and law.calibrated
         if calibrated and struck not in contact.buildings and ("law", table) not in reported:
@@ -100,6 +106,26 @@ def of_contacts(case: Case, reading: Reading) -> Iterator[Finding]:
                 f"{contact.gap:.4g} m; see axis of [[buildings]], {axes}, and the offsets"
             )
             yield place, expected
+
+
+def rigid_zone_fault(point: ContactPoint, case: Case) -> str:
+    """Expectation of a point of a storey that is in the rigid zone of a floor; empty for others."""
+    if point.storey is None or point.relative_height is None:
+        return ""
+    building = case.building(point.building)
+    index = [floor.floor for floor in building.floors].index(point.storey)
+    low, high = flexible(building, index)
+    z = storey_level(building, index, point.relative_height)
+    if low < z < high or low >= high:  # without a flexible part the storey is at fault
+        return ""
+    height = building.floors[index].storey_height
+    least, most = (1.0 - (building.elevations[index] - end) / height for end in (low, high))
+    floor = building.floors[index if z >= high else index - 1].floor
+    return (
+        f"expected a height between the rigid zones, {low:.4g} to {high:.4g} m: {z:.4g} m is in "
+        f"that of floor {floor}; type floor = {floor}, or a relative_height of {least:.4g} to "
+        f"{most:.4g}"
+    )
 
 
 def _other_gap(contact: Contact, distance: float) -> str:

@@ -212,12 +212,13 @@ def searched(case: Case, search: ContactSearch) -> tuple[ContactEntry, ...]:
 
 def _end(of: ContactPoint | ContactEnd, floors: Iterable[int]) -> ContactEnd:
     """Return the end of a table of contacts with the place of a point, on some floors."""
-    on_floor, numbers = of.relative_height is None, tuple(floors)
+    height, numbers = of.relative_height, tuple(floors)
+    on_floor = height is None
     return ContactEnd.model_construct(
         building=of.building,
         floor=numbers if on_floor else None,
         storey=None if on_floor else numbers,
-        relative_height=of.relative_height,
+        relative_height=height if isinstance(height, tuple) or height is None else (height,),
         offset=of.offset,
     )
 

@@ -57,11 +57,16 @@ def _table(entry: ContactEntry) -> str:
 def _end(end: ContactEnd) -> str:
     """Return an end of a pair as an inline table."""
     key, numbers = ("floor", end.floor) if end.floor else ("storey", end.storey or ())
-    listed = ", ".join(map(str, numbers))
-    height = "" if end.relative_height is None else f", relative_height = {end.relative_height!r}"
+    heights = [repr(one) for one in end.relative_height or ()]
+    height = f", relative_height = {_list(heights)}" if heights else ""
     offset = ", ".join(f'"{text} m"' for text in _numbers(end.offset))
-    where = f"{key} = {listed if len(numbers) == 1 else f'[{listed}]'}{height}"
+    where = f"{key} = {_list(list(map(str, numbers)))}{height}"
     return f'{{ building = "{end.building}", {where}, offset = [{offset}] }}'
+
+
+def _list(texts: list[str]) -> str:
+    """Return one value, or a list of several."""
+    return texts[0] if len(texts) == 1 else f"[{', '.join(texts)}]"
 
 
 def _numbers(values: Iterable[float]) -> Iterator[str]:

@@ -1,15 +1,16 @@
 """Contacts: pairs of points of two buildings that may pound, and the law of the contact force."""
 
 import math
+from bisect import bisect_left
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import Field, StrictBool, ValidationInfo, field_validator
+from pydantic import Field, StrictBool, ValidationInfo, field_validator, model_validator
 from scipy.special import roots_legendre
 
 from impactfem.case.base import Section, either, once, refuse, rule
 from impactfem.case.floors import floors_of
-from impactfem.case.leaf import BuildingName, FloorNumbers, LawName, Name, Whole
+from impactfem.case.leaf import BuildingName, FloorNumbers, LawName, Name, OneOrMore, Whole
 from impactfem.case.place import SEARCHED
 from impactfem.case.quantity import (
     CALIBRATED,
@@ -31,6 +32,8 @@ from impactfem.case.quantity import (
 Vector = tuple[float, float, float]
 LINE_ONLY = 'expected length together with it: type length = "10 m", that of the façades in common'
 Points = Annotated[int, Whole(1, 20)]
+HEIGHT_DECIMALS = 6
+"""Of relative heights: sums of storey heights leave rounding behind."""
 
 
 def check_floors(floors: tuple[int, ...], info: ValidationInfo) -> None:
@@ -169,13 +172,18 @@ class ContactEnd(Section):
     """Name of the building."""
     floor: FloorNumbers | None = None
     """Floor of the point; a list makes one pair for each floor."""
+    level: Annotated[tuple[Length, ...], Field(min_length=1), OneOrMore()] | None = None
+    """In place of floor: elevation of the point, between two floors."""
     storey: FloorNumbers | None = Field(default=None, validate_default=True)
-    """In place of floor: the storey below this floor, between its rigid zones."""
-    relative_height: Annotated[float, Si("-", gt=0, lt=1)] | None = Field(
-        default=None, validate_default=True
-    )
-    """With storey: height of the point in the flexible part, between 0, its lower end, and 1, its
-    upper end."""
+    """In place of floor and level: the storey below this floor."""
+    relative_height: (
+        Annotated[
+            tuple[Annotated[float, Si("-", gt=0, lt=1)], ...], Field(min_length=1), OneOrMore()
+        ]
+        | None
+    ) = Field(default=None, validate_default=True)
+    """With storey: height of the point from floor to floor, between 0, the mass centre of the lower
+    floor or the base, and 1, that of the upper floor; a list has a height for each storey."""
     offset: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
     """Vector (x, y, z) from the stick's axis, at the floor's mass centre or the height in the
     storey, to the point."""
@@ -186,20 +194,48 @@ class ContactEnd(Section):
         check_floors(value or (), info)
         return value
 
-    _on_a_level = either("floor", "storey", "floor, or storey with relative_height", apart=True)
+    @rule("storey", "floor", "level", kind="either")
+    @staticmethod
+    def _on_a_level(storey: Any, floor: Any, level: Any) -> Iterator[str]:
+        given = sum(one is not None for one in (floor, level, storey))
+        if given != 1:
+            lead = "missing; " if not given else ""
+            yield f"{lead}expected one of floor, level, and storey with relative_height"
 
     @rule("relative_height", "storey")
     @staticmethod
-    def _of_storey(height: float | None, storey: Any) -> Iterator[str]:
-        if height is None and storey is not None:
+    def _of_storey(heights: tuple[float, ...] | None, storey: Any) -> Iterator[str]:
+        if heights is None and storey is not None:
             yield "required with `storey`: a number between 0 and 1"
-        if height is not None and storey is None:
-            yield "`relative_height` requires `storey`; it cannot be used with `floor`"
+        if heights is not None and storey is None:
+            yield "`relative_height` requires `storey`; it cannot be used with `floor` or `level`"
+        elif heights is not None and len(heights) not in (1, len(storey)):
+            yield f"expected one height, or one for each of {len(storey)} storeys"
+
+    @model_validator(mode="after")
+    def _storey_of_level(self, info: ValidationInfo) -> Self:
+        """Find the storey of each level, where the building is known."""
+        known = {} if info.context is None else info.context.values
+        of = next((one for one in known.get("buildings", ()) if one.name == self.building), None)
+        if self.level is None or of is None:
+            return self
+        storeys, heights = [], []
+        for z in self.level:
+            if not of.base < z < of.elevations[-1]:
+                expected = f"expected a level of {of.name}, {of.base:g} to {of.elevations[-1]:g} m"
+                raise refuse(expected, "level", kind="no_storey")
+            index = bisect_left(of.elevations, z)
+            floor = of.floors[index]
+            storeys.append(floor.floor)
+            height = 1.0 - (of.elevations[index] - z) / floor.storey_height
+            heights.append(round(height, HEIGHT_DECIMALS))
+        found = {"storey": tuple(storeys), "relative_height": tuple(heights)}
+        return self.model_copy(update=found)
 
     @property
     def count(self) -> int:
         """Number of points."""
-        return len(self.floor or self.storey or ())
+        return len(self.floor or self.level or self.storey or ())
 
 
 class ContactEntry(Section):
@@ -295,7 +331,7 @@ class ContactPoint(Section):
         building: Name of the building.
         floor: Number of the floor, or None.
         storey: Number of the floor above the storey, when ``floor`` is None.
-        relative_height: Height in the flexible part of the storey, 0 to 1, with ``storey``.
+        relative_height: Height from floor to floor, 0 to 1, with ``storey``.
         offset: Vector (x, y, z) from the stick's axis to the point [m].
     """
 
@@ -315,7 +351,7 @@ class ContactPoint(Section):
         """Name of the point in results: ``B1.floor_8`` or ``B1.storey_8_at_0.5``."""
         if self.floor is not None:
             return f"{self.building}.floor_{self.floor}"
-        return f"{self.building}.storey_{self.storey}_at_{self.relative_height:g}"
+        return f"{self.building}.storey_{self.storey}_at_{self.relative_height:.4g}"
 
 
 class Contact(Section):
@@ -446,11 +482,12 @@ def _of_line(middle: Contact, entry: ContactEntry) -> Iterator[Contact]:
 
 
 def _points(end: ContactEnd) -> Iterator[ContactPoint]:
-    place = end.model_dump(include={"building", "offset", "relative_height"})
+    place = end.model_dump(include={"building", "offset"})
     for number in end.floor or ():
-        yield ContactPoint(floor=number, storey=None, **place)
-    for number in end.storey or ():
-        yield ContactPoint(floor=None, storey=number, **place)
+        yield ContactPoint(floor=number, storey=None, relative_height=None, **place)
+    storeys, heights = end.storey or (), end.relative_height or ()
+    for number, height in zip(storeys, heights * len(storeys), strict=False):
+        yield ContactPoint(floor=None, storey=number, relative_height=height, **place)
 
 
 class ContactSearch(Section):

@@ -91,8 +91,8 @@ class RayleighDamping(_TwoCoefficients):
 class ConstantDamping(_Damping):
     """One damping ratio at all frequencies."""
 
-    type: Literal["constant"]
-    """The same ratio for all modes."""
+    type: Literal["constant"] = "constant"
+    """The same ratio for all modes; the default of a damping with a ratio alone."""
     ratio: Ratio
     """Damping ratio ξ of all modes."""
 
@@ -164,9 +164,12 @@ class ModesDamping(_TwoCoefficients):
 
 
 def _type(value: Any) -> str:
-    """The type of a damping, Rayleigh damping without one."""
+    """The type of a damping: without one constant for a ratio alone, else Rayleigh damping."""
     given = value.get("type") if isinstance(value, Mapping) else getattr(value, "type", None)
-    return "rayleigh" if given is None else str(given)
+    if given is not None:
+        return str(given)
+    keys = {*value} if isinstance(value, Mapping) else set()
+    return "constant" if {"ratio"} <= keys <= {"ratio", "name", "restitution"} else "rayleigh"
 
 
 DampingEntry = Annotated[

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import ValidationInfo, model_validator
 
@@ -12,13 +12,11 @@ from impactfem.case.base import Section, refuse, rule
 from impactfem.case.damping import RayleighDamping
 from impactfem.case.leaf import MOST_FLOORS, NameOf, Whole
 from impactfem.case.quantity import (
-    Area,
     Density,
     Inertia,
     Mass,
     PositiveFactor,
     PositiveLength,
-    SecondMoment,
     Si,
     Stress,
 )
@@ -72,6 +70,10 @@ class MaterialOf(NameOf):
 FLOORS = "a floor table (CSV)"
 
 
+SECTION = ("Ix", "Iy", "Iz", "A", "Avx", "Avy")
+"""Columns of a floor table with the section of the storey."""
+
+
 class Floor(Section):
     """A floor and the storey below it: one row of the floor table, bottom to top.
 
@@ -81,27 +83,38 @@ class Floor(Section):
     I_x + I_y and so polar.
     """
 
+    TOGETHER: ClassVar = (("Jx", "Jy", "Jz"), SECTION, ("kx", "ky"))
+
     floor: Annotated[int, Whole(1)]
     """Number of the floor, increasing upwards."""
     mass: Mass
     """Mass of the floor, lumped at its mass centre."""
-    Jx: Inertia
-    """Moment of inertia of the floor's mass about x."""
-    Jy: Inertia
+    Jx: Inertia = math.nan
+    """Moment of inertia of the floor's mass about x; default, with Jy and Jz, that of a uniform
+    plate with the plan of the floor."""
+    Jy: Inertia = math.nan
     """Moment of inertia of the floor's mass about y."""
-    Jz: Inertia
+    Jz: Inertia = math.nan
     """Moment of inertia of the floor's mass about z."""
-    Ix: SecondMoment
+    kx: Annotated[float | None, Si("N/m", gt=0)] = None
+    """Stiffness of the storey along x, storey shear over storey drift, in place of areas and second
+    moments: a shear building, whose floors stay level."""
+    ky: Annotated[float | None, Si("N/m", gt=0)] = None
+    """Stiffness of the storey along y."""
+    kt: Annotated[float | None, Si("N m/rad", gt=0)] = None
+    """Torsional stiffness of the storey about the axis; default (kx Jx + ky Jy)/mass, that of a
+    stiffness spread over the plan as the mass."""
+    Ix: Annotated[float | None, Si("m4", gt=0)] = None
     """Second moment of area of the storey, bending about x."""
-    Iy: SecondMoment
+    Iy: Annotated[float | None, Si("m4", gt=0)] = None
     """Second moment of area of the storey, bending about y."""
-    Iz: SecondMoment
+    Iz: Annotated[float | None, Si("m4", gt=0)] = None
     """Torsion constant of the storey about z."""
-    A: Area
+    A: Annotated[float | None, Si("m2", gt=0)] = None
     """Area of the storey's cross-section."""
-    Avy: Area
+    Avy: Annotated[float | None, Si("m2", gt=0)] = None
     """Shear area of the storey for a force along y."""
-    Avx: Area
+    Avx: Annotated[float | None, Si("m2", gt=0)] = None
     """Shear area of the storey for a force along x."""
     storey_height: PositiveLength
     """Height of the storey between mass centres; of the lowest one from the base."""
@@ -129,9 +142,16 @@ class Floor(Section):
         return max(J) / (sum(J) - max(J))
 
     @property
-    def shear_share(self) -> float:
-        """Largest shear area over the area."""
-        return max(self.Avy, self.Avx) / self.A
+    def section(self) -> dict[str, float]:
+        """The columns `SECTION` in SI; empty for a storey by its stiffness."""
+        given = {key: getattr(self, key) for key in SECTION}
+        return {} if None in given.values() else given
+
+    @property
+    def shear_share(self) -> float | None:
+        """Largest shear area over the area; None for a storey by its stiffness."""
+        given = self.section
+        return max(given["Avy"], given["Avx"]) / given["A"] if given else None
 
     @model_validator(mode="before")
     @classmethod
@@ -162,7 +182,16 @@ def read_floors(path: Path, faults: list[Fault]) -> Table[Floor] | None:
                 yield table.fault(line, "floor", row.floor, expected)
             highest = max(highest, row.floor)
 
-    return read_table(path, Floor, faults, bottom_to_top, once=("floor",), most=MOST_FLOORS)
+    def one_stiffness(table: Table[Floor]) -> Iterator[Fault]:
+        springs = [key for key in ("kx", "kt") if key in table.headers]
+        if springs and ("A" in table.headers or "kx" not in springs):
+            expected = "expected either kx, ky and kt, or areas and second moments, not both"
+            if "A" not in table.headers:
+                expected = "expected kx and ky with kt"
+            yield table.fault(table.lines[0], springs[0], None, expected)
+
+    checks = bottom_to_top, one_stiffness
+    return read_table(path, Floor, faults, *checks, once=("floor",), most=MOST_FLOORS)
 
 
 def entry_of(building: Any, info: ValidationInfo) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from impactfem.case.buildings import Building, GeneratedMesh
-from impactfem.case.contacts import Contact, ContactPoint
+from impactfem.case.contacts import HEIGHT_DECIMALS, Contact, ContactPoint
 from impactfem.case.facade import axis_in_plan
 from impactfem.case.model import Case
 from impactfem.case.plan import Polygon, inset, moved
@@ -33,6 +33,12 @@ def flexible(building: Building, index: int) -> Span:
     levels = building.elevations
     low = levels[index - 1] + building.rigid_above if index else building.base
     return low, levels[index] - building.rigid_below
+
+
+def storey_level(building: Building, index: int, relative_height: float) -> float:
+    """Return the elevation of a relative height in a storey, from floor to floor [m]."""
+    top, height = building.elevations[index], building.floors[index].storey_height
+    return top - (1.0 - relative_height) * height
 
 
 def plan_of(building: Building, index: int) -> Polygon | None:
@@ -114,8 +120,10 @@ def level_at(building: Building, z: float, depth: Span) -> Level | None:
         return None
     index = bisect(levels, z)
     bottom, top = flexible(building, index)
-    inside = min(max((z - bottom) / (top - bottom), 1e-3), 1.0 - 1e-3)
-    return Level(building, index, round(inside, 3), z)
+    height = building.floors[index].storey_height
+    inside = min(max(z, bottom + 1e-3 * height), top - 1e-3 * height)
+    relative = round(1.0 - (levels[index] - inside) / height, HEIGHT_DECIMALS)
+    return Level(building, index, relative, z)
 
 
 def depth_of(point: ContactPoint, building: Building) -> Span:
@@ -126,8 +134,7 @@ def depth_of(point: ContactPoint, building: Building) -> Span:
     index = [floor.floor for floor in building.floors].index(point.level)
     if point.floor is not None:
         return band(building, building.elevations[index])
-    low, high = flexible(building, index)
-    z = low + (point.relative_height or 0.0) * (high - low) + point.offset[2]
+    z = storey_level(building, index, point.relative_height or 0.0) + point.offset[2]
     return z - HALF_SLAB, z + HALF_SLAB
 
 

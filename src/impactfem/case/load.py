@@ -5,6 +5,7 @@ sections are applied to those that are valid.
 """
 
 import hashlib
+import math
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -22,12 +23,14 @@ from impactfem.case.contacts import expand
 from impactfem.case.devices import STEPS, DeviceAnalysis
 from impactfem.case.explain import explain
 from impactfem.case.floors import UNKNOWN_DAMPING
+from impactfem.case.levels import plan_of
 from impactfem.case.model import Case, CaseFile
 from impactfem.case.motions import DIRECTIONS, RestMotion, read_force_table
 from impactfem.case.place import SEARCHED, Place, form_of
 from impactfem.case.reading import Reading
 from impactfem.case.source import Source, read_source
-from impactfem.system.errors import Fault, InputError
+from impactfem.case.storeys import with_inertia, with_stiffness
+from impactfem.system.errors import Fault, ImpactfemError, InputError
 
 _PLACEHOLDERS: dict[str, Any] = {
     "title": "case",
@@ -166,16 +169,33 @@ def _validate(reading: Reading) -> Iterator[ErrorDetails]:
 
 def _entry(name: str, k: int, raw: Any, reading: Reading) -> tuple[Any, list[ErrorDetails]]:
     """Validate a table of an array; the 3D model of a building by itself."""
-    if name != "buildings" or not isinstance(raw, dict) or "structure" not in raw:
+    if name != "buildings" or not isinstance(raw, dict):
         return _attempt(section_adapter(name, item=True), raw, (name, k), reading)
     outside = {key: value for key, value in raw.items() if key != "structure"}
     building, errors = _attempt(section_adapter(name, item=True), outside, (name, k), reading)
-    with reading.model_of(str(raw.get("name", ""))):
-        place = (name, k, "structure")
-        structure, further = _attempt(TypeAdapter(Structure), raw["structure"], place, reading)
-    if building is not None:
-        building = building.model_copy(update={"structure": structure})
-    return building, errors + further
+    if "structure" in raw:
+        with reading.model_of(str(raw.get("name", ""))):
+            place = (name, k, "structure")
+            structure, further = _attempt(TypeAdapter(Structure), raw["structure"], place, reading)
+        errors += further
+        if building is not None:
+            building = building.model_copy(update={"structure": structure})
+    if building is None:
+        return None, errors
+    plans = [plan_of(building, index) for index in range(len(building.floors))]
+    without = any(math.isnan(floor.Jx) for floor in building.floors)
+    if errors and without and None in plans:  # the plan may be that of the mesh
+        return None, errors
+    key = "length"
+    try:
+        floors = with_inertia(building.floors, plans)
+        key = "floors" if building.modal_table is None else "modal_table"
+        floors = with_stiffness(floors, building.periods, building.modal_table)
+    except ImpactfemError as error:
+        place, inside = (name, k, key), {"inside": ()}
+        lacking = ErrorDetails(type="storeys", loc=place, msg=str(error), input=None, ctx=inside)
+        return None, [*errors, lacking]
+    return building.model_copy(update={"floors": floors}), errors
 
 
 def _completed(reading: Reading) -> Case:

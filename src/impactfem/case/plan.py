@@ -44,6 +44,24 @@ def area(polygon: Sequence[Point]) -> float:
     return 0.5 * sum(x1 * y2 - x2 * y1 for (x1, y1), (x2, y2) in pairs)
 
 
+def second_moments(polygon: Sequence[Point]) -> tuple[float, float, float]:
+    """Return the area [m2] and ∫ y² dA and ∫ x² dA of a polygon about its centroid [m4].
+
+    By Green's theorem, with c = x_i y_{i+1} − x_{i+1} y_i of each side: A = ½ Σ c,
+    A x_s = ⅙ Σ c (x_i + x_{i+1}) and ∫ x² dA = 1/12 Σ c (x_i² + x_i x_{i+1} + x_{i+1}²).
+    """
+    size = first_x = first_y = about_x = about_y = 0.0
+    for (x1, y1), (x2, y2) in zip(polygon, (*polygon[1:], polygon[0]), strict=True):
+        c = x1 * y2 - x2 * y1
+        size += c / 2.0
+        first_x += c * (x1 + x2) / 6.0
+        first_y += c * (y1 + y2) / 6.0
+        about_x += c * (y1 * y1 + y1 * y2 + y2 * y2) / 12.0
+        about_y += c * (x1 * x1 + x1 * x2 + x2 * x2) / 12.0
+    about_x, about_y = about_x - first_y**2 / size, about_y - first_x**2 / size
+    return abs(size), abs(about_x), abs(about_y)
+
+
 def plan_fault(polygon: Sequence[Point]) -> str:
     """Return the expectation that corners of a plan do not meet; empty for a valid plan."""
     if len(polygon) < 3:

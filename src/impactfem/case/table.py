@@ -293,6 +293,10 @@ def name_and_unit(header: str) -> tuple[str, str | None]:
     return (match[1], match[2]) if match else (header, None)
 
 
+def _name(header: str) -> str:
+    return name_and_unit(header)[0]
+
+
 def unit_of_column(header: str, unit: str) -> float | str:
     """Return the factor to an SI unit of a column by its header, or what is wrong with it."""
     name, written = name_and_unit(header)
@@ -324,7 +328,8 @@ def _columns(
         column, wrong = None, ""
         if name not in fields:
             if row_model.model_config.get("extra") != "ignore":
-                known = nearest(name, list(fields))
+                unused = [key for key in fields if key not in map(_name, headers)]
+                known = nearest(name, unused)
                 if (parts := _PARENTHESES.fullmatch(header)) and parts[1] in fields:
                     known = f"write the unit in square brackets: '{parts[1]} [{parts[2]}]'"
                 wrong = f"unknown column; {known}" if header else "a column without a name"
@@ -344,8 +349,9 @@ def _columns(
             at = f"line {number}, column {header}"
             faults.append(Fault(path, at, None, wrong, "column"))
         columns.append(column)
+    incomplete = {name for group in row_model.TOGETHER if found & {*group} for name in group}
     for name, info in fields.items():
-        if info.is_required() and name not in found:
+        if (info.is_required() or name in incomplete) and name not in found:
             expected = f"missing column; expected '{_header_of(name, info)}': {one_line(info)}"
             faults.append(Fault(path, f"line {number}", None, expected, "missing_column"))
     return columns

@@ -12,16 +12,29 @@ from scipy.integrate import trapezoid
 from impactfem.case import Building, Case
 from impactfem.case.calibration import Calibration as CalibrationCase
 from impactfem.case.contacts import Contact
+from impactfem.case.floors import Floor as FloorRow
 from impactfem.case.motions import read_force_table
 from impactfem.coupling.ground import Ground, History
 from impactfem.coupling.laws import LAWS, Law, effective_mass
 from impactfem.coupling.pounding import End, Load, Pair, System
-from impactfem.sticks.calibration import Bounds, Calibration, Parameters, Target, assess, calibrate
-from impactfem.sticks.element import Section
+from impactfem.sticks.calibration import (
+    Bounds,
+    Calibration,
+    Parameters,
+    Target,
+    assess,
+    calibrate,
+    family_modes,
+)
+from impactfem.sticks.element import Section, StoreySprings
 from impactfem.sticks.stick import Floor, Stick, build_stick
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.log import LOGGER
 
+RIGID = 1e6
+"""Stiffness of storeys given by springs, whose floors stay level, over their lateral stiffness:
+along z, and about x and y for the radius of gyration. These frequencies are a thousand times those
+of the storeys."""
 COARSE = 0.01
 """Part of an impulse that samples may miss without a warning."""
 
@@ -46,16 +59,11 @@ def stick_of(
     Storey points are points inside storeys, see `build_stick`.
     """
     values = parameters or given_parameters(building)
-    young = building.material.young_modulus
-    shear = young / (2.0 * (1.0 + building.material.poisson_ratio))
-    moment, ends = building.second_moment_factor, (values.below, values.above)
+    along = period_factors(building)
     floors = []
     for row, height in zip(building.floors, values.heights, strict=True):
-        s = values.factor * row.storey_stiffness_factor
-        areas = {"A": row.A, "Avx": row.Avx, "Avy": row.Avy}
-        moments = {"Ix": moment * row.Ix, "Iy": moment * row.Iy, "Iz": row.Iz}
-        section = Section(E=s * young, G=s * shear, **areas, **moments)
-        inertia = row.Jx, row.Jy, row.Jz
+        section = storey_of(building, row, values.factor * row.storey_stiffness_factor, along)
+        inertia, ends = (row.Jx, row.Jy, row.Jz), (values.below, values.above)
         floors.append(Floor(row.floor, row.mass, inertia, float(height), section, *ends))
     return build_stick(
         building.name,
@@ -66,6 +74,55 @@ def stick_of(
         soil=None if building.soil is None else building.soil.law,
         storey_points=storey_points,
     )
+
+
+def storey_of(
+    building: Building, row: FloorRow, factor: float, along: tuple[float, float]
+) -> Section | StoreySprings:
+    """Return the section, or the springs, of the storey below a floor.
+
+    Args:
+        building: The building.
+        row: The floor.
+        factor: Factor on all stiffnesses [-].
+        along: Further factors on the lateral stiffness along x and y; torsion has their mean [-].
+    """
+    x, y = along
+    twist = 0.5 * (x + y)
+    if row.kx is not None and row.ky is not None and row.kt is not None:
+        kx, ky = factor * x * row.kx, factor * y * row.ky
+        return StoreySprings(
+            kx=kx,
+            ky=ky,
+            kz=RIGID * max(kx, ky),
+            krx=RIGID * ky * row.Jx / row.mass,
+            kry=RIGID * kx * row.Jy / row.mass,
+            kt=factor * twist * row.kt,
+        )
+    young, moment = building.material.young_modulus, building.second_moment_factor
+    shear = young / (2.0 * (1.0 + building.material.poisson_ratio))
+    given = row.section
+    areas = {"A": given["A"], "Avx": x * given["Avx"], "Avy": y * given["Avy"]}
+    moments = {"Ix": y * moment, "Iy": x * moment, "Iz": twist}
+    moments = {key: part * given[key] for key, part in moments.items()}
+    return Section(E=factor * young, G=factor * shear, **areas, **moments)
+
+
+@lru_cache(maxsize=64)
+def period_factors(building: Building) -> tuple[float, float]:
+    """Return the factors on the stiffness along x and y that give the periods of a building.
+
+    A stick moves along x without moving along y, so that the factor along each is (T₀/T)², with
+    the period T₀ without it.
+    """
+    if building.periods is None:
+        return 1.0, 1.0
+    stick = stick_of(building.model_copy(update={"periods": None}))
+    x, y = (
+        1.0 if period is None else (family_modes(stick, axis)[0][0] * period) ** -2.0
+        for axis, period in (("x", building.periods.x), ("y", building.periods.y))
+    )
+    return x, y
 
 
 def calibration_of(case: Case) -> Calibration | None:

@@ -211,7 +211,7 @@ class ImpactCheck:
     #: Elastic, along the horizontal part of the normal, in the two sticks; nan for a vertical
     #: normal, and if both buildings pound in 3D.
     storey_shear: float = si("N", "largest storey shear, during the impact", shown="MN")
-    #: Shear over n_x² A_vx + n_y² A_vy of its storey.
+    #: Shear over n_x² A_vx + n_y² A_vy of its storey; nan for storeys by stiffness.
     shear_stress: float = si("Pa", "shear stress, largest of a storey", shown="MPa")
     #: Above 1 the storey cracks in shear, and linear analysis overestimates its stiffness; nan if
     #: no strength is known.
@@ -247,7 +247,7 @@ def impact_checks(
             forces = stick.element_forces(response.deformation("u", stick.name)[window])
             shear = np.abs(forces[..., 0] * n_x + forces[..., 1] * n_y).max(axis=0)
             sections = [stick.floors[element.storey].section for element in stick.elements]
-            stress = shear / [n_x**2 * section.Avx + n_y**2 * section.Avy for section in sections]
+            stress = shear / [section.shear_area(n_x, n_y) for section in sections]
             # f_ctm of EN 1992-1-1, table 3.1, up to C50/60 and above it [MPa].
             f = np.nan if f_c is None else 1e-6 * f_c
             f_ctm = 0.30 * np.cbrt(f) ** 2 if f <= 50.0 else 2.12 * np.log1p((f + 8.0) / 10.0)

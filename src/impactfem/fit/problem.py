@@ -424,6 +424,10 @@ def _wrong(target: Any, case: Case) -> list[tuple[str, Any, str]]:
         if target.value is None and (target.deviation is None or target.deviation.unit != "%"):
             expected = "expected a percentage, as the value is that of the floor table"
             return [(".deviation", None, expected)]
+        row = case.building(target.building).floors[0]
+        if target.value is None and getattr(row, target.quantity) is None:
+            expected = f"required: the floor table has no column {target.quantity}"
+            return [(".value", None, expected)]
     return _of_spectrum(target, case) if isinstance(target, SpectrumTarget) else []
 
 
@@ -552,8 +556,8 @@ def _data(target: Any, case: Case) -> list[Datum]:
         found = []
         for floor in target.floors:
             name = f"{target.building}.floor_{floor}.{target.quantity}"
-            of_table = float(getattr(rows[floor], target.quantity))
-            value = of_table if target.value is None else target.value.value
+            of_table = getattr(rows[floor], target.quantity)
+            value = float(of_table if target.value is None else target.value.value)
             rounding = 0.0 if target.value is None else target.value.rounding
             found.append(datum(name, value, UNITS[target.quantity], target.deviation, rounding))
         return found

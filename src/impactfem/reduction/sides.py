@@ -258,13 +258,11 @@ class Sides:
         return floor_shares(end.floor, facade, direction, position, transient, contacts)
 
     def elevation(self, end: PairEnd) -> float:
-        """Elevation of a point inside a storey, between its rigid zones, in the mesh [m]."""
+        """Elevation of a point inside a storey, in the mesh [m]."""
         building, levels = self.building.case.building(end.building), self.mesh.elevations
         below = [level for floor, level in levels.items() if floor < end.floor]
-        if below:
-            low = max(below) + building.rigid_above
-        else:  # as high as in the floor table, whose zero may be another than that of the mesh
-            low = levels[end.floor] - building.elevations[0] + building.base
-        high = levels[end.floor] - building.rigid_below
+        high = levels[end.floor]
+        # As high as in the floor table, whose zero may be another than that of the mesh.
+        low = max(below, default=high - building.elevations[0] + building.base)
         z = end.offset[2] if end.offset is not None else 0.0
         return low + float(end.relative_height or 0.0) * (high - low) + z

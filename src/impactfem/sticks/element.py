@@ -24,6 +24,40 @@ class Section:
     Iy: float  #: second moment of area about y, for bending that moves the member along x [m4]
     Iz: float  #: torsion constant about the member's axis [m4]
 
+    def stiffness(self, L: float, share: float) -> Array:
+        """Stiffness of a piece of the member of length L [m], shape (12, 12)."""
+        return storey_stiffness(L, self)
+
+    def shear_area(self, n_x: float, n_y: float) -> float:
+        """Shear area along a horizontal unit vector [m2]."""
+        return n_x**2 * self.Avx + n_y**2 * self.Avy
+
+
+@dataclass(frozen=True)
+class StoreySprings:
+    """A storey as springs between the floors: a shear building, whose floors stay level.
+
+    The storey shear is V = k (u_upper - u_lower). Columns that do not shorten carry the moment V h
+    down to the base, so that translations and rotations do not couple. Displacements are those
+    relative to the base, which may turn on soil.
+    """
+
+    kx: float  #: lateral stiffness along x, storey shear over storey drift [N/m]
+    ky: float  #: lateral stiffness along y [N/m]
+    kz: float  #: axial stiffness [N/m]
+    krx: float  #: rotational stiffness about x [N m/rad]
+    kry: float  #: rotational stiffness about y [N m/rad]
+    kt: float  #: torsional stiffness about z [N m/rad]
+
+    def stiffness(self, L: float, share: float) -> Array:
+        """Stiffness of a piece with this share of the storey's height, shape (12, 12)."""
+        k = np.array([self.kx, self.ky, self.kz, self.krx, self.kry, self.kt]) / share
+        return np.kron(np.array([[1.0, -1.0], [-1.0, 1.0]]), np.diag(k))
+
+    def shear_area(self, n_x: float, n_y: float) -> float:
+        """Shear area, which springs do not have."""
+        return np.nan
+
 
 def bending_stiffness(L: float, EI: float, GAv: float) -> Array:
     """Stiffness of a Timoshenko member of length L [m] in one plane, shape (4, 4) [N, m].

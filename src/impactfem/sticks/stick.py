@@ -10,7 +10,7 @@ import scipy.linalg
 
 from impactfem.dynamics.damping import UNDAMPED, DampingLaw
 from impactfem.dynamics.soil import Soil
-from impactfem.sticks.element import Section, rigid_link, storey_stiffness
+from impactfem.sticks.element import Section, StoreySprings, rigid_link
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import ImpactfemError
 
@@ -27,7 +27,8 @@ class Floor:
     #: Moments of inertia (J_x, J_y, J_z) about the mass centre [kg m2].
     inertia: tuple[float, float, float]
     height: float  #: from the mass centre below (or the base) to this mass centre [m]
-    section: Section  #: section of the storey below the floor, stiffness factors included
+    #: The storey below the floor, stiffness factors included.
+    section: Section | StoreySprings
     below: float = 0.0  #: from the mass centre down to the lower edge of the rigid zone [m]
     above: float = 0.0  #: from the mass centre up to its upper edge [m]
 
@@ -93,23 +94,23 @@ class Stick:
         The storey carries no load between its nodes, and its damping is proportional to its
         stiffness: a massless node at the point, of which the two adjacent elements are in
         equilibrium, moves as the Timoshenko beam does between its ends. The number is that of the
-        floor above, the relative height in the flexible part between 0 and 1.
+        floor above, the relative height from floor to floor between 0 and 1; a height in a rigid
+        zone counts as the end of the flexible part.
         """
         index = self.floor_master(number)
         floor = self.floors[index]
-        nodes = [s for storey, s in self.storey_points if storey == number]
-        heights = [0.0, *sorted(nodes), 1.0]
-        k = bisect(heights, relative_height) - 1
+        low, high = flexible_part(floor, self.floors[index - 1] if index else None)
+        nodes = sorted(s for storey, s in self.storey_points if storey == number)
+        ends = [low, *(s * floor.height for s in nodes), high]
+        z = min(max(relative_height * floor.height, low), high)
+        k = min(bisect(ends, z), len(ends) - 1) - 1
         element = [element for element in self.elements if element.storey == index][k]
-        rigid = floor.below + (self.floors[index - 1].above if index else 0.0)
-        lower, upper = (
-            abs(relative_height - end) * (floor.height - rigid) for end in heights[k : k + 2]
-        )
         # N: from the ends of the element to the node.
-        if lower == 0.0:
-            N = np.eye(6, 12)
+        lower, upper = z - ends[k], ends[k + 1] - z
+        if lower == 0.0 or upper == 0.0:
+            N = np.eye(6, 12, 0 if lower == 0.0 else 6)
         else:
-            below, above = (storey_stiffness(L, floor.section) for L in (lower, upper))
+            below, above = (floor.section.stiffness(L, L / floor.height) for L in (lower, upper))
             coupling = np.hstack([below[6:, :6], above[:6, 6:]])
             N = -np.linalg.solve(below[6:, 6:] + above[:6, :6], coupling)
         free = element.dofs >= 0
@@ -179,8 +180,8 @@ def build_stick(
         axis: Plan position (x, y) of the axis [m].
         base: Elevation of the base [m].
         soil: Raft and soil under it; clamped when None.
-        storey_points: Points (floor number above, relative height of the flexible part, between 0
-            and 1) where contact needs a node of its own inside a storey.
+        storey_points: Points (floor number above, relative height from floor to floor) where
+            contact needs a node of its own inside the flexible part of a storey.
 
     ImpactfemError where a storey has no flexible length left between its rigid zones; a point is
     not inside its storey, or the damping does not grow with the stiffness, so that a node without
@@ -191,28 +192,30 @@ def build_stick(
     masters: dict[tuple[int, float], int] = {}
     elements: list[StoreyElement] = []
     for index, floor in enumerate(floors):
-        above = floors[index - 1].above if index else 0.0
-        low, high = (z[index - 1] if index else base) + above, z[index] - floor.below
+        foot = z[index - 1] if index else base
+        low, high = flexible_part(floor, floors[index - 1] if index else None)
         if not high > low:
             raise ImpactfemError(
                 f"building {name}: the storey below floor {floor.number} has no flexible length: "
                 f"its rigid zones leave {high - low:.3g} m"
             )
         # Nodes from the lower to the upper end of the flexible part: the master, -1 at the clamped
-        # base, the offset from it along z, and the elevation.
-        nodes = [(index - 1, above, low)]
+        # base, the offset from it along z, and the height above the floor below.
+        nodes = [(index - 1, low, low)]
         for s in sorted({s for number, s in storey_points if number == floor.number}):
-            _check_point(name, floor, s, damping)
+            ends = low / floor.height, high / floor.height
+            _check_point(name, floor, s, ends, damping)
             masters[floor.number, s] = len(positions)
-            nodes.append((len(positions), 0.0, low + s * (high - low)))
-            positions.append(np.array([*axis, nodes[-1][2]]))
-        nodes.append((index, -floor.below, high))
+            nodes.append((len(positions), 0.0, s * floor.height))
+            positions.append(np.array([*axis, foot + nodes[-1][2]]))
+        nodes.append((index, high - floor.height, high))
         for lower, upper in pairwise(nodes):
             T = scipy.linalg.block_diag(*(rigid_link((0.0, 0.0, end[1])) for end in (lower, upper)))
             dofs = [
                 6 * end[0] + c if end[0] >= 0 else -1 for end in (lower, upper) for c in range(6)
             ]
-            k = storey_stiffness(float(upper[2] - lower[2]), floor.section)
+            L = upper[2] - lower[2]
+            k = floor.section.stiffness(L, L / floor.height)
             elements.append(StoreyElement(index, np.array(dofs, dtype=np.int64), T, k))
     M, K = _matrices(floors, elements, len(positions))
     return Stick(
@@ -231,12 +234,25 @@ def build_stick(
     )
 
 
-def _check_point(name: str, floor: Floor, s: float, damping: DampingLaw) -> None:
+def flexible_part(floor: Floor, lower: Floor | None) -> tuple[float, float]:
+    """Return the ends of the flexible part of the storey below a floor, above the floor below [m].
+
+    Springs join the floors themselves; a section ends at the rigid zones of both floors.
+    """
+    if isinstance(floor.section, StoreySprings):
+        return 0.0, floor.height
+    return 0.0 if lower is None else lower.above, floor.height - floor.below
+
+
+def _check_point(
+    name: str, floor: Floor, s: float, ends: tuple[float, float], damping: DampingLaw
+) -> None:
     """Refuse a point inside the storey below a floor that cannot be a node."""
-    if not 0.0 < s < 1.0:
+    if not ends[0] < s < ends[1]:
         raise ImpactfemError(
-            f"building {name}: a point inside the storey below floor {floor.number} needs "
-            f"a relative height between 0 and 1, got {s:g}; its ends are points of floors"
+            f"building {name}: a point inside the storey below floor {floor.number} needs a "
+            f"relative height between its rigid zones, {ends[0]:.4g} to {ends[1]:.4g}, got {s:g}; "
+            "its ends are points of floors"
         )
     if not damping.stiffness_part(HIGH) > 0.0:
         raise ImpactfemError(

@@ -434,7 +434,8 @@ def _flexibility(building: Building, z: float) -> float:
     """Motion of a column at the height z [m] under the force 1 on its mass [m/N]."""
     (floor,) = building.floors
     E, h = building.material.young_modulus, floor.storey_height
-    EI, GA = E * floor.Ix, E / (2.0 * (1.0 + building.material.poisson_ratio)) * floor.Avy
+    section, G = floor.section, E / (2.0 * (1.0 + building.material.poisson_ratio))
+    EI, GA = E * section["Ix"], G * section["Avy"]
     low = h - building.rigid_below
     if z <= low:
         return (h * z**2 / 2.0 - z**3 / 6.0) / EI + z / GA

@@ -47,6 +47,8 @@ def building_tables(
     with open_store(folder / "building.nc") as store:
         tables = [_bending(store, published), _modes(store), _floors(store, published)]
         for name, title, what, quantities in BESIDE_FLOOR_TABLE if floors else ():
+            if getattr(floors[0], quantities[0]) is None:
+                continue  # storeys by their stiffness have no section
             columns = [(what, "")]
             values: list[list[float]] = [[floor.floor for floor in floors]]
             for quantity in quantities:

@@ -235,9 +235,6 @@ def _height(building: Elevation, pair: xr.Dataset) -> float:
     floor = int(np.flatnonzero(building.numbers == int(pair["floor_a"]))[0])
     z, share = float(building.floors[floor]), float(pair["relative_height_a"])
     if np.isfinite(share):
-        # Heights count in the flexible part of the storey, between its rigid ends.
-        low = building.base
-        if floor:
-            low = float(building.floors[floor - 1] + building.above[floor - 1])
-        z = low + share * (z - float(building.below[floor]) - low)
+        low = float(building.floors[floor - 1]) if floor else building.base
+        z = low + share * (z - low)
     return z + float(pair["offset_a"].sel(axis="z"))

@@ -248,9 +248,8 @@ def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
                 floor = int(np.flatnonzero(one.numbers == floor_number)[0])
                 z = float(one.floors[floor])
                 if not np.isnan(s):
-                    high = z - float(one.below[floor])
-                    low = float(one.floors[floor - 1] + one.above[floor - 1]) if floor else one.base
-                    z = low + float(s) * (high - low)
+                    low = float(one.floors[floor - 1]) if floor else one.base
+                    z = low + float(s) * (z - low)
                 # To the right of what is on the left.
                 out = HALF_WIDTH * one.in_3d * (1.0 if x == min(at) else -1.0)
                 ends.append((x + out, z + float(offset[2])))
