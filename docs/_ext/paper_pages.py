@@ -17,7 +17,7 @@ from typing import Any
 import jinja2
 import pandas
 
-from impactfem.report.overview import quantity
+from impactfem.report.facts import quantity
 from impactfem.report.page import compared_values, count, places
 
 sys.path.insert(0, str(Path(__file__).parent))

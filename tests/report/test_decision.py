@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from impactfem.report.answers import answers
 from impactfem.report.caveats import flags
-from impactfem.report.decision import answers, spectra_figure
+from impactfem.report.floors import _carried_floors
 from impactfem.report.governing import bands_table, governing, spectra_table
-from impactfem.report.overview import _carried_floors
+from impactfem.report.governing_figure import spectra_figure
 from impactfem.stages.stores import open_store
 
 from ..stages.device.device_store import device_folder
@@ -70,7 +71,7 @@ def run_of(folder, **stores):
             "note": "pair A.floor_2-B.storey_2_at_0.5",
         }
     ]
-    checks = [{"passed": good, "text": "", "stage": "pounding"} for good in (True, False, None)]
+    checks = [{"passed": good, "severity": "limited", "stage": "pounding"} for good in (True, None)]
     laws = {"floor": {"stiffness": 1e9, "restitution": 0.6}}
     run = SimpleNamespace(
         folder=folder,
@@ -184,7 +185,7 @@ def test_gap_of_the_pair_with_the_smallest_margin(tmp_path, margin, required, ma
 def test_anchors(tmp_path, pulls, mark):
     run = run_of(tmp_path, pounding=sticks(), device=device_folder(tmp_path, pulls=pulls))
     found = by_question(run)["Anchors"]
-    assert (found.mark, found.link) == (mark, "device_pump")
+    assert (found.mark, found.link) == (mark, "equipment")
     for value in ("66 kN", "× 6.6", "33 kN"):
         assert value in found.text
     assert ("90 kN" in found.text) == (mark == "warn")
@@ -369,7 +370,8 @@ def test_a_direction_in_which_this_motion_does_not_move(store):
 )
 def test_a_failed_check_marks_the_numbers_that_it_concerns(tmp_path, pattern, doubted):
     run = run_of(tmp_path, pounding=sticks())
-    failed = {"passed": False, "quantity": "steps in an impact", "concerns": [pattern]}
+    failed = {"passed": False, "severity": "invalid", "quantity": "steps in an impact"}
+    failed["concerns"] = [pattern]
     run.checks.append(failed)
     found = by_question(run)["Largest impact"]
     assert (found.mark == "warn") == ("steps in an impact" in found.text) == doubted

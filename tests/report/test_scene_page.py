@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from impactfem.report.overview import headlines
+from impactfem.report.headlines import headlines
 from impactfem.report.scene_page import write_scene
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf

@@ -9,12 +9,12 @@ import xarray as xr
 from impactfem.case import load_case
 from impactfem.case.report import Report
 from impactfem.plot.figure import BETWEEN, declared, figure
-from impactfem.report import comparison, decision, scene_page
+from impactfem.report import comparison, governing_figure, scene_page
 from impactfem.run.stages import STAGES
 from impactfem.stages.drawing import FigureData, Figures
 from impactfem.system.files import write_netcdf
 
-OF_REPORT = declared(decision, scene_page)
+OF_REPORT = declared(governing_figure, scene_page)
 MOST = 40
 PAPER = {
     "building": ["B1", "B2"],

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import xarray as xr
 
-from impactfem.report.decision import at_wall, devices, untouched
+from impactfem.report.buildings import at_wall, wall_is_used
+from impactfem.report.devices import devices
 from impactfem.report.governing import MODEL, STICK, Spectrum
-from impactfem.report.overview import wall_is_used
+from impactfem.report.impacts import untouched
 from impactfem.report.run_files import RunFiles
 from impactfem.spectra.statistics import over_members
 from impactfem.stages.device import selection as of_device

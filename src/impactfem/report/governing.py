@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from impactfem.report.overview import RESIDUAL, SMALL, Facts, digits, in_3d, table
+from impactfem.report.buildings import in_3d
+from impactfem.report.facts import RESIDUAL, SMALL, Facts, digits, table
 from impactfem.report.run_files import RunFiles
 from impactfem.spectra.resolved import BANDS, band_peaks
 from impactfem.stages.check import QUIET
@@ -158,13 +159,13 @@ def _spectrum(
         psa=part["psa"],
         free=part.get(FREE),
         free_zpa=free_zpa,
-        zpa=float(at[_zpa_of(at)]),
+        zpa=float(at[zpa_of(at)]),
         whole=at["psa"],
         cause=cause,
     )
 
 
-def _zpa_of(store: xr.Dataset) -> str:
+def zpa_of(store: xr.Dataset) -> str:
     """Return the name of the ZPA in the resolved band: in `design.nc` `zpa` is a peak."""
     return "resolved_zpa" if "resolved_zpa" in store else "zpa"
 
@@ -173,7 +174,7 @@ def _of_sticks(run: RunFiles) -> list[Spectrum]:
     """Of each floor along each direction, as it pounded."""
     found, touched = [], in_3d(run.case)
     with run.store("pounding.nc") as store:
-        one, cause = _spectra_of(store), _cause(store)
+        one, cause = spectra_of(store), _cause(store)
         for k, name in enumerate(one["station_building"].values.tolist()):
             model, place = (MODEL, PLACES["centre"]) if name in touched else (STICK, "")
             free_zpa = float(one["zpa_free"].isel(station=k).max())
@@ -203,7 +204,7 @@ def _of_model(run: RunFiles) -> list[Spectrum]:
     found = []
     if run.ran("design"):
         with run.store("design.nc") as store:
-            one = _spectra_of(store)
+            one = spectra_of(store)
             place = f"largest {'over the floor' if 'vertex' in store.dims else 'of its probes'}"
             for direction in names_of(store, "direction"):
                 at, free_zpa = _largest(one, "direction", direction, "station")
@@ -220,7 +221,7 @@ def _of_model(run: RunFiles) -> list[Spectrum]:
                 found.append(_spectrum(at, made, _cause(store), free_zpa))
             kept = names_of(store, "elsewhere")  # on no floor
     with run.store("transient.nc") as store:
-        one = known(_spectra_of(store))
+        one = known(spectra_of(store))
         one = one.sel(probe=kept) if found else one
         for direction in names_of(store, "component") if one.sizes["probe"] else []:
             at, free_zpa = _largest(one, "component", direction, "probe")
@@ -240,9 +241,9 @@ def _of_model(run: RunFiles) -> list[Spectrum]:
     return _moving(list({one.direction: one for one in reversed(found)}.values()))
 
 
-def _spectra_of(store: xr.Dataset) -> xr.Dataset:
+def spectra_of(store: xr.Dataset) -> xr.Dataset:
     """Return the spectra at the first damping; those without impact if they were computed."""
-    zpa = _zpa_of(store)
+    zpa = zpa_of(store)
     names = [name for name in ("psa", FREE, zpa, f"{zpa}_free") if name in store]
     return store[names].isel(damping=0).load()
 
@@ -254,7 +255,7 @@ def _largest(some: xr.Dataset, along: str, direction: str, dim: str) -> tuple[xr
     """
     part = resolved(some)
     k = int(np.argmax(part["psa"].sel({along: direction}).max("frequency").values))
-    zpa = f"{_zpa_of(some)}_free"
+    zpa = f"{zpa_of(some)}_free"
     free_zpa = float(part[zpa].isel({dim: k}).max()) if zpa in part else 0.0
     return some.sel({along: direction}).isel({dim: k}), free_zpa
 

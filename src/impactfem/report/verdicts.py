@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from impactfem.report.overview import Facts, quantity, table
+from impactfem.report.facts import Facts, quantity, table
 
 Rows = Sequence[Mapping[str, Any]]
 """Entries of `verdicts.json`."""

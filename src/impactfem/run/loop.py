@@ -13,8 +13,8 @@ from pathlib import Path
 
 from impactfem.case import Building3D, Case, Published, SyntheticMotion
 from impactfem.case.base import nearest
-from impactfem.report.decision import key_results
-from impactfem.report.overview import headlines
+from impactfem.report.headlines import headlines
+from impactfem.report.key_results import key_results
 from impactfem.report.page import REPORT as PAGE
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY, VERDICTS, RunFiles
 from impactfem.run.check import check_mesh, checked, warn_of_implausible

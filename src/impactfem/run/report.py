@@ -7,8 +7,8 @@ from pathlib import Path
 from impactfem.plot.table import Table
 from impactfem.report.comparison import comparison_table
 from impactfem.report.comparison import spectra_figure as spectra_of_both
-from impactfem.report.decision import spectra_figure
 from impactfem.report.governing import governing
+from impactfem.report.governing_figure import spectra_figure
 from impactfem.report.page import REPORT as PAGE
 from impactfem.report.page import write_report
 from impactfem.report.run_files import COMPARISON, SCENE, SPECTRA, RunFiles

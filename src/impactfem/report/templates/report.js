@@ -5,11 +5,15 @@ const fold = () => { menu.open = !narrow.matches; };
 narrow.addEventListener("change", fold);
 fold();
 menu.addEventListener("click", event => { if (event.target.tagName === "A") { fold(); } });
-// A link opens the folded table that it leads to.
-addEventListener("hashchange", () => {
+// A link opens the folded parts that it leads into.
+const unfold = () => {
   const aim = document.getElementById(decodeURIComponent(location.hash.slice(1)));
-  if (aim && aim.tagName === "DETAILS") { aim.open = true; aim.scrollIntoView(); }
-});
+  if (!aim) { return; }
+  for (let part = aim.closest("details"); part; part = part.parentElement.closest("details")) { part.open = true; }
+  aim.scrollIntoView();
+};
+addEventListener("hashchange", unfold);
+unfold();
 // The view of a figure of curves: x, y, width and height of what is seen of it.
 for (const card of document.querySelectorAll(".zooms")) {
   const drawn = card.querySelector("svg");

@@ -77,8 +77,12 @@ def known(store: xr.Dataset) -> xr.Dataset:
 
 def resolved(store: xr.Dataset) -> xr.Dataset:
     """Select the frequencies of spectra that the time step and the model resolve."""
-    highest = float(store.attrs["resolved_frequency"])
-    return store.sel(frequency=slice(None, highest * (1.0 + 1e-9)))
+    return store.sel(frequency=slice(None, resolved_end(store) * (1.0 + 1e-9)))
+
+
+def resolved_end(store: xr.Dataset) -> float:
+    """Return the highest frequency of the resolved band of a results file [Hz]."""
+    return float(store.attrs["resolved_frequency"])
 
 
 def main_impact(store: xr.Dataset) -> tuple[float, float] | None:

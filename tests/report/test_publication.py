@@ -1,8 +1,8 @@
-"""A run beside a publication."""
+"""Results of a run compared with those of a publication."""
 
 import pytest
 
-from impactfem.report.page import (
+from impactfem.report.publication import (
     ABSENT,
     DIFFERS,
     GIVEN,
