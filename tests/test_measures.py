@@ -23,6 +23,8 @@ SENTENCES = {
 SOURCES = TESTS.parent / "src" / "impactfem"
 PARAMETERS, LINES = (8, 3), (80, 10)
 """Most parameters of a function and lines of it, and how many functions may have more."""
+CAPTION = 40
+"""Words of a caption, at most; a number with its unit, or a name, in place of a brace has two."""
 
 
 def functions():
@@ -135,3 +137,67 @@ def test_declared_files_exist():
 )
 def test_sentences(line, count):
     assert len(list(sentences(line))) == count
+
+
+def longest(node, notes):
+    """The longest text of an expression; "a b" in place of a brace."""
+    if isinstance(node, ast.Constant):
+        return node.value if isinstance(node.value, str) else ""
+    if isinstance(node, ast.JoinedStr):
+        return "".join(longest(part, notes) for part in node.values)
+    if isinstance(node, ast.FormattedValue):
+        return longest(node.value, notes) or "a b"
+    if isinstance(node, ast.IfExp):
+        branches = (longest(branch, notes) for branch in (node.body, node.orelse))
+        return max(branches, key=count_words)
+    if isinstance(node, ast.BinOp):
+        return longest(node.left, notes) + longest(node.right, notes)
+    return notes.get(getattr(getattr(node, "func", None), "id", ""), "")
+
+
+def count_words(text):
+    return len(re.findall(r"\S*\w\S*", text))
+
+
+def captions(tree, notes):
+    """Name and longest caption of each function that sets one."""
+    for function in (one for one in ast.walk(tree) if isinstance(one, ast.FunctionDef)):
+        found = ""
+        for node in ast.walk(function):
+            targets = getattr(node, "targets", [getattr(node, "target", None)])
+            if getattr(targets[0], "id", "") == "caption" and getattr(node, "value", None):
+                text = longest(node.value, notes)
+                more = isinstance(node, ast.AugAssign)
+                found = f"{found} {text}" if more else max(found, text, key=count_words)
+        if found:
+            yield function.name, found
+
+
+def test_captions_are_short():
+    texts = [path.read_text("utf-8") for path in SOURCES.rglob("*.py")]
+    trees = [ast.parse(text) for text in texts if "caption" in text or "_note(" in text]
+    notes = {
+        node.name: max((longest(r.value, {}) for r in returns), key=count_words)
+        for tree in trees
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef) and node.name.endswith("_note")
+        if (returns := [r for r in ast.walk(node) if isinstance(r, ast.Return) and r.value])
+    }
+    every = [one for tree in trees for one in captions(tree, notes)]
+    assert len(every) > 40
+    long = {name: count_words(text) for name, text in every if count_words(text) > CAPTION}
+    assert long == {}
+
+
+@pytest.mark.parametrize(
+    ("body", "count"),
+    [
+        ('caption = f"Force of {name} over time."', 6),
+        ('caption = "One two" if x else "one"\n    caption += " three."', 3),
+        ('caption = f"Force.{last_note(x)}"', 3),
+        ('text = "no caption"', None),
+    ],
+)
+def test_words_of_captions(body, count):
+    found = dict(captions(ast.parse(f"def f():\n    {body}"), {"last_note": " and end"}))
+    assert (count_words(found["f"]) if found else None) == count

@@ -13,8 +13,8 @@ from impactfem import study
 from impactfem.cli import app
 from impactfem.report.facts import number, quantity
 from impactfem.report.page import content_policy, write_report
-from impactfem.report.run_files import SCENE, SPECTRA
 from impactfem.report.picture import passive
+from impactfem.report.run_files import SCENE, SPECTRA
 from impactfem.report.sections import ROWS, TEMPLATES
 from impactfem.stages.manifest import file_digest
 from impactfem.system.errors import ImpactfemError, InputError

@@ -2,26 +2,20 @@
 
 from functools import partial
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import rgb_to_hsv
 
 from impactfem.case.transient import Transient
 from impactfem.plot import style
-from impactfem.plot.floor_field import SIGNED, TopFloor, round_factor, signed_limits
+from impactfem.plot.floor_field import SIGNED
 from impactfem.stages.transient import curve_figures, floor_figures
 from impactfem.stages.transient.curve_figures import (
-    across_spectra,
     centre,
     centre_spectrum,
-    edge_spectra,
-    transfer_functions,
 )
-from impactfem.stages.transient.floor_figures import psa_at
-from impactfem.stages.transient.selection import at_floor, forces_note, of_pounding, shown
+from impactfem.stages.transient.selection import at_floor, of_pounding, shown
 from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.errors import ImpactfemError
 
@@ -141,13 +135,10 @@ def test_forces_inside_storeys_are_called_so(stores):
     assert "floor" not in figure.caption and names[-1] in figure.caption
 
 
-NOTE = " Before the main impact the samples of its force alternate about zero, and move the floor."
-
-
 @pytest.fixture
 def drawn(transient_folder, monkeypatch):
-    """Draw a figure; gives how its colours are asked for, and its caption."""
-    asked, captions = [], []
+    """Draw a figure; gives how its colours are requested."""
+    asked = []
 
     def kept(name):
         draw = getattr(Axes, name)
@@ -158,21 +149,16 @@ def drawn(transient_folder, monkeypatch):
 
         return method
 
-    def sheet(path, panels, size, caption, seen):
-        captions.append(caption)
-        return style.sheet(path, panels, size, caption, seen)
-
     def make(name, *, maps=True, **wanted):
         folder = transient_folder(**wanted)
         for method in ("tripcolor", "pcolormesh"):
             monkeypatch.setattr(Axes, method, kept(method))
-        monkeypatch.setattr(floor_figures, "sheet", sheet)
         monkeypatch.setitem(style.SETTINGS, "figure.dpi", 40.0)
         given = [shown(xr.load_dataset(folder / "transient.nc", engine="netcdf4"))]
         if maps:
             given.append(xr.load_dataset(folder / "transient_maps.nc", engine="netcdf4"))
         getattr(floor_figures, name)(folder / "one.png", *given)
-        return asked, captions[0]
+        return asked
 
     return make
 
@@ -181,18 +167,12 @@ def drawn(transient_folder, monkeypatch):
     ("name", "maps"), [("snapshots_figure", True), ("wave_map", False), ("membrane_figure", True)]
 )
 def test_zero_is_in_the_middle_of_the_colours(drawn, name, maps):
-    """And captions say where a base plate is, and why the floor moves before it is hit."""
-    asked, caption = drawn(name, maps=maps, plates=True)
+    asked = drawn(name, maps=maps, plates=True)
     # A scale of colours is drawn by pcolormesh as well, with limits of its own.
     own = [options for options in asked if "vmin" in options]
     assert own and all(options["cmap"] == SIGNED for options in own)
     assert all(options["vmin"] == -options["vmax"] < 0.0 for options in own)
     assert len({options["vmax"] for options in own}) == 1
-    # Waves, and not forces.
-    where = "that of pump at x = 6 m, y = 3 m (d = 3 m), nodes within 0.8 m"
-    plate = f" Rigid base plates on the floor, where it is flat: {where}."
-    assert caption.endswith(plate + NOTE) == (name != "membrane_figure")
-    assert "tank" not in caption  # on another floor
 
 
 def test_speeds_beside_the_arrivals(drawn, monkeypatch):
@@ -244,91 +224,3 @@ def test_displacements_are_relative_to_the_ground_under_the_building(stores):
     for name, way in (("displacement", 0.02 * time), ("acceleration", 0.0 * time)):
         off = of_pounding(pounding, name, response) - of_pounding(apart, name, response)
         np.testing.assert_allclose(off.values, way, atol=1e-12)
-
-
-def test_captions_of_spectra_say_it_too(stores):
-    store, sticks = stores(plates=True)
-    response = shown(store)
-    figures = [centre_spectrum(response, sticks), across_spectra(response)]
-    figures.append(transfer_functions(response, {}))
-    assert all("that of pump at" in one.caption for one in figures)
-    assert "that of pump at" not in edge_spectra(response).caption
-
-
-def test_without_an_impact_there_is_nothing_to_say(stores):
-    assert forces_note(stores(loads=())[0]) == ""
-
-
-def test_colours_of_a_sign():
-    low, zero, high = (np.array(mpl.colormaps[SIGNED](share)[:3]) for share in (0.0, 0.5, 1.0))
-    assert zero.min() > 0.95
-    # Blue and red: apart for eyes without one of the three kinds of cones.
-    assert rgb_to_hsv(low)[0] == pytest.approx(0.6, abs=0.05)
-    assert min(rgb_to_hsv(high)[0], 1.0 - rgb_to_hsv(high)[0]) < 0.06
-
-
-@pytest.mark.parametrize("values", [(-128.0, 66.0), (-2.0, -1.0), (3.0,)])
-def test_signed_limits(values):
-    low, high = signed_limits(*values)
-    assert low == -high and high == max(abs(value) for value in values)
-
-
-@pytest.fixture
-def maps(transient_folder):
-    return xr.load_dataset(transient_folder() / "transient_maps.nc", engine="netcdf4")
-
-
-def test_spectrum_at_a_frequency(maps):
-    # The store's spectra are PFA times the frequency: straight in logarithms.
-    pfa = maps["pfa"].values
-    for frequency in (0.5, 3.3, 85.0, 500.0):
-        assert psa_at(maps, frequency).values == pytest.approx(frequency * pfa, rel=1e-5)
-    assert psa_at(maps, 85.0).sel(component="x").values == pytest.approx(0.0)
-    one = maps.isel(frequency=[3])
-    f = float(one["frequency"][0])
-    assert psa_at(one, f).values == pytest.approx(f * pfa, rel=1e-5)
-
-
-def test_triangles_cover_the_floor(maps):
-    floor = TopFloor(maps)
-
-    def area(triangles):
-        x, y = triangles.x[triangles.triangles], triangles.y[triangles.triangles]
-        twice = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0])
-        twice -= (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
-        assert (twice > 0.0).all()
-        return 0.5 * twice.sum()
-
-    assert area(floor.split()) == pytest.approx(72.0)
-    assert area(floor.elements()) == pytest.approx(72.0)
-    assert floor.wide and floor.size == pytest.approx([12.0, 6.0])
-    mesh = floor.elements()
-    where = dict(zip(floor.node_number, floor.position, strict=True))
-    assert np.column_stack([mesh.x, mesh.y]) == pytest.approx(
-        np.array([where[n][:2] for n in floor.vertex_number])
-    )
-
-
-def test_values_along_a_line(maps):
-    floor = TopFloor(maps)
-    points = np.array([[1.3, 2.2], [6.0, 5.9], [20.0, 1.0]])
-    values = 2.0 * floor.position[:, 0] - floor.position[:, 1]
-    found = floor.along(values, points)
-    assert found[:2] == pytest.approx([0.4, 6.1]) and np.isnan(found[2])
-
-
-def test_deformation_is_what_is_not_rigid(maps):
-    floor = TopFloor(maps)
-    x, y = floor.position[:, 0], floor.position[:, 1]
-    rigid = np.column_stack([0.01 - 1e-4 * y, -0.02 + 1e-4 * x, 0.3 * np.ones_like(x)])
-    assert floor.deformation(rigid) == pytest.approx(0.0, abs=1e-12)
-    stretched = rigid.copy()
-    stretched[:, 1] += 1e-3 * (y - y.mean())
-    assert floor.deformation(stretched)[:, 1] == pytest.approx(1e-3 * (y - y.mean()), abs=1e-9)
-
-
-def test_round_factors():
-    assert round_factor(1e-3, 0.36) == 200.0
-    assert round_factor(1.0, 24.9) == 20.0
-    assert round_factor(2.0, 1.0) == 0.5
-    assert round_factor(0.0, 1.0) == 1.0

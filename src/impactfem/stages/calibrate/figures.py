@@ -66,9 +66,9 @@ def wall_impact(store: xr.Dataset, published: Mapping[str, float]) -> CurveFigur
     spared = [k for k in history.floors if k not in hitting]
     note = f" No contact of {_and(spared)}." if spared else ""
     caption = (
-        f"Resultant of the contact forces on {_and(hitting)} of the 3D building "
-        f"{store.attrs['building']} in the first impact on the rigid wall (a), mean of each time "
-        f"step of {1e3 * history.time_step:g} ms, and the impulse (b) over time.{note}"
+        f"Contact force (a) and impulse (b) of {_and(hitting)} of {store.attrs['building']} in "
+        "the first impact on the rigid wall; force: mean of each time step of "
+        f"{1e3 * history.time_step:g} ms.{note}"
     )
     forces, impulses = [], []
     for floor in reversed(hitting):
@@ -107,11 +107,9 @@ def wall_stick(store: xr.Dataset) -> CurveFigure:
     )
     top, time = int(store["floor"][-1]), store["time"].values
     caption = (
-        f"Displacement (a) and velocity (b) towards the wall, on side {side}, of the "
-        f"mass centre of floor {top} of building {name}, and impulse of its contact forces (c), "
-        "over time: 3D model with unilateral contact, and stick on the penalty law "
-        f"({update} contact force) with the ε and $K_{{Ceq}}$ that the 3D model gives. The "
-        "edge stops at the wall; the mass centre goes on as far as the floor is compressed."
+        f"Displacement (a) and velocity (b) of the mass centre of floor {top} of {name} towards "
+        f"the wall, side {side}, and impulse (c): 3D model, and stick with the calibrated law "
+        f"({update} contact force)."
     )
     labels = ("displacement $u$ [cm]", "velocity $\\dot u$ [m/s]", "impulse [kN·s]")
     curves: list[list[Curve]] = [[], [], []]
@@ -143,9 +141,8 @@ def wall_energy(store: xr.Dataset) -> CurveFigure:
     energies["sum"] = (np.sum([values for values, _ in energies.values()], axis=0), "black")
     first, last = focus(store)
     caption = (
-        f"Energies of the 3D building {store.attrs['building']} in front of the wall, over all the "
-        f"time (a) and in the first impact (b); what damping and contact{also} have taken so far. "
-        "Contact takes the energy of nodes that stop at the wall; it falls with mesh and time step."
+        f"Energies of the 3D model of {store.attrs['building']} at the wall: whole history (a) and "
+        f"first impact (b). Damping, contact{also}: dissipated energy."
     )
     panels = [
         Panel(
@@ -182,7 +179,7 @@ def wall_line_load(path: Path, store: xr.Dataset) -> None:
     caption = (
         f"Line load of the wall on the edge of {_and(list(loads)[::-1])} of building "
         f"{store.attrs['building']} over the distance along the edge and the time of the first "
-        "impact, straight between the points of contact. Largest value: "
+        "impact. Largest value: "
         f"{pushing.max():.3g} MN/m."
     )
     most = max(loads, key=lambda floor: float(loads[floor].max()))
@@ -217,11 +214,9 @@ def wall_damping(path: Path, store: xr.Dataset) -> None:
         ("impact_duration", 1e3, "duration of the impact [ms]"),
     )
     caption = (
-        f"Restitution by equation 5 (a), contact stiffness by equation 6 (b) and duration of the "
-        f"first impact (c) of floor {store['floor'].values[-1]} of building "
-        f"{store.attrs['building']} over the damping ratio of the building at "
-        f"{frequency:.3g} Hz, the frequency whose half wave lasts as long as the impact with the "
-        "damping of the case."
+        "Restitution (a), contact stiffness (b) and duration (c) of the first impact of floor "
+        f"{store['floor'].values[-1]} of {store.attrs['building']} over the damping ratio at "
+        f"{frequency:.3g} Hz, half the reciprocal of the duration."
     )
     # The damping of the case has no marker of its own below that of another case.
     repeated = {0} if np.isclose(ratio[1:], ratio[0], rtol=0.01).any() else set()

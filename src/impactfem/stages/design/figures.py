@@ -91,11 +91,8 @@ def design_spectra(products: DesignProducts, spectrum: str) -> CurveFigure:
     """Draw the design spectra under the motion of the case, a panel for each floor."""
     design, (d, x) = products.case, _place(products, spectrum)
     caption = (
-        f"under the case's motion: envelope of {_points(products)} of each floor of the 3D model "
-        "as computed and for design; of all vertices of the floor, without samples between; design "
-        "spectrum of the mass centre in the pounding, if computed; "
-        f"{design.broadening_text}. Dotted: zero-period acceleration. Scales of "
-        "the floors differ."
+        f"under the case's motion: envelope of {_points(products)}, computed and for design "
+        f"({design.broadening_text}). Dotted: ZPA. Scales differ."
     )
     floors = []
     for s in range(len(design.source.stations)):
@@ -134,10 +131,8 @@ def design_ensemble(
     """Draw the design spectra of statistics over the motions, a panel for each floor."""
     design, (d, x) = products.case, _place(products, spectrum)
     caption = (
-        f"over {len(members.motions)} motions, envelope of {_points(products)} of each floor of "
-        "the 3D model: design spectra of the mean, of the 84 % fractiles and of the "
-        f"case's own motion; {design.broadening_text}. Grey: the members as computed. "
-        "Scales of the floors differ."
+        f"over {len(members.motions)} motions, envelope of {_points(products)}: mean and 84th "
+        f"percentile for design ({design.broadening_text}). Grey: members. Scales differ."
     )
     floors = []
     for s in range(len(design.source.stations)):
@@ -174,7 +169,7 @@ def _page(
 
 def _points(products: DesignProducts) -> str:
     whole = products.store["vertex_count"].any()
-    return "the probes and of the governing vertices" if whole else "the PROBES ALONE"
+    return "the probes and governing vertices" if whole else "the probes alone"
 
 
 @figure(
@@ -190,10 +185,9 @@ def design_device_force(path: Path, store: xr.Dataset) -> None:
     columns = min(DEVICES, len(names))
     rows = -(-len(names) // columns)
     caption = (
-        f"Largest force on the anchor along $e_{axis}$ in the 3D model and by response spectrum "
-        f"analysis ({store.attrs['analysis']}), against the largest impact force, "
-        f"for each of {len(impact)} motions. Lines: mean (solid) and 84 % fractile (dashed) of "
-        "either."
+        f"Largest anchor force along $e_{axis}$ by time history and by response spectrum analysis "
+        f"over the largest impact force, for {len(impact)} motions. Lines: mean (solid), 84th "
+        "percentile (dashed)."
     )
     size = (max(5.0, 3.4 * columns), 3.2 * rows)
     looks = (("force", BLUE, "o", "3D model"), ("spectrum", ORANGE, "^", "response spectra"))

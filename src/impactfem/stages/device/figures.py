@@ -61,7 +61,7 @@ CASES = ("#56B4E9", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
 DASHES = ("-", "-", "-.", "-", "--", "--")
 """Of the damping cases: colours that are equally dark in print have different ones."""
 HATCHES = ("", "", "////", "", "xxxx", "", "\\\\\\\\")
-NOT_DONE = " No bar: the spectrum ends before the range that the method needs."
+NOT_DONE = " No bar: spectrum too short."
 RIGID_COLOURS = {"none": "0.75", GUPTA: "0.45", LINDLEY_YOW: "#7a4fa3"}
 """Of the bars of the demands."""
 MARKERS = "os^Dvp*X"
@@ -176,9 +176,9 @@ def anchor_spectra(store: xr.Dataset, device: str, published: Mapping[str, float
     ratio = 100.0 * float(modes_of(store, device)["mode_damping"][0])
     last = float(store["frequency"][-1])
     caption = (
-        f"Pseudo-acceleration response spectra at the anchor of {device} along "
-        f"$e_{direction(store)}$ at {ratio:.3g} % damping, without the device, by the damping of "
-        "the buildings: without impact (a) and with impacts (b). Dotted: modes of the device."
+        f"Response spectra at the anchor of {device} along $e_{direction(store)}$ "
+        f"({ratio:.3g} % damping): without impact (a) and with impacts (b). Dotted: modes of the "
+        "device."
         f"{hatching_note(store, last)}"
     )
     panels = []
@@ -273,10 +273,8 @@ def device_demand(path: Path, store: xr.Dataset, device: str) -> None:
     axis, cases = direction(store), names_of(store, "case")
     caption = (
         f"Largest force of {device} on the floor along $e_{axis}$ by the damping of "
-        "the buildings, in the 3D model in detail and by response spectrum analysis (RSA, "
-        f"{headline(store)}): without impact (a) and with impacts (b); difference from the "
-        "detailed force, over it, without impact (c) and with impacts (d), positive where RSA is "
-        "too low."
+        "the buildings: without impact (a), with impacts (b). Difference of response spectrum "
+        "analysis, positive if unconservative (c, d)."
     )
     several = [load for load in loads_of(store) if load.device == device]
     if not all(load.was_done(analysis) for _, analysis, _ in kinds for load in several):
@@ -331,9 +329,8 @@ def device_inputs(path: Path, store: xr.Dataset, device: str) -> None:
     """Draw the force by response spectrum analysis over the detailed one, by input."""
     choices, axis = input_variants(store, device), direction(store)
     caption = (
-        f"Largest force of {device} on the floor along $e_{axis}$ by response spectrum analysis "
-        f"({headline(store)}) over that of the 3D model in detail, by the input of the analysis "
-        "and by the damping of the buildings: without impact (a) and with impacts (b)."
+        f"Largest force of {device} on the floor along $e_{axis}$: response spectrum analysis / "
+        "time history, by input of the analysis: without impact (a) and with impacts (b)."
     )
     with sheet(path, (1, 2), (9.0, 1.5 + 0.34 * len(choices)), caption) as (drawn, axes):
         for panel, impact in zip(axes, LOADS, strict=True):

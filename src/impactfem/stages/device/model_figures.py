@@ -112,9 +112,8 @@ def modes_figure(path: Path, store: xr.Dataset, device: str) -> None:
     mass = modes["effective_mass"].sel(component=axis)
     whole = float(mass.sum())
     caption = (
-        f"Modes of {device} that move along $e_{axis}$ and rotate about "
-        f"$e_{drawn.about}$, relative to the anchor and not to scale, with their effective masses "
-        f"along $e_{axis}$ and the parts of their sum, {whole:.5g} kg. Dashed: at rest."
+        f"Modes of {device} along $e_{axis}$ and about $e_{drawn.about}$ relative to the anchor, "
+        f"with their effective masses and the parts of their sum, {whole:.5g} kg. Dashed: at rest."
     )
     modes = modes.isel(mode=slice(SHOWN))
     count, outline, top = modes.sizes["mode"], drawn.outline, drawn.top
@@ -167,7 +166,7 @@ def elements_figure(path: Path, store: xr.Dataset, device: str) -> None:
         f"Elements of {device}, in elevation in the plane "
         f"$(e_{drawn.axis}, e_z)$: a body on a {drawn.carrier} on springs, "
         f"anchored by rigid links to {nodes} node{'s' * (nodes > 1)} of floor {floor}. "
-        "Springs and links have no height: what is below 0 is not to scale."
+        "Parts below 0 are not to scale."
     )
     outline, top = drawn.outline, drawn.top
     half, low = float(np.abs(outline[:, 0]).max()), min(0.0, float(outline[:, 1].min()))

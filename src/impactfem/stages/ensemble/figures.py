@@ -91,8 +91,8 @@ def ensemble_spectra(store: xr.Dataset) -> CurveFigure:
     caption = (
         f"Floor response spectra ({100 * damping:g} % damping) of building "
         f"{studied} along $e_{direction}$ over {store.sizes['motion']} "
-        "motions, with pounding and without contact: median, 16 % to 84 % (shaded) and 5 % to 95 % "
-        "(dotted), linear between the sorted values, the smallest one 0 %."
+        "motions, with pounding and without contact: median, 16th to 84th percentile (shaded) and "
+        "5th to 95th percentile (dotted)."
     )
     panels = [
         Panel(

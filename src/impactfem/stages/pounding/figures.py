@@ -325,9 +325,9 @@ def edge_forces(path: Path, loads: LineLoads) -> None:
     pushing = np.concatenate([load[load > 0.0] for load in every])
     most = float(pushing.max())
     caption = (
-        "Line load between the edges that touch in 3D, over the distance along them and the time "
-        f"from the first contact of the main impact at {loads.start:.4g} s, straight between the "
-        f"points of contact. Largest value: {most:.3g} MN/m, between {largest[0]}."
+        "Line load between the edges in contact over the distance along the edges and the time "
+        f"from the first contact of the main impact at {loads.start:.4g} s. Largest value: "
+        f"{most:.3g} MN/m, between {largest[0]}."
     )
     seen = (
         f"Line load by colour over time and edge, of {len(largest)} lines; at most {most:.3g} MN/m."

@@ -145,9 +145,9 @@ def stick_figure(path: Path, sticks: xr.Dataset) -> None:
     )
     axis = {"x": "y", "y": "x"}[direction]
     caption = (
-        f"Stick model of building {building.name} (a), with the rigid zones of the "
-        "floors, their mass centres and the Timoshenko storeys between them, and its first mode "
-        f"of bending along $e_{direction}$, about $e_{axis}$, on a clamped base (b)."
+        f"Stick model of {building.name} with rigid zones, mass centres and Timoshenko storeys "
+        f"(a), and its first bending mode along $e_{direction}$, about $e_{axis}$, on a clamped "
+        "base (b)."
     )
     seen = (
         f"A vertical line with {len(building.floors)} floors between heights of "
@@ -213,10 +213,7 @@ def contact_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
             "no stiffness and no dashpot between them."
         )
     elif np.any(sticks["pair_stiffness_unit"].values != "N/m"):
-        caption += (
-            f" The laws are {' and '.join(laws)}: where not linear, K and C are factors of forces "
-            "that go with powers of the penetration."
-        )
+        caption += f" Laws: {' and '.join(laws)}."
     seen = (
         f"Buildings {', '.join(names)}, with {forces.sizes['pair']} pairs between them, each "
         f"{'' if rigid else 'a spring above a dashpot and '}a gap."

@@ -34,15 +34,12 @@ from impactfem.stages.stores import time_step
 from impactfem.stages.transient.physics import force_spectra, power_spectrum
 from impactfem.stages.transient.selection import (
     at_floor,
-    beside_note,
     floors_of,
-    forces_note,
     known,
     main_impact,
     main_side,
     of_kind,
     of_pounding,
-    plates_note,
     pounded,
     shown_line,
     struck,
@@ -98,11 +95,9 @@ def centre_spectrum(
     centre = at_floor(response, "centre", top)
     other, model = of_pounding(sticks, "psa", response), pounded(sticks, response)
     caption = (
-        "Floor response spectrum (pseudo-acceleration, "
-        f"{100 * response['damping'].item():g} % damping) along "
-        f"$e_{response['component'].item()}$ at the mass centre of floor {top}, 3D model and "
-        f"{model} (a), and at those of all floors and user-defined points, 3D model (b)."
-        f"{_note(centre.expand_dims('probe'))}{plates_note(response)}"
+        f"{_spectra_words(response)} at the mass centre of floor {top}, 3D model and {model} (a), "
+        "and at the mass centres of all floors and user-defined points, 3D model (b)."
+        f"{_note(centre.expand_dims('probe'))}"
     )
     curves = [] if other is None else _with_peak(_spectrum(other, model, (RED, "--")))
     curves += _with_peak(_spectrum(centre["psa"], "3D", (BLUE, "-"), centre["psa_band"]))
@@ -139,7 +134,7 @@ def across_spectra(response: xr.Dataset, published: Mapping[str, float] = NONE) 
     line, top = shown_line(response), wave_floor(response)
     caption = (
         f"{_spectra_words(response)} of floor {top} at distances d from its impact edge: "
-        f"displacement (a) and pseudo-acceleration (b).{_note(line)}{plates_note(response)}"
+        f"displacement (a) and pseudo-acceleration (b).{_note(line)}"
     )
     labels = [f"d = {distance:.1f} m" for distance in line["distance"].values]
     looks = ordered_looks(len(labels))
@@ -226,7 +221,7 @@ def across(response: xr.Dataset) -> CurveFigure:
     caption = (
         f"Acceleration along $e_{d}$ of floor {wave_floor(response)} at distances d "
         "from its impact edge, on the line across it, over time (a)"
-        f"{', and the main impact (b)' if main else ''}.{forces_note(response)}"
+        f"{', and the main impact (b)' if main else ''}."
     )
     panels = []
     for times in (slice(None), *([main] if main else [])):
@@ -301,11 +296,7 @@ def edge_impacts(response: xr.Dataset) -> CurveFigure:
     caption = (
         f"Impact forces on the sides of building {response.attrs['building']} over time "
         f"(a), and the main impact, of {force['edge'].values[order[0]]}, at the times of the 3D "
-        f"model (b). Positive in compression; samples every {1e3 * time_step(response):g} ms, the "
-        "straight lines between which are nearest in the mean square to the force of the pounding "
-        "and keep its impulses: "
-        "outside an impact the samples alternate about zero, and away from it fall to 27 % from "
-        "one to the next." + beside_note(response)
+        "model (b). Positive in compression."
     )
     label = "impact force [MN]"
     panels = [Panel("time [s]", label, curves, legend="") for curves in (whole, main)]
@@ -367,9 +358,7 @@ def transfer_functions(response: xr.Dataset, published: Mapping[str, float]) -> 
     names = "; ".join(f"{what} ({chr(97 + k)})" for k, (_, _, what, *_) in enumerate(wanted))
     caption = (
         f"Transfer functions, acceleration along $e_{response['component'].item()}$ "
-        "over impact force, at the middle of the impact edges and along the line across the floor: "
-        f"{names}. Shaded: rigorous bound on the error of the reduced model, where it is below the "
-        f"value.{plates_note(response)}"
+        f"over impact force: {names}. Shaded: error bound of the reduced model."
     )
     f = response["transfer_frequency"].values
     panels = []

@@ -29,11 +29,9 @@ from impactfem.stages.transient.physics import HALF, line_arrivals
 from impactfem.stages.transient.selection import (
     at_floor,
     floors_of,
-    forces_note,
     line_ends,
     main_impact,
     of_kind,
-    plates_note,
     wave_floor,
 )
 from impactfem.system.arrays import Array
@@ -84,10 +82,8 @@ def snapshots_figure(path: Path, response: xr.Dataset, maps: xr.Dataset) -> None
     label = f"acceleration $\\ddot u_{d}$ [m/s²]"
     caption = (
         f"Acceleration along $e_{d}$ of floor {wave_floor(response)} at "
-        f"{_letters(times)}, and along the line across it over the distance d from the impact edge "
-        f"({chr(97 + len(times))}). Lines every {apart:g} m/s², the thick one 0, dashed below; "
-        f"deformation in plan amplified by {factor:g}, without the motion of the floor as a rigid "
-        f"body; the impact edge is marked.{plates_note(response)}{forces_note(response)}"
+        f"{_letters(times)}, and along the line across it ({chr(97 + len(times))}). Lines every "
+        f"{apart:g} m/s², thick: 0. Deformation in plan amplified by {factor:g}."
     )
 
     def plan(panel: Axes, k: int) -> Any:
@@ -213,12 +209,9 @@ def wave_map(path: Path, response: xr.Dataset) -> None:
     time = 1e3 * (line["time"].values - start)
     values = line["acceleration"].transpose("probe", "time").values
     caption = (
-        f"Acceleration along $e_{d}$ of floor {wave_floor(response)} over the "
-        f"distance d from the impact edge and the time since the first sample of the main impact's "
-        f"force, at {start:.4g} s. White: zero, with the thin line. Dots: peak of the wave; "
-        f"circles: {100 * HALF:g} % of it. Lines: speed of the slab with beams and added mass "
-        "(solid), shear waves of the material by equation 8 (dashed), the bare plate (dotted)."
-        f"{plates_note(response)}{forces_note(response)}"
+        f"Acceleration along $e_{d}$ of floor {wave_floor(response)} over distance d and time "
+        f"since the main impact at {start:.4g} s. Dots: peak of the wave; circles: "
+        f"{100 * HALF:g} % of the peak. Lines: wave speeds of the legend."
     )
     low, high = signed_limits(float(values.min()), float(values.max()))
     halo = [withStroke(linewidth=3.0, foreground="white")]
@@ -303,7 +296,7 @@ def floor_map(
         what = f"Pseudo-acceleration at {frequency:g} Hz ({damping})"
         label = f"PSa at {frequency:g} Hz [m/s²]"
         missing = 100.0 * float(sampling_loss(points))
-        loss = f" {points:.3g} samples in a cycle: up to {missing:.2g} % of a peak may be missing."
+        loss = f" Sampling error of a peak: up to {missing:.2g} %."
     floor, values = TopFloor(maps), field.sel(component=d)
     mass_centre = at_floor(response, "centre", top)
     centre = float(values.sel(node_number=mass_centre["probe_node"].item()))
@@ -318,8 +311,8 @@ def floor_map(
         dotted = {"color": RED, "ms": 6, "clip_on": False, "zorder": 5}
         marks.append((at_floor(response, "edge", top), "o", dotted))
     caption = (
-        f"{what} along $e_{d}$ of floor {top} (a), and over that of its mass centre (b). Cross: "
-        f"mass centre, whose value the white line has{dot}.{loss}{plates_note(response)}"
+        f"{what} along $e_{d}$ of floor {top} (a), relative to the mass centre (b). Cross: "
+        f"mass centre; white line: its value{dot}.{loss}"
     )
     long, short = max(floor.size), min(floor.size)
     panels, size = (1, 2), (2.0 * (4.5 * short / long + 1.5), 4.6)

@@ -148,59 +148,6 @@ def transfer(response: xr.Dataset, floor: int) -> tuple[xr.DataArray, xr.DataArr
     return size, load["transfer_bound"]
 
 
-def beside_note(store: xr.Dataset) -> str:
-    """Return the spread of eccentric forces along their sides, as the end of a caption, or ""."""
-    moment = abs(store["edge_moment"]).max("time")
-    if not (moment > 0.0).any():
-        return ""
-    turned = moment.isel(edge=int(moment.argmax("edge")))
-    how = {
-        "uniform": "a uniform line load with a linear part, which pulls at the far end where the "
-        "resultant is more than a sixth of the length from the middle",
-        "patch": f"a line load on {store.attrs['patch_width']:g} m about each pair",
-        "calibrated": "the distribution of the impact on the wall with a linear part",
-        "points": "the forces of the points along the edge, as they were computed",
-    }[store.attrs["spread"]]
-    return (
-        f" Each force acts where its pair is, by {how}; the largest moment F e, e along a side "
-        f"from its middle, is {1e-6 * turned.item():.3g} MN m, on "
-        f"{turned['edge'].item()}."
-    )
-
-
-def forces_note(store: xr.Dataset) -> str:
-    """Return the cause of motion before the impact, as the end of a caption; "" without impact."""
-    if main_impact(store) is None:
-        return ""
-    return (
-        " Before the main impact the samples of its force alternate about zero, and move the floor."
-    )
-
-
-def plates_note(response: xr.Dataset) -> str:
-    """Return the places of base plates on the floor with the line, as the end of a caption, or "".
-
-    The nodes of each are one rigid body: fields over the floor are flat there.
-    """
-    if "base_plate" not in response.dims:
-        return ""
-    plates = response.isel(base_plate=(response["base_plate_floor"] == wave_floor(response)).values)
-    line, words = of_kind(response, "line")["probe_position"], []
-    for place in plates["base_plate"]:
-        plate = plates.sel(base_plate=place)
-        point = plate["base_plate_position"]
-        x, y = (float(point.sel(xyz=axis)) for axis in "xy")
-        where = f"x = {x:.3g} m, y = {y:.3g} m"
-        if line.sizes["probe"] > 1:
-            along = (line[-1] - line[0]) / np.linalg.norm(line[-1] - line[0])
-            where += f" (d = {float((point - line[0]) @ along):.3g} m)"
-        radius = float(plate["base_plate_radius"])
-        words.append(f"that of {place.item()} at {where}, nodes within {radius:.2g} m")
-    if not words:
-        return ""
-    return f" Rigid base plates on the floor, where it is flat: {'; '.join(words)}."
-
-
 def pounded(sticks: xr.Dataset, response: xr.Dataset) -> str:
     """Name the model that pounds: "sticks", or the 3D model with its time step."""
     if sticks["building_model"].sel(building=response.attrs["building"]).item() == "stick":
