@@ -305,6 +305,8 @@ def _maps(asked, slab):
         "frequency": frequency,
         "pfa": pfa,
         "psa": psa.astype(np.float32),
+        "pfa_free": 0.25 * pfa,
+        "psa_free": (0.25 * psa).astype(np.float32),
         "wave_node_number": top,
         "wave_node_position": position[top],
         "wave_triangle_node": slab.cells,

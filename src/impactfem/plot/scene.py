@@ -62,6 +62,11 @@ def shell_nodes(store: xr.Dataset, family: str | None = None) -> Index:
     return _nodes(store, family, "shell_part_name", "triangle")
 
 
+def beam_nodes(store: xr.Dataset, family: str | None = None) -> Index:
+    """Ends of the beams of a family of parts, or of all, shape (n, 2)."""
+    return _nodes(store, family, "beam_part_name", "line")[:, :2]
+
+
 def shell_grid(store: xr.Dataset, family: str | None = None) -> Any:
     """The same shells as quadratic triangles with all nodes of the mesh."""
     return _grid(store, "QUADRATIC_TRIANGLE", shell_nodes(store, family))
@@ -69,7 +74,7 @@ def shell_grid(store: xr.Dataset, family: str | None = None) -> Any:
 
 def beam_grid(store: xr.Dataset, family: str | None = None) -> Any:
     """Beams of a family of parts, or all, as straight lines with all nodes of the mesh."""
-    return _grid(store, "LINE", _nodes(store, family, "beam_part_name", "line")[:, :2])
+    return _grid(store, "LINE", beam_nodes(store, family))
 
 
 def _nodes(store: xr.Dataset, family: str | None, names: str, cell: str) -> Index:

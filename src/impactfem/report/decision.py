@@ -1,5 +1,6 @@
 """The decision report: the chapters of part 1 of the page, with their tables and figures."""
 
+import html
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,8 +15,8 @@ from impactfem.report.floors import pounding_spectra, structure_spectra
 from impactfem.report.governing import Spectrum, bands_table, spectra_table
 from impactfem.report.impacts import impacts_table, laws_table
 from impactfem.report.motion import motion_table
-from impactfem.report.picture import Picture, picture
-from impactfem.report.run_files import RunFiles
+from impactfem.report.picture import Picture, picture, read
+from impactfem.report.run_files import SCENE, RunFiles
 from impactfem.report.sections import Rows, anchor, file_table
 from impactfem.report.verdicts import verdicts_table
 from impactfem.stages.manifest import Label
@@ -56,10 +57,11 @@ class Chapter:
     tables: list[Facts] = field(default_factory=list)
     files: list[Rows] = field(default_factory=list)  #: tables of files
     pictures: list[Picture] = field(default_factory=list)
+    scene: str = ""  #: the page with the buildings in 3D, as the text of an attribute
 
     @property
     def paths(self) -> list[Path]:
-        """Files that the chapter shows."""
+        """Figures and tables of files that the chapter shows."""
         return [*(one.path for one in self.pictures), *(one.path for one in self.files)]
 
 
@@ -112,6 +114,8 @@ def chapters(
         for name in FIGURES[chapter.anchor]:
             chosen = [(one, path) for one, path in drawn if one.name == name]
             chapter.pictures += _pictures(run, chosen[:MOST_DEVICES], numbers)
+        if chapter.anchor == "elevation" and (path := run.folder / "figures" / SCENE).is_file():
+            chapter.scene = html.escape(read(path).decode(), quote=True)
         if chapter.anchor == UNCERTAINTY:
             chosen = [(one, path) for one, path in drawn if one.section.lower() == UNCERTAINTY]
             chapter.pictures += _pictures(run, chosen, numbers)

@@ -79,9 +79,7 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
     written += [name for one in appendix for name in one.files]
     seconds = run.provenance["seconds"]
     script = (TEMPLATES / "report.js").read_text("utf-8")
-    scenes = [
-        html.unescape(text) for one in appendix for group in one.groups for text in group.scenes
-    ]
+    scenes = [html.unescape(one.scene) for one in decision]
     return environment.from_string((TEMPLATES / "report.html").read_text("utf-8")).render(
         title=run.case["title"],
         css=Markup((TEMPLATES / "report.css").read_text("utf-8")),

@@ -158,17 +158,8 @@ class RunFiles:
         return open_store(self.folder / name)
 
     def files_of(self, stage: str, part: str) -> list[Path]:
-        """Files that a stage wrote into `figures` or `tables`, by their names.
-
-        The scene of a building stands with its response, of which it has the colours; without one
-        with its mesh.
-        """
+        """Files that a stage wrote into `figures` or `tables`, by their names."""
         names = sorted(n for n in self._manifest(stage).every if Path(n).parent.name == part)
-        building, own = Label.of(stage)
-        start = f"{building}/" if building else ""
-        coloured = f"{start}transient" in self.stages
-        if part == "figures" and own == ("transient" if coloured else "building"):
-            names = [*filter(self.has, [f"{start}{part}/{SCENE}"]), *names]
         return [self.folder / name for name in names]
 
     def _manifest(self, stage: str) -> Manifest:

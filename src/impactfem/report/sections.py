@@ -1,7 +1,6 @@
 """The appendix of the page: a section for each stage, with its figures and tables by topic."""
 
 import csv
-import html
 import re
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -9,13 +8,13 @@ from importlib.resources import files
 from pathlib import Path
 
 from impactfem.plot.figure import BETWEEN, declared
-from impactfem.report import comparison, scene_page
+from impactfem.report import comparison
 from impactfem.report.buildings import in_3d
 from impactfem.report.devices import device_forces
 from impactfem.report.facts import Facts
 from impactfem.report.floors import carried, pounding_spectra, structure_spectra
 from impactfem.report.picture import Picture, picture, read
-from impactfem.report.run_files import COMPARISON, SCENE, RunFiles
+from impactfem.report.run_files import COMPARISON, RunFiles
 from impactfem.stages.manifest import Label
 from impactfem.stages.stage import Stage
 from impactfem.stages.stores import names_of
@@ -67,7 +66,6 @@ class Group:
     subject: str = ""  #: name of the building or the device; "" for a topic
     facts: list[Facts] = field(default_factory=list)
     pictures: list[Picture] = field(default_factory=list)
-    scenes: list[str] = field(default_factory=list)  #: pages, as the text of an attribute
 
 
 @dataclass(frozen=True)
@@ -125,7 +123,6 @@ def _section(
     drawn, tables = run.files_of(name, "figures"), run.files_of(name, "tables")
     groups = _groups(run.of(building) if building else run, own, place)
     named = {group.subject: group for group in groups if group.subject}
-    figures = (*figures, *declared(scene_page))
     titles = list(dict.fromkeys(one.section for one in figures))
     topics = {title: Group(title, f"{place}_{k}") for k, title in enumerate(titles, 1)}
     every = [*groups, *topics.values()]
@@ -139,17 +136,13 @@ def _section(
                 chosen[into.anchor].append((heading, path))
     for group in every:
         for heading, path in chosen[group.anchor]:
-            if path.name == SCENE:
-                # A page as the text of an attribute, for a frame within this one.
-                group.scenes.append(html.escape(read(path).decode(), quote=True))
-            else:
-                group.pictures.append(picture(path, heading, anchor(run, path), next(numbers)))
+            group.pictures.append(picture(path, heading, anchor(run, path), next(numbers)))
     return Section(
         name,
         place,
         run.named(title, name),
         about,
-        [group for group in every if group.facts or group.pictures or group.scenes],
+        [group for group in every if group.facts or group.pictures],
         [file_table(run, path) for path in tables],
         [str(path.relative_to(run.folder)) for path in (*drawn, *tables)],
     )

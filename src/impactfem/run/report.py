@@ -45,8 +45,7 @@ def write_page(folder: Path, *, bar: bool = True) -> Path:
             run = RunFiles(folder)
             remove_page(folder, run.further)
             spectra_figure(run, governing(run))
-            for one in (folder, *(folder / name for name in run.further)):
-                write_scene(one)
+            write_scene(run)
         with steps.step("page"):
             page = write_report(folder, STAGES)
     seconds, size = sum(steps.times.values()), page.stat().st_size / 1e6

@@ -29,7 +29,6 @@ PACKAGES = {
     "openpyxl": "openpyxl",
     "gmsh": "gmsh",
     "pyvista": "pyvista",
-    "trame-vtk": "trame_vtk",
     "imageio": "imageio",
     "jinja2": "jinja2",
     "pillow": "PIL",
