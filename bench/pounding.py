@@ -13,7 +13,8 @@ from bench.suite import Figure, timed
 from impactfem.case import load_case
 from impactfem.coupling.from_case import ground_of, system_of
 from impactfem.motion.from_case import ground_motions
-from impactfem.reduction.pounding_3d import Models3D, Pounding3D
+from impactfem.reduction.models_3d import Models3D
+from impactfem.reduction.pounding_3d import Pounding3D
 from impactfem.reduction.reduced_building import CompleteModel
 from impactfem.run.loop import run
 from impactfem.stages.reduce.stage import models_of_run

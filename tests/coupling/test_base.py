@@ -9,8 +9,9 @@ import scipy.linalg
 from impactfem.coupling.base import coupled_modes, first_along
 from impactfem.coupling.laws import KelvinVoigt
 from impactfem.coupling.links import Assembly, Link
+from impactfem.coupling.modal_motion import ModalMotion
 from impactfem.coupling.pounding import System, simulate
-from impactfem.coupling.unilateral import ModalMotion, unilateral_response
+from impactfem.coupling.unilateral import unilateral_response
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.dynamics.soil import HalfSpace, raft_mass, soil_of
 

@@ -10,8 +10,9 @@ from impactfem.coupling.body import Port, modal_coordinates, reduced_body
 from impactfem.coupling.implicit import Start, respond
 from impactfem.coupling.laws import KelvinVoigt
 from impactfem.coupling.links import Assembly, Inverse, Link, Mount, Spring
+from impactfem.coupling.modal_motion import ModalMotion
 from impactfem.coupling.pounding import System, simulate
-from impactfem.coupling.unilateral import ModalMotion, unilateral_response
+from impactfem.coupling.unilateral import unilateral_response
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import ImpactfemError, SolutionError
 

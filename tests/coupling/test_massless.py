@@ -6,7 +6,8 @@ import pytest
 from impactfem.coupling.body import reduced_body
 from impactfem.coupling.links import Assembly, Link
 from impactfem.coupling.massless import RESOLVED, MasslessPoints, massless_response
-from impactfem.coupling.unilateral import ModalMotion, unilateral_response
+from impactfem.coupling.modal_motion import ModalMotion
+from impactfem.coupling.unilateral import unilateral_response
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import SolutionError
 from impactfem.verify.massless import EXACT, FIRST, massless_strips, strips

@@ -3,8 +3,9 @@ import pytest
 import scipy.linalg
 from scipy.optimize import nnls
 
-from impactfem.coupling import unilateral
-from impactfem.coupling.unilateral import ModalMotion, body_before_walls, unilateral_response
+from impactfem.coupling import contact_loop
+from impactfem.coupling.modal_motion import ModalMotion, body_before_walls
+from impactfem.coupling.unilateral import unilateral_response
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.system.errors import SolutionError
 
@@ -178,7 +179,7 @@ def test_steps_that_are_looked_at_together(rack, monkeypatch, together):
     kept = []
     keep = ModalMotion.keep
     monkeypatch.setattr(ModalMotion, "keep", lambda s, n: (kept.append(n), keep(s, n)))
-    monkeypatch.setattr(unilateral, "COAST", together)
+    monkeypatch.setattr(contact_loop, "COAST", together)
     found = response(rack, 1200, **options)
     assert sum(kept) > 300 and max(kept) <= together
     assert np.count_nonzero(expected.impulse) > 20

@@ -10,12 +10,13 @@ from scipy.integrate import trapezoid
 import impactfem.building.read_mesh as read_mesh_module
 from impactfem.building.facade import facades
 from impactfem.building.from_case import read_parts
-from impactfem.building.mesh import outward_normal
+from impactfem.building.mesh import outward_normal, rigid_body
 from impactfem.building.model import assemble_building
 from impactfem.building.read_mesh import read_mesh
 from impactfem.case import load_case
 from impactfem.case.analysis import Pounding
 from impactfem.case.contacts import KelvinVoigtLaw
+from impactfem.case.soil import HalfSpaceSoil, Raft
 from impactfem.coupling.force_history import ForceHistory, read_forces, write_forces
 from impactfem.coupling.from_case import system_of
 from impactfem.coupling.ground import Ground
@@ -24,14 +25,16 @@ from impactfem.coupling.implicit import Start, respond
 from impactfem.coupling.laws import Hertz, KelvinVoigt
 from impactfem.coupling.links import Assembly
 from impactfem.coupling.massless import MasslessPoints, massless_response
+from impactfem.coupling.modal_motion import ModalMotion, body_before_walls
 from impactfem.coupling.pounding import End, Load, simulate
-from impactfem.coupling.unilateral import ModalMotion, body_before_walls, unilateral_response
+from impactfem.coupling.unilateral import unilateral_response
 from impactfem.dynamics.columns import combined
 from impactfem.dynamics.factorisation import Factorisation
-from impactfem.reduction.contact_line import ContactLine, LineEnd, contact_lines
+from impactfem.reduction.contact_line import LineEnd, contact_lines
 from impactfem.reduction.edge_force import EdgeForce, even, inward
 from impactfem.reduction.forces import checked_forces
-from impactfem.reduction.pounding_3d import Models3D, Pounding3D
+from impactfem.reduction.models_3d import Models3D
+from impactfem.reduction.pounding_3d import Pounding3D
 from impactfem.reduction.reduced_building import FURTHER_SHIFTS, SMOOTH_RESPONSES, reduce_building
 from impactfem.run import loop
 from impactfem.stages.building.compute import mesh_of_run
@@ -79,6 +82,16 @@ def with_scheme(case, scheme):
     return case.model_copy(update={"pounding": changed})
 
 
+def on_soil(case, speed=200.0):
+    """The case with both buildings on rafts on a half-space."""
+    raft = Raft(length=6.0, width=4.0, thickness=0.5, mass=3e4)
+    soil = HalfSpaceSoil(
+        raft=raft, type="half-space", shear_velocity=speed, density=2000.0, poisson_ratio=0.3
+    )
+    buildings = [one.model_copy(update={"soil": soil}) for one in case.buildings]
+    return case.model_copy(update={"buildings": tuple(buildings)})
+
+
 AT_WALL = Pounding.model_construct(models={"A": "structure"}, time_step=STEP)
 SMOOTH = {"stiffness": 5e8, "restitution": 0.5, "damping_ratio": None, "tension": False}
 
@@ -86,15 +99,8 @@ SMOOTH = {"stiffness": 5e8, "restitution": 0.5, "damping_ratio": None, "tension"
 def test_one_with_its_mirror_image_is_one_before_a_wall(pair):
     """Every force, unilateral and by two laws; with another gap or another law it is not."""
     case, system, given, _ = pair
-    mine = given.models["A"]
-    mirror = []
-    for line in given.lines:
-        columns = {f.name: k for k, f in enumerate(line.a.forces)}
-        assert len(columns) == len(line.b.forces)
-        mirror += zip((f.name for f in line.b.forces), (f.name for f in line.a.forces), strict=True)
+    mine, other = given.models["A"], mirrored(given)
     names = [str(name) for name in mine.names]
-    edges = mine.edges[:, [names.index(of_a) for _, of_a in mirror]]
-    other = replace(mine, names=np.array([of_b for of_b, _ in mirror]), edges=edges)
     both = Pounding3D(case, system, Models3D(given.lines, {"A": mine, "B": other}))
     one = both.assembly
     contact = -mine.edges[:, [names.index(f.name) for line in given.lines for f in line.a.forces]]
@@ -162,6 +168,98 @@ def test_one_with_its_mirror_image_is_one_before_a_wall(pair):
         F, expected = between(make(1.0)), at_wall(make(factor))
         assert np.abs(F - expected).max() < 1e-8 * np.abs(expected).max()
         assert np.abs(F - at_wall(make(1.0))).max() > 0.01 * np.abs(expected).max()
+
+
+def mirrored(given):
+    """The model of A, and as B its mirror image."""
+    mine, mirror = given.models["A"], []
+    for line in given.lines:
+        columns = {f.name: k for k, f in enumerate(line.a.forces)}
+        assert len(columns) == len(line.b.forces)
+        mirror += zip((f.name for f in line.b.forces), (f.name for f in line.a.forces), strict=True)
+    names = [str(name) for name in mine.names]
+    at = [names.index(of_a) for _, of_a in mirror]
+    of_b = np.array([of_b for of_b, _ in mirror])
+    return replace(mine, names=of_b, edges=mine.edges[:, at], wrench=mine.wrench[at])
+
+
+@pytest.mark.parametrize("scheme", ["massless", "moreau"])
+def test_on_soil_one_with_its_mirror_image_is_one_before_a_wall(pair, scheme):
+    """Both rafts move; with another gap, or before the wall without soil, it is another run."""
+    case, _, given, _ = pair
+    case = with_scheme(on_soil(case), scheme)
+    mine, steps = given.models["A"], 1000
+    models = {"A": mine, "B": mirrored(given)}
+    both = Pounding3D(case, system_of(case, None), Models3D(given.lines, models))
+    contact = both.assembly.gamma[:, : len(mine.eigenvalue)].T
+    z0 = contact.sum(axis=1) / mine.eigenvalue
+    z0 *= 0.01 / (contact.T @ z0).max()
+    base = np.zeros(6)
+
+    def force(pounding, start, factor=1.0):
+        if scheme == "moreau":
+            motion = ModalMotion(pounding.assembly, STEP)
+            gaps = factor * pounding.assembly.gaps
+            return unilateral_response(motion, gaps, steps, displacement=start).force
+        links = [replace(one, gap=factor * one.gap) for one in pounding.assembly.links]
+        shifts = dict.fromkeys(pounding._given.models, pounding.massless_points.corner**2)
+        wall = Assembly(list(pounding.assembly.bodies.values()), links)
+        points = MasslessPoints.of(wall, shifts)
+        options = {"compliance": pounding.compliance, "displacement": start}
+        motion = ModalMotion(points.assembly, STEP)
+        return massless_response(points, motion, steps, **options).force
+
+    found = force(both, np.concatenate([z0, base, z0, base]))
+    assert np.count_nonzero(found) > 20
+    walls = tuple(one.model_copy(update={"b": None, "wall": "pit"}) for one in case.contacts)
+    alone = case.model_copy(update={"contacts": walls, "pounding": with_scheme_at_wall(scheme)})
+    lines = tuple(replace(line, b=None) for line in given.lines)
+    for soil, factor in ((True, 0.5), (True, 1.0), (False, 0.5)):
+        one = alone if soil else alone.model_copy(update={"buildings": pair[0].buildings})
+        pit = Pounding3D(one, system_of(one, None), Models3D(lines, {"A": mine}))
+        start = np.zeros(len(pit.assembly))
+        start[: len(z0)] = z0
+        apart = np.abs(force(pit, start, factor) - found).max() / found.max()
+        assert apart < 1e-8 if soil and factor == 0.5 else apart > 0.01
+
+
+def with_scheme_at_wall(scheme):
+    """The section [pounding] of A before a wall."""
+    return AT_WALL.model_copy(update={"unilateral_scheme": scheme})
+
+
+@pytest.mark.parametrize("law", ["massless", "moreau", "smooth"])
+def test_on_soil_energies_balance_under_waves_that_pass(pair, shaken, law):
+    """With what both rafts radiate, in each step."""
+    case, _, given, _ = pair
+    case = on_soil(with_law(case, SMOOTH) if law == "smooth" else with_scheme(case, law))
+    response = Pounding3D(case, system_of(case, None), given).respond(later(shaken), STEP)
+    energy = response.energy
+    assert response.force.max() > 1e5 and response.residual < 1e-10
+    assert energy.residual < 1e-10
+    assert energy.radiated[-1] > 1e-3 * energy.scale
+    assert np.diff(energy.radiated).min() >= 0.0
+    # Without mass at the points, buildings move a little otherwise than with all of their mass.
+    radiated = sum(base.radiated for base in response.bases.values())
+    most = 1e-3 if law == "massless" else 1e-8
+    assert radiated == pytest.approx(energy.radiated, abs=most * energy.radiated[-1])
+
+
+@pytest.mark.parametrize("law", ["massless", "moreau", "smooth"])
+def test_very_stiff_soil_is_a_clamped_base(pair, shaken, law):
+    """To 1e-6 of forces and motions at 1e7 m/s; at 1e4 m/s it is not."""
+    case, _, given, _ = pair
+    case = with_law(case, SMOOTH) if law == "smooth" else with_scheme(case, law)
+
+    def run(one):
+        return Pounding3D(one, system_of(one, None), given).respond(shaken, STEP)
+
+    clamped, stiff, soft = run(case), run(on_soil(case, 1e7)), run(on_soil(case, 1e4))
+    for name in ("force", "u", "absolute_acceleration"):
+        expected = getattr(clamped, name)
+        size = np.abs(expected).max()
+        assert np.abs(getattr(stiff, name) - expected).max() < 1e-6 * size, name
+        assert np.abs(getattr(soft, name) - expected).max() > 1e-6 * size, name
 
 
 @pytest.mark.parametrize("scheme", ["massless", "moreau"])
@@ -353,11 +451,13 @@ def test_siconos_gives_the_same(pair, siconos):
     assert np.abs(wider - theirs)[first].max() > 1e-2 * ours[first].max()
 
 
+@pytest.mark.parametrize("soil", [False, True])
 @pytest.mark.parametrize("law", [None, SMOOTH], ids=["unilateral", "smooth"])
-def test_buildings_and_ends_of_pairs_change_places(pair, shaken, law, tmp_path):
+def test_buildings_and_ends_of_pairs_change_places(pair, shaken, law, soil):
     """The forces are the same; another order is another order of sums, which contact amplifies."""
     case, _, given, _ = pair
     case = case if law is None else with_law(case, law)
+    case = on_soil(case) if soil else case
     turned = []
     for contact in case.contacts:
         (a, b), (x, y, z) = (contact.b, contact.a), contact.normal
@@ -408,8 +508,9 @@ def test_the_pair_turned_by_180_degrees(pair, shaken, tmp_path, monkeypatch):
         reduced = reduce_building(building, prepared.parts.mesh, factor, prepared.plan)
         models[name] = reduced.complete
     lines = contact_lines(turned, {name: read_mesh(file) for name, file in files.items()})
-    for law in (None, SMOOTH):
+    for law, soil in itertools.product((None, SMOOTH), (False, True)):
         one, other = ((k if law is None else with_law(k, law)) for k in (case, turned))
+        one, other = (on_soil(one), on_soil(other)) if soil else (one, other)
         expected = Pounding3D(one, system_of(one, None), given).respond(shaken, STEP).force
         opposite = Pounding3D(other, system_of(other, None), Models3D(lines, models))
         assert expected.max() > 1e5
@@ -489,14 +590,10 @@ def later(ground):
     return Ground.under([(1, STEP, ground[:, 1])], STEP, len(ground), delays)
 
 
-@pytest.mark.parametrize("passing", [False, True])
-def test_a_stick_in_the_place_of_a_3d_model(pair, shaken, passing):
-    """A model of all modes of a stick, with rigid floors, gives the pounding of the sticks."""
-    ground = later(10.0 * shaken) if passing else 10.0 * shaken
-    case = with_law(pair[0], SMOOTH)
-    system = system_of(case, None)
-    models, lines = {}, []
-    for contact, line in zip(case.contacts, pair[2].lines, strict=True):
+def of_all_modes(system, lines):
+    """Lines whose forces push 3D models that are made of all modes of sticks, and these models."""
+    made, models = [], {}
+    for line in lines:
         ends = []
         for end, sign in ((line.a, -1.0), (line.b, 1.0)):
             direction = (0.0, sign, 0.0)
@@ -505,31 +602,52 @@ def test_a_stick_in_the_place_of_a_3d_model(pair, shaken, passing):
                 for k in range(len(line))
             )
             ends.append(LineEnd(end.point, end.offset, end.hats, forces))
-        lines.append(replace(line, a=ends[0], b=ends[1]))
-        assert isinstance(lines[-1], ContactLine) and contact.name == line.name
+        made.append(replace(line, a=ends[0], b=ends[1]))
     for stick, (basis, body) in zip(system.sticks, system.modes, strict=True):
         ends = [
             (end, force, offset)
-            for line in lines
+            for line in made
             for end in (line.a, line.b)
             if end.point.building == stick.name
             for force, offset in zip(end.forces, end.offset, strict=True)
         ]
-        rows = [
-            np.array(force.direction)
-            @ stick.translation(stick.floor_master(end.point.floor), offset)
-            for end, force, offset in ends
-        ]
+        rows = np.array(
+            [
+                np.array(force.direction)
+                @ stick.translation(stick.floor_master(end.point.floor), offset)
+                for end, force, offset in ends
+            ]
+        )
+        R = stick.rigid_body()
+        # About the origin of a mesh, from which the base is away.
+        away = np.array([2.0, -3.0, 1.0])
+        of_base = rigid_body(away[None], np.zeros(3))
         models[stick.name] = replace(
-            model_of(body.eigenvalue, 0.0, np.array(rows) @ basis),
-            ground=-body.participation,
+            model_of(body.eigenvalue, 0.0, rows @ basis),
+            ground=-body.participation @ of_base,
             names=np.array([force.name for _, force, _ in ends]),
             points=basis[: 6 * len(stick.floors)].reshape(-1, 6, len(basis)),
+            points_carried=(R[: 6 * len(stick.floors)] @ of_base).reshape(-1, 6, 6),
+            wrench=rows @ R @ of_base,
+            rigid_mass=of_base.T @ R.T @ stick.M @ R @ of_base,
+            base=away,
         )
+    return tuple(made), models
+
+
+@pytest.mark.parametrize("passing", [False, True])
+@pytest.mark.parametrize("soil", [False, True])
+def test_a_stick_in_the_place_of_a_3d_model(pair, shaken, passing, soil):
+    """A model of all modes of a stick, with rigid floors, gives the pounding of the sticks."""
+    ground = later(10.0 * shaken) if passing else 10.0 * shaken
+    case = with_law(pair[0], SMOOTH)
+    case = on_soil(case) if soil else case
+    system = system_of(case, None)
+    lines, models = of_all_modes(system, pair[2].lines)
     expected = simulate(system, ground, STEP)
     scale = np.abs(expected.force).max()
     for in_models in (("A",), ("A", "B")):
-        given = Models3D(tuple(lines), {name: models[name] for name in in_models})
+        given = Models3D(lines, {name: models[name] for name in in_models})
         found = Pounding3D(case, system, given).respond(ground, STEP)
         free = Pounding3D(case, system, given).free(ground, STEP)
         assert np.abs(found.force - expected.force).max() < 1e-7 * scale
@@ -546,6 +664,15 @@ def test_a_stick_in_the_place_of_a_3d_model(pair, shaken, passing):
             for one in (found, expected)
         )
         assert np.allclose(ours, theirs, rtol=1e-3, atol=1e-3 * abs(theirs[0][1]))
+        assert found.bases.keys() == expected.bases.keys() == ({"A", "B"} if soil else set())
+        for name, base in expected.bases.items():
+            for what in ("u", "v", "force", "radiated"):
+                one, other = (getattr(x, what) for x in (found.bases[name], base))
+                assert np.abs(one - other).max() < 1e-6 * np.abs(other).max(), what
+    if soil:
+        clamped = simulate(system_of(with_law(pair[0], SMOOTH), None), ground, STEP)
+        assert np.abs(clamped.force - expected.force).max() > 1e-2 * scale
+        assert expected.energy.radiated[-1] > 1e-3 * expected.energy.scale
 
 
 def test_forces_find_their_patterns_again(pair, shaken, tmp_path):

@@ -15,7 +15,8 @@ from impactfem.coupling.from_case import system_of
 from impactfem.coupling.pounding import End, Load, simulate
 from impactfem.reduction.contact_line import ContactLine, LineEnd
 from impactfem.reduction.edge_force import EdgeForce
-from impactfem.reduction.pounding_3d import Models3D, Pounding3D
+from impactfem.reduction.models_3d import Models3D
+from impactfem.reduction.pounding_3d import Pounding3D
 from impactfem.reduction.reduced_building import CompleteModel
 from impactfem.sticks.element import COMPONENTS
 from impactfem.system.files import in_source_tree
@@ -278,6 +279,7 @@ def test_three_in_a_row_with_the_middle_one_in_3d():
         ground=-modes.participation,
         names=np.array([force.name for line in lines for force in line.forces_on("B")]),
         points=basis[: 6 * len(stick.floors)].reshape(-1, 6, len(basis)),
+        points_carried=stick.rigid_body()[: 6 * len(stick.floors)].reshape(-1, 6, 6),
     )
     # A load on the roof as well, whose edge looks along y.
     roof, push = stick.floors[-1].number, EdgeForce("push", 4, (0.0, -1.0, 0.0))

@@ -170,7 +170,7 @@ def _of_models(case: Case, reading: Reading) -> Iterator[Finding]:
 
 
 def _of_buildings_in_3d(case: Case, reading: Reading) -> Iterator[Finding]:
-    """Soil, laws and neighbours that 3D models that pound cannot have."""
+    """Laws and neighbours that 3D models that pound cannot have."""
     in_3d = case.pounding_in_3d
     if not in_3d:
         return
@@ -189,11 +189,6 @@ def _of_buildings_in_3d(case: Case, reading: Reading) -> Iterator[Finding]:
         yield ("pounding", "update"), expected
     if any(structure.damping for structure in case.structures if structure.building in in_3d):
         expected = "expected 'stick' with [[buildings.structure.damping]]: it has no reduced model"
-        yield ("pounding", "models"), expected
-    soft = [one.name for one in case.buildings if one.soil is not None]
-    if soft:
-        names = ", ".join(soft)
-        expected = f"expected sticks alone: {names} stands on soil, and 3D models pound clamped"
         yield ("pounding", "models"), expected
     ends = {name for one in case.contacts for name in one.buildings}
     apart = [name for name in in_3d if name not in ends]

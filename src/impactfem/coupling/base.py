@@ -1,12 +1,12 @@
 """Bases on soil: their motion in a response, what the soil radiates, and the modes with it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
 
 from impactfem.coupling.body import Body
-from impactfem.coupling.implicit import Motion
 from impactfem.coupling.links import Assembly
 from impactfem.system.arrays import Array
 
@@ -22,16 +22,23 @@ class BaseHistory:
     radiated: Array  #: energy that the soil has radiated since step 0, shape (n_t,) [J]
 
 
-def base_histories(assembly: Assembly, motion: Motion, time_step: float) -> dict[str, BaseHistory]:
+def base_histories(
+    assembly: Assembly, attached: Sequence[Array] | Array, time_step: float
+) -> dict[str, BaseHistory]:
     """The bases on soil by the names of their bodies.
 
-    What they radiate is that of equation (3) of :mod:`impactfem.coupling.implicit`, exact where a
-    step of the integration is one of the samples.
+    What they radiate is that of the average acceleration rule, exact where a step of the
+    integration is one of the samples.
+
+    Args:
+        assembly: The bodies.
+        attached: y, ẏ and ÿ of what is attached to them, shape (n_t, N) each.
+        time_step: Time between the samples [s].
     """
     found = {}
     for name, base in assembly.attached.bases.items():
         T, soil, y = base.motion, base.soil, base.rows
-        u, v, a = (x[:, y] for x in (motion.displacement, motion.velocity, motion.acceleration))
+        u, v, a = (x[:, y] for x in attached)
         # S y of the soil alone, by the coordinates with unit mass; forces go with T⁻ᵀ.
         force = (a @ soil.M + v @ soil.C + u @ soil.K)[:, :6]
         w = v[:-1] + v[1:]

@@ -45,6 +45,11 @@ class Motion:
     reaction: Array  #: T on the bodies at the rows of the attachments, shape (n_t, N_a)
     energy: Energy  #: equation (3), summed up
 
+    @property
+    def attached(self) -> tuple[Array, Array, Array]:
+        """Motion of the attachments, y, ẏ and ÿ."""
+        return self.displacement, self.velocity, self.acceleration
+
 
 @dataclass(frozen=True)
 class Start:

@@ -18,8 +18,8 @@ compliance Y = B D⁻¹ Bᵀ,
     [1 + Y S_aa   Y S_aζ]     [B D⁻¹ b_z + Y b_a]
     [S_ζa         S_ζζ  ] y = [b_ζ              ],    T = (b_y - S y)_a.                    (2)
 
-A step takes two products with B. Both time loops, `implicit` and `unilateral`, need nothing else of
-the bodies than M̂⁻¹, the rows Γ of the links, and W = Γ M̂⁻¹ Γᵀ.
+A step takes two products with B. The time loops, `implicit` and `contact_loop`, need nothing else
+of the bodies than M̂⁻¹, the rows Γ of the links, and W = Γ M̂⁻¹ Γᵀ.
 """
 
 from __future__ import annotations
@@ -94,7 +94,8 @@ class Attached:
     push: Array  #: -N, shape (N, 3)
     #: Rows in y of each mount: those that are fixed, then its own.
     mounts: tuple[tuple[Index, Index], ...]
-    bases: dict[str, Base] = field(default_factory=dict)  #: those on soil by the name of the body
+    bases: dict[str, Base]  #: those on soil by the name of the body
+    radiation: Array  #: part of C_y that radiates into the soil
 
     @classmethod
     def alone(cls, mounts: Sequence[Mount]) -> Attached:
@@ -265,7 +266,7 @@ def _attached(parts: Sequence[_Part], r: int) -> Attached:
     own = [len(part.M) - n for part, n in zip(parts, fixed, strict=True)]
     N = sum(fixed) + sum(own)
     M, C, K = (np.zeros((N, N)) for _ in range(3))
-    push, mounts, bases = np.zeros((N, 3)), [], {}
+    push, mounts, bases, radiation = np.zeros((N, 3)), [], {}, np.zeros((N, N))
     first, second = 0, sum(fixed)
     for part, n, k in zip(parts, fixed, own, strict=True):
         a, z = np.arange(first, first + n), np.arange(second, second + k)
@@ -279,9 +280,11 @@ def _attached(parts: Sequence[_Part], r: int) -> Attached:
         if part.base is not None:
             name, T, soil = part.base
             bases[name] = Base(at[6:], T, soil)
+            radiation[np.ix_(at[6:], at[6:])] = soil.C - soil.material
         first, second = first + n, second + k
     rows = np.vstack([np.zeros((0, r)), *(part.rows for part in parts)])
-    return Attached(np.ascontiguousarray(rows), M, C, K, push, tuple(mounts), bases)
+    rows = np.ascontiguousarray(rows)
+    return Attached(rows, M, C, K, push, tuple(mounts), bases, radiation)
 
 
 class Inverse:

@@ -51,14 +51,16 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impactfem.coupling.body import Port
-from impactfem.coupling.complementarity import Complementarity, Mask
+from impactfem.coupling.complementarity import Complementarity
+from impactfem.coupling.contact_loop import ContactHistory, ContactLoop, Walls
 from impactfem.coupling.links import Assembly
-from impactfem.coupling.unilateral import COAST, ContactHistory, ModalMotion, Walls
-from impactfem.dynamics.energy import Energy
+from impactfem.coupling.modal_motion import ModalMotion
 from impactfem.system.arrays import Array
 from impactfem.system.errors import SolutionError
 
@@ -67,8 +69,6 @@ HALF_THICKNESS = math.pi**3 / (7.0 * 1.2020569031595942)
 RESOLVED = 0.6
 """Most of ω_c h in a step with contact. Two strips: the largest force is then within 0.5 % of its
 limit, with 1.2 within 1 %, with 1.7 within 5 %."""
-ROUNDING = 1e-9
-"""Gap over the size of its terms, up to which a negative one at the start counts as zero."""
 
 
 def strip_stiffness(young_modulus: float, poisson_ratio: float) -> float:
@@ -125,84 +125,57 @@ class MasslessHistory(ContactHistory):
     work: Array
 
 
-class _Contact:
-    """The time loop: steps h in free flight, parts of them in contact."""
+class _Given(NamedTuple):
+    flexibility: Array  #: R + C, shape (m, m) [m/N]
+    groups: Array  #: columns that sum forces, shape (m, n_groups)
+
+
+class _Contact(ContactLoop):
+    """Steps h in free flight, parts of them in contact."""
+
+    slack = 1e-9
 
     def __init__(
-        self, motion: ModalMotion, compliance: Array, corner: float, walls: Walls, groups: Array
+        self, motion: ModalMotion, walls: Walls, steps: int, given: _Given, corner: float
     ) -> None:
-        self.motion, self.walls, self.groups = motion, walls, groups
         self.parts = max(1, math.ceil(corner * motion.time_step / RESOLVED))
         self.fine = motion.refined(self.parts) if self.parts > 1 else motion
-        self.compliance, self.m = compliance, motion.constraints
-        h = self.fine.time_step
+        h, self.given = self.fine.time_step, given
         # (4)
-        self.problem = Complementarity(
-            0.25 * h**2 * self.fine.delassus() + compliance,
+        problem = Complementarity(
+            0.25 * h**2 * self.fine.delassus() + given.flexibility,
             name="the flexibility of the contact points",
         )
-        self.active: Mask = np.zeros(self.m, dtype=np.bool_)
+        super().__init__(motion, walls, steps, problem)
+        self.coarse = motion
         self.F, self.size = np.zeros(self.m), 0.0
+        self.work = np.zeros((steps + 1, self.m))
+        self.largest = np.zeros((steps + 1, given.groups.shape[1]))
 
-    def start(self, steps: int, displacement: Array | None, velocity: Array | None) -> None:
-        """Set the state; refuse one that penetrates."""
-        x, v = self.motion.start(displacement, velocity)
-        m = self.m
-        gap = self.walls.start(x[:m], ROUNDING)
-        self.states, self.rates = np.zeros((2, steps + 1, x.size))
-        self.states[0], self.rates[0] = x, v
-        self.gaps, self.impulses, self.work = np.zeros((3, steps + 1, m))
-        self.gaps[0] = np.maximum(gap, 0.0)
-        self.largest = np.zeros((steps + 1, self.groups.shape[1]))
-        self.residuals, self.energies = np.zeros(steps + 1), np.zeros((steps + 1, 6))
-        self.energies[0, :2] = self.motion.stored()
-        self.x, self.v, self.done = x, v, 0
+    @property
+    def pressed(self) -> bool:
+        """Whether there is a force."""
+        return bool(self.F.any())
 
-    def fly(self, means: Array) -> bool:
-        """Make steps without forces up to the first that penetrates; return whether any."""
-        if self.F.any() or (flight := self.motion.coast(means)) is None:
-            return False
-        xs, vs, energies = flight
-        last = len(self.walls.rest) - 1
-        at = np.minimum(np.arange(self.done + 1, self.done + len(xs) + 1), last)
-        gaps = self.walls.rest[at] - xs[:, : self.m]
-        # A gap that is not finite ends the flight; the step then raises the error.
-        met = ~(gaps >= 0.0).all(axis=1)
-        count = int(met.argmax()) if met.any() else len(xs)
-        if count == 0:
-            return False
-        self.motion.keep(count)
-        done = slice(self.done + 1, self.done + count + 1)
-        self.states[done], self.rates[done], self.gaps[done] = xs[:count], vs[:count], gaps[:count]
-        self.energies[done, :5] = energies[:count]
-        self.work[done] = self.work[self.done]
-        self.x, self.v = xs[count - 1], vs[count - 1]
-        self.done += count
-        return True
+    def free(self, x: Array, v: Array) -> NDArray[np.bool_]:
+        """See `ContactLoop`; those that do not penetrate at their end."""
+        rest, _ = self.walls.rows(self.done + 1 + np.arange(len(x) - 1))
+        return np.asarray((rest - x[1:] >= 0.0).all(axis=1))
 
     def step(self, before: Array, after: Array) -> None:
-        """Make a step in its parts, under loads from `before` to `after`.
+        """Make a step in its parts; see `ContactLoop`."""
+        (old, new), _ = self.walls.rows(np.array([self.done, self.done + 1]))
+        if self.fine is not self.coarse:
+            self.fine.adopt(self.coarse)
+        for part in range(self.parts):
+            load = before + (part + 0.5) / self.parts * (after - before)
+            walls = old + np.array([[part], [part + 1.0]]) / self.parts * (new - old)
+            self._part(load, walls)
+        if self.fine is not self.coarse:
+            self.coarse.adopt(self.fine)
 
-        Raises:
-            SolutionError: The response is not finite, or (3) has no solution.
-        """
-        last, parts = len(self.walls.rest) - 1, self.parts
-        old, new = (self.walls.rest[min(self.done + k, last)] for k in (0, 1))
-        if self.fine is not self.motion:
-            self.fine.adopt(self.motion)
-        k = self.done + 1
-        self.work[k], gap = self.work[k - 1], self.gaps[k - 1]
-        for part in range(parts):
-            load = before + (part + 0.5) / parts * (after - before)
-            walls = old + np.array([[part], [part + 1.0]]) / parts * (new - old)
-            gap = self._part(load, walls, gap)
-        if self.fine is not self.motion:
-            self.motion.adopt(self.fine)
-        self.done = k
-        self.states[k], self.rates[k], self.gaps[k] = self.x, self.v, gap
-
-    def _part(self, load: Array, walls: Array, gap: Array) -> Array:
-        """Make one part with the walls at both of its ends; return the gaps after it."""
+    def _part(self, load: Array, walls: Array) -> None:
+        """Make one part with the walls at both of its ends."""
         motion, m, k = self.fine, self.m, self.done + 1
         h, F0, scale = motion.time_step, self.F, self.problem.scale
         mean = motion.free(load)
@@ -220,41 +193,32 @@ class _Contact:
         self.x = np.asarray(self.x + h * mean, dtype=np.float64)
         self.v = np.asarray(2.0 * mean - self.v, dtype=np.float64)
         # From the displacements that the structure has, not from A.
-        after = walls[1] - self.x[:m] + self.compliance @ F
+        gap = walls[1] - self.x[:m] + self.given.flexibility @ F
         self.size = max(self.size, float(np.max(F / scale, initial=0.0)))
         if self.size > 0.0:
-            off = np.abs(np.minimum(scale * after, F / scale)).max()
+            off = np.abs(np.minimum(scale * gap, F / scale)).max()
             self.residuals[k] = max(self.residuals[k], float(off) / self.size)
         middle = 0.5 * (F0 + F)
-        energies = np.array(motion.advance())
         # (5): elastic energy of the points, work of walls that move, and work in δ.
-        kinetic, elastic, damped, lost, given = energies
-        given -= float((walls[1] - walls[0]) @ middle)
-        own = middle * (after - gap)
-        row = self.energies[k]
-        row[:2] = kinetic, elastic + 0.5 * float(F @ self.compliance @ F)
-        row[2:] += damped, lost, given, float(own.sum())
+        own = middle * (gap - self.gap)
+        energies = np.array([*motion.advance(), float(own.sum())])
+        energies[1] += 0.5 * float(F @ self.given.flexibility @ F)
+        energies[-2] -= float((walls[1] - walls[0]) @ middle)
+        self.energies[k, :2] = energies[:2]
+        self.energies[k, 2:] += energies[2:]
         self.work[k] += own
         self.impulses[k] += h * middle
-        self.largest[k] = np.maximum(self.largest[k], F @ self.groups)
-        self.F = F
-        return np.asarray(after)
+        self.largest[k] = np.maximum(self.largest[k], F @ self.given.groups)
+        self.F, self.gap = F, np.asarray(gap)
 
     def history(self) -> MasslessHistory:
         """Return all steps."""
-        damped, numerical, work, contact = np.cumsum(self.energies[:, 2:], axis=0).T
-        kinetic, elastic = self.energies[:, :2].T
+        made = super().history()
         return MasslessHistory(
-            time=self.motion.time_step * np.arange(len(self.impulses), dtype=np.float64),
-            impulse=self.impulses,
-            gap=self.gaps,
-            displacement=self.states[:, self.m :],
-            velocity=self.rates[:, self.m :],
-            residual=self.residuals,
-            energy=Energy(kinetic, elastic, damped, work, contact, numerical),
+            **vars(made),
             largest=self.largest,
             parts=self.parts,
-            work=self.work,
+            work=np.cumsum(self.work, axis=0),
         )
 
 
@@ -290,19 +254,9 @@ def massless_response(
             flexibility is dependent, a response that is not finite.
     """
     m = motion.constraints
-    walls = Walls.of(motion, points.assembly.gaps, 0.0, opened)
-    if steps < 1:
-        raise SolutionError(f"{steps} steps: at least one is needed")
-    shape = (steps + 1, motion.patterns)
-    loads = np.zeros(shape) if amplitudes is None else np.asarray(amplitudes, dtype=np.float64)
-    if loads.shape != shape:
-        raise SolutionError(f"amplitudes of the loads of shape {loads.shape}, not {shape}")
     total = points.flexibility + np.diag(np.zeros(m) if compliance is None else compliance)
-    each = np.eye(m) if groups is None else groups
-    contact = _Contact(motion, total, points.corner, walls, each)
-    contact.start(steps, displacement, velocity)
-    means = 0.5 * (loads[:-1] + loads[1:])
-    while (k := contact.done) < steps:
-        if not contact.fly(means[k : k + COAST]):
-            contact.step(loads[k], loads[k + 1])
+    given = _Given(total, np.eye(m) if groups is None else groups)
+    walls = Walls.of(motion, points.assembly.gaps, 0.0, opened)
+    contact = _Contact(motion, walls, steps, given, points.corner)
+    contact.run(displacement, velocity, amplitudes)
     return contact.history()

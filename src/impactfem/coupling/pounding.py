@@ -262,6 +262,11 @@ class Response:
         """Largest force of each pair by time, shape (n_t, m) [N]; within a step where known."""
         return self.force
 
+    def body(self, building: str) -> Body:
+        """Return a building as a body, with all of its modes."""
+        names = [stick.name for stick in self.system.sticks]
+        return self.system.modes[names.index(building)][1]
+
     def closed(self, pairs: Sequence[Pair]) -> Array:
         """Return the approach of the ends of pairs from rest, shape (n_t, m) [m]."""
         return -opening(replace(self.system, pairs=tuple(pairs)), self.u, self.relative)
@@ -469,7 +474,7 @@ def simulate(
     if not np.isfinite(u[-1]).all():
         raise SolutionError(f"the response grew without bound; {UNSTABLE}")
     add_ground(system, ground, (u, v))
-    bases = base_histories(assembly, motion, time_step)
+    bases = base_histories(assembly, motion.attached, time_step)
     radiated = sum((base.radiated for base in bases.values()), np.zeros(n_t))
     energy = replace(motion.energy, damped=motion.energy.damped - radiated, radiated=radiated)
     response = Response(

@@ -125,4 +125,4 @@ def _base_motion(
         substeps=SUBSTEPS,
         start=Start(recorded=none),
     )
-    return base_histories(assembly, motion, loads.time_step)[body.name]
+    return base_histories(assembly, motion.attached, loads.time_step)[body.name]

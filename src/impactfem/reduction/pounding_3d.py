@@ -1,13 +1,11 @@
 """Buildings that pound by their reduced 3D models: with each other, with sticks and rigid walls.
 
 All are bodies in one time loop: a 3D model by all vectors of its reduced building, a stick by all
-of its modes. A line has one link for each of its points of contact, with the law of the pair for
-the part w_i / Σ w of its area; a unilateral one has no law. Its forces are those of contact points
-without mass (`massless`) or, on request, impulses of Moreau's scheme with θ = ½. All loops are the
-average acceleration rule: once the forces are known, the motion of the 3D models, with all of their
-mass, follows mode by mode from their mean f in a step h,
-
-    v_m = (v₀ + h/2 (f - λ u₀)) / (1 + h d/2 + h² λ/4),  v₁ = 2 v_m - v₀,  u₁ = u₀ + h v_m.   (1)
+of its modes, on soil both with the six coordinates of their base. A line has one link for each of
+its points of contact, with the law of the pair for the part w_i / Σ w of its area; a unilateral one
+has no law. Its forces are those of contact points without mass (`massless`) or, on request,
+impulses of Moreau's scheme with θ = ½. All loops are the average acceleration rule: once the forces
+are known, buildings with all of their mass move by the mean force of each step (`forced_motion`).
 
 The forces that are handed on are straight in time between the steps. Of impulses P in the steps
 they are the mean of P/h before and after each time, which keeps the impulse.
@@ -15,46 +13,33 @@ they are the mean of P/h before and after each time, which keeps the impulse.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
-from impactfem.building.mesh import DOFS
 from impactfem.case import Building, Case
 from impactfem.case.contacts import UnilateralLaw
 from impactfem.case.quantity import RIGID
 from impactfem.case.transient import SHIFT
+from impactfem.coupling.base import base_histories
 from impactfem.coupling.body import Body, Port
+from impactfem.coupling.contact_loop import ContactHistory
+from impactfem.coupling.forced_motion import ForcedMotion, GivenLoads, forced_motion
 from impactfem.coupling.ground import Ground, as_ground
 from impactfem.coupling.implicit import Start, respond
 from impactfem.coupling.links import Assembly
-from impactfem.coupling.march import Modes
 from impactfem.coupling.massless import MasslessPoints, massless_response, strip_stiffness
-from impactfem.coupling.pounding import (
-    Load,
-    Pair,
-    Response,
-    System,
-    add_ground,
-    opened,
-    opening,
-    simulate,
-)
-from impactfem.coupling.unilateral import (
-    ContactHistory,
-    ModalMotion,
-    march_modes,
-    unilateral_response,
-)
+from impactfem.coupling.modal_motion import ModalMotion
+from impactfem.coupling.pounding import Load, System, add_ground, opened, opening
+from impactfem.coupling.unilateral import unilateral_response
 from impactfem.dynamics.energy import Energy
-from impactfem.reduction.contact_line import ContactLine
 from impactfem.reduction.contact_points import ContactPoints, Side
-from impactfem.reduction.edge_force import Shares
-from impactfem.reduction.reduced_building import FURTHER_SHIFTS, CompleteModel
+from impactfem.reduction.models_3d import MASTERS, Models3D, lowest
+from impactfem.reduction.reduced_building import FURTHER_SHIFTS
+from impactfem.reduction.response_3d import Response3D
 from impactfem.system.arrays import Array, Index
 
 SEPARATION = 5e-3
@@ -64,35 +49,23 @@ CORNER = 4.0
 building has the response to each contact force. With 1, 2 and 4 floor spectra of the paper's pair
 at 100 Hz are off by 6, 3 and 0.9 %, impulses by 0.4, 0.2 and 0.04 %: damping of the part without
 mass is missing."""
-AT_ONCE = 64
-"""Modes of a building that are followed in time at once."""
 
 
-class Motions(NamedTuple):
-    """Displacements, velocities and accelerations, shape (n_t, n) each."""
+class _Given(NamedTuple):
+    """Ground and loads of a run."""
 
-    u: Array
-    v: Array
-    a: Array
-
-
-class ModelMotions(NamedTuple):
-    """Motions of the floors of a 3D model, and of points of contact by it."""
-
-    u: Array  #: displacements, shape (n_t, 6 n_floors)
-    v: Array  #: velocities, same shape
-    a: Array  #: accelerations, same shape
-    gap: Array  #: change of the gaps of some points, shape (n_t, number of them)
-    rate: Array  #: its rate, same shape
+    ground: Ground
+    time_step: float
+    patterns: Array  #: of ground motion and loads on all coordinates, shape (r, n_patterns)
+    amplitudes: Array  #: at the times, shape (n_t, n_patterns)
+    apart: Array | None  #: opening of the gaps by the ground, and its rate, (2, n_t, n_points)
 
 
 class _Contact(NamedTuple):
-    """Contact forces, and the motion of the sticks under them."""
+    """Contact forces."""
 
     mean: Array  #: means of the steps, shape (n_t - 1, n_points) [N]
     force: Array  #: forces at the times, shape (n_t, n_points) [N]
-    z: Array  #: coordinates of the sticks, shape (n_t, r)
-    v: Array  #: their velocities
     energy: Energy
     gap: Array | None = None  #: gaps of the points, shape (n_t, n_points) [m]; None if unknown
     residual: float = 0.0
@@ -101,87 +74,19 @@ class _Contact(NamedTuple):
     parts: int = 1  #: equal parts of a step with contact
 
     @classmethod
+    def none(cls, n_t: int) -> _Contact:
+        """Nothing between the buildings, without energies."""
+        return cls(np.zeros((n_t - 1, 0)), np.zeros((n_t, 0)), Energy(*np.zeros((4, n_t))))
+
+    @classmethod
     def of(cls, history: ContactHistory) -> _Contact:
-        """Of a history whose probes are the coordinates of the sticks."""
+        """Of the steps of a loop of unilateral contact."""
         # Row k is the mean of the step that ends at k; the ends keep their half of a step.
         mean = history.force[1:]
         force = 0.5 * (history.force + np.vstack([mean, mean[-1:]]))
         force[0] = mean[0]
-        return cls(
-            mean=mean,
-            force=force,
-            z=history.displacement,
-            v=history.velocity,
-            energy=history.energy,
-            gap=history.gap,
-            residual=float(history.residual.max()),
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class Models3D:
-    """The 3D models that pound, and the lines along which they touch."""
-
-    lines: tuple[ContactLine, ...]
-    models: Mapping[str, CompleteModel]  #: by building; its last points are the floors' centres
-    #: Outward normal of the edge, shape (3,), and patterns that push it inwards, by building and
-    #: loaded floor.
-    pushes: Mapping[tuple[str, int], tuple[Array, Shares]] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Response3D(Response):
-    """The response of sticks and 3D models; of a 3D model that of its floors' mass centres.
-
-    The pairs of the system are the lines, then pairs of two sticks. The force of a line is the
-    resultant, its gap the least of its points, and its rate that at its middle of floors that are
-    rigid, as their mass centres move and turn.
-    """
-
-    acceleration: Array  #: relative to the ground, shape (n_t, n)
-    gap: Array  #: least one of each line, negative in contact, shape (n_t, n_pairs) [m]
-    least_gap: Array  #: with the ends of lines for the outermost points, same shape [m]
-    gap_rate: Array  #: at the middles, in storeys the mean of the points, same shape [m/s]
-    points: tuple[Pair, ...]  #: the points of contact, line by line, then pairs of two sticks
-    pair_of: Index  #: of each of them the index of its pair
-    point_force: Array  #: shape (n_t, n_points) [N]
-    point_gap: Array  #: same shape [m]
-    point_rate: Array | None  #: of the gaps, same shape [m/s]; None for unilateral contact
-    work: Array  #: of each pair on the buildings since the start, shape (n_t, n_pairs) [J]
-    #: Impulses of Moreau's scheme, which dissipate; contact points without mass are elastic.
-    impulsive: bool
-    #: Largest force of each pair within the step that ends at the time, shape (n_t, n_pairs) [N];
-    #: None where it is that at the times.
-    largest: Array | None
-
-    def closed(self, pairs: Sequence[Pair]) -> Array:
-        """Return the closure of the least gap of lines, at a point or an end, (n_t, m) [m]."""
-        return np.asarray([pair.gap for pair in pairs] - self.least_gap)
-
-    def exchanged(self, index: int, low: int, high: int) -> tuple[float, float]:
-        """Return work of a line's forces between two times, and dissipation by its laws [J].
-
-        Impulses dissipate minus their work; unilateral contact is elastic otherwise.
-        """
-        work, rate = float(self.work[high, index] - self.work[low, index]), self.point_rate
-        if rate is None:
-            return work, -work if self.impulsive else 0.0
-        here = slice(low, high + 1)
-        mine = np.flatnonzero(self.pair_of == index)
-        laws = sum(
-            self.points[k].law.dissipated(self.point_gap[here, k], rate[here, k]) for k in mine
-        )
-        return work, laws
-
-    @property
-    def largest_forces(self) -> Array:
-        """Largest force of each pair by time, within its step where steps have parts [N]."""
-        return self.force if self.largest is None else self.largest
-
-    @property
-    def exerted(self) -> tuple[tuple[Pair, ...], Array]:
-        """The points of contact and their forces."""
-        return self.points, self.point_force
+        residual = float(history.residual.max())
+        return cls(mean, force, history.energy, gap=history.gap, residual=residual)
 
 
 class Pounding3D:
@@ -211,43 +116,35 @@ class Pounding3D:
         self.unilateral = any(pair.law.unilateral for pair in self.points)
         self.impulsive = case.pounding.unilateral_scheme == "moreau"
         self._case = case
+        self._bodies = {building.name: self._body(building) for building in case.buildings}
         self.assembly = Assembly(
-            [self._body(building) for building in case.buildings],
-            [*contacts.links, *self._sticks.assembly.links],
+            list(self._bodies.values()), [*contacts.links, *self._sticks.assembly.links]
         )
 
     def _body(self, building: Building) -> Body:
-        """Body of a building, with the ports of its lines."""
-        ports = self._contacts.ports[building.name]
-        if building.name not in self._given.models:
-            names = [stick.name for stick in self._sticks.sticks]
-            body = self._sticks.modes[names.index(building.name)][1]
+        """Body of a building, with the ports of its masters, lines and loads."""
+        name, ports = building.name, dict(self._contacts.ports[building.name])
+        stick = self.system.stick(name)
+        if name not in self._given.models:
+            names = [one.name for one in self._sticks.sticks]
+            basis, body = self._sticks.modes[names.index(name)]
+            ports[MASTERS] = Port(basis, stick.rigid_body())
             return replace(body, ports={**body.ports, **ports})
-        model = self._given.models[building.name]
-        return Body(
-            name=building.name,
-            eigenvalue=model.eigenvalue,
-            damping=building.damping.law,
-            participation=-model.ground,
-            rigid_mass=np.zeros((DOFS, DOFS)),
-            ports=ports,
-        )
+        for pushed, floor in self._given.pushes:
+            if pushed == name:
+                ports[f"load {floor}"] = self._given.pushed(name, floor)[1]
+        return self._given.body(name, len(stick.floors), building.damping.law, stick.soil, ports)
 
     def _port(self, side: Side) -> Port:
         """Motion of the points of a line along its normal, by the coordinates of one building."""
-        model = self._given.models.get(side.at.building)
-        share, normal = side.share, side.line.normal
-        if model is None:
-            names = [stick.name for stick in self._sticks.sticks]
-            k = names.index(side.at.building)
-            stick, (basis, _) = self._sticks.sticks[k], self._sticks.modes[k]
-            translations = (stick.translation(side.at.master, r) for r in side.end.offset)
-            moved = share.T @ np.array([normal @ one for one in translations])
-            return Port(moved @ basis, moved @ stick.rigid_body())
-        column = {str(name): k for k, name in enumerate(model.names)}
-        # Forces push inwards, on the first building against the normal.
-        rows = side.sign * model.edges[:, [column[force.name] for force in side.end.forces]]
-        return Port(share.T @ rows.T, np.zeros((share.shape[1], DOFS)))
+        if side.at.building in self._given.models:
+            return self._given.touched(side)
+        names = [stick.name for stick in self._sticks.sticks]
+        k = names.index(side.at.building)
+        stick, (basis, _) = self._sticks.sticks[k], self._sticks.modes[k]
+        translations = (stick.translation(side.at.master, r) for r in side.end.offset)
+        moved = side.share.T @ np.array([side.line.normal @ one for one in translations])
+        return Port(moved @ basis, moved @ stick.rigid_body())
 
     @cached_property
     def massless_points(self) -> MasslessPoints:
@@ -295,189 +192,36 @@ class Pounding3D:
             SolutionError: The start penetrates, the response is not finite, or the contact forces
                 are not found.
         """
-        ground = as_ground(ground)
-        patterns, amplitudes = self._loads(ground, loads)
-        apart = opened(self.points, ground)
-        # First the contact forces, with the motion of the sticks alone.
-        solve = self._smooth
-        if self.unilateral:
-            solve = self._moreau if self.impulsive else self._massless
-        contact = solve(ground, time_step, patterns, amplitudes, apart)
-        basis = self._sticks.basis
-        u_sticks, v_sticks = contact.z @ basis.T, contact.v @ basis.T
-        a_sticks = self._accelerations(u_sticks, v_sticks, contact.force, ground, loads)
-        sticks = Motions(u_sticks, v_sticks, a_sticks)
-        # Then the 3D models by equation (1). Of unilateral points, only the gaps are known already.
+        given = self._inputs(ground, time_step, loads)
+        # First the contact forces.
+        if not self.unilateral:
+            contact = self._smooth(given)
+        else:
+            contact = self._moreau(given) if self.impulsive else self._massless(given)
+        # Then the motion of all buildings. Of unilateral points, only the gaps are known already.
         wanted = self._in_storeys if self.unilateral else np.arange(len(self.assembly.gaps))
-        forces = contact.mean, contact.force
-        models = self._motions(time_step, patterns, amplitudes, forces, wanted)
-        motions = self._joined(ground, sticks, models)
-        change, rate = self._opened(sticks, models, wanted)
-        if apart is not None:
-            change, rate = change + apart[0][:, wanted], rate + apart[1][:, wanted]
-        gap = self.assembly.gaps + change if contact.gap is None else contact.gap
-        joined = np.eye(len(self.system.pairs))[self.pair_of]
-        work = contact.work
-        if work is None:
-            work = np.cumsum(np.diff(gap, axis=0) * contact.mean, axis=0)
-            work = np.vstack([np.zeros(work.shape[1]), work])
-        return Response3D(
-            system=self.system,
-            time_step=time_step,
-            u=motions.u,
-            v=motions.v,
-            force=contact.force @ joined,
-            ground=ground.acceleration,
-            energy=contact.energy,
-            relative=ground.relative,
-            loads=tuple(loads),
-            in_3d=tuple(self._given.models),
-            pause=SEPARATION,
-            residual=contact.residual,
-            parts=contact.parts,
-            acceleration=motions.a,
-            gap=self._least(gap),
-            least_gap=self._least(gap, ends=True),
-            gap_rate=self._rates(ground, motions.v, rate, wanted),
-            points=self.points,
-            pair_of=self.pair_of,
-            point_force=contact.force,
-            point_gap=gap,
-            point_rate=None if self.unilateral else rate,
-            work=work @ joined,
-            impulsive=self.unilateral and self.impulsive,
-            largest=contact.largest,
-        )
-
-    def _motion(self, assembly: Assembly, h: float, patterns: Array) -> ModalMotion:
-        """Motion under loads, with the coordinates of the sticks as probes."""
-        return ModalMotion(
-            assembly,
-            h,
-            load=patterns,
-            push=np.pad(assembly.attached.push, ((0, 0), (0, patterns.shape[1] - 3))),
-            probes=np.eye(len(assembly))[:, self._of_sticks],
-        )
-
-    def _massless(
-        self, ground: Ground, h: float, patterns: Array, amplitudes: Array, apart: Array | None
-    ) -> _Contact:
-        """Forces of contact points without mass."""
-        points = self.massless_points
-        joined = np.eye(len(self.system.pairs))[self.pair_of]
-        history = massless_response(
-            points,
-            self._motion(points.assembly, h, patterns),
-            len(ground.acceleration) - 1,
-            compliance=self.compliance,
-            amplitudes=amplitudes,
-            opened=apart,
-            groups=joined,
-        )
-        made = _Contact.of(history)
-        return made._replace(work=history.work, largest=history.largest, parts=history.parts)
-
-    def _moreau(
-        self, ground: Ground, h: float, patterns: Array, amplitudes: Array, apart: Array | None
-    ) -> _Contact:
-        """Forces by the impulses of Moreau's scheme with θ = ½."""
-        motion = self._motion(self.assembly, h, patterns)
-        history = unilateral_response(
-            motion,
-            self.assembly.gaps,
-            len(ground.acceleration) - 1,
-            amplitudes=amplitudes,
-            opened=apart,
-        )
-        return _Contact.of(history)
-
-    def _smooth(
-        self, ground: Ground, h: float, patterns: Array, amplitudes: Array, apart: Array | None
-    ) -> _Contact:
-        """Forces by contact laws, with the implicit loop."""
-        kept, f = self._of_sticks, amplitudes @ patterns.T
-        start = Start(recorded=kept)
-        motion = respond(self.assembly, f, ground.acceleration, h, start=start, opened=apart)
-        z, v = np.zeros((2, len(f), kept.size))
-        moving = np.searchsorted(kept, motion.moving)
-        z[:, moving], v[:, moving] = motion.u, motion.v
-        mean = 0.5 * (motion.force[:-1] + motion.force[1:])
-        return _Contact(mean, motion.force, z, v, motion.energy)
+        return self._response(given, contact, wanted, loads)
 
     def free(
         self, ground: Array | Ground, time_step: float, loads: Sequence[Load] = ()
-    ) -> Response:
+    ) -> Response3D:
         """Return the response with nothing between the buildings, without energies."""
-        ground = as_ground(ground)
-        n_t = len(ground.acceleration)
-        none, every = np.zeros((n_t, 0)), np.arange(len(self.points))
-        sticks = Motions(none, none, none)
-        if self._sticks.sticks:
-            under = self._under_sticks(ground)
-            moved = simulate(
-                self._sticks.without_contact(), under, time_step, loads=self._on_sticks(loads)
-            )
-            sticks = Motions(moved.u, moved.v, moved.acceleration)
-            add_ground(self._sticks, under, sticks, sign=-1.0)
-        patterns, amplitudes = self._loads(ground, loads)
-        models = self._motions(time_step, patterns, amplitudes, (none[1:], none), every)
-        motions = self._joined(ground, sticks, models)
-        gap = self.assembly.gaps + self._opened(sticks, models, every)[0]
-        if (apart := opened(self.points, ground)) is not None:
-            gap = gap + apart[0]
-        return Response3D(
-            system=self.system.without_contact(),
-            time_step=time_step,
-            u=motions.u,
-            v=motions.v,
-            force=none,
-            ground=ground.acceleration,
-            relative=ground.relative,
-            energy=Energy(*np.zeros((4, n_t))),
-            loads=tuple(loads),
-            in_3d=tuple(self._given.models),
-            acceleration=motions.a,
-            gap=self._least(gap),
-            least_gap=self._least(gap, ends=True),
-            gap_rate=none,
-            points=(),
-            pair_of=every[:0],
-            point_force=none,
-            point_gap=none,
-            point_rate=None,
-            work=none,
-            impulsive=False,
-            largest=None,
-        )
+        given = self._inputs(ground, time_step, loads)
+        contact = _Contact.none(len(given.amplitudes))
+        return self._response(given, contact, np.arange(len(self.points)), loads)
 
-    @cached_property
-    def _of_sticks(self) -> Index:
-        """Indices of the coordinates of the sticks in the assembly."""
-        every = np.arange(len(self.assembly))
-        return np.concatenate(
-            [every[:0], *(every[self.assembly.columns[one.name]] for one in self._sticks.sticks)]
-        )
-
-    def _under_sticks(self, ground: Ground) -> Ground:
-        relative = {k: x for k, x in ground.relative.items() if k not in self._given.models}
-        return replace(ground, relative=relative)
-
-    def _on_sticks(self, loads: Sequence[Load]) -> list[Load]:
-        return [load for load in loads if load.at.building not in self._given.models]
-
-    def _loads(self, ground: Ground, loads: Sequence[Load]) -> tuple[Array, Array]:
-        """Patterns of all loads on the coordinates, and their amplitudes."""
-        rows = np.zeros((len(self.assembly), len(loads)))
+    def _inputs(self, ground: Array | Ground, time_step: float, loads: Sequence[Load]) -> _Given:
+        """Patterns of ground motion and loads on the coordinates, and their amplitudes."""
+        ground, rows = as_ground(ground), np.zeros((len(self.assembly), len(loads)))
         for row, load in zip(rows.T, loads, strict=True):
-            if load.at.building in self._given.models:
-                name, model = load.at.building, self._given.models[load.at.building]
-                column = {str(known): k for k, known in enumerate(model.names)}
-                outward, shares = self._given.pushes[name, load.at.floor]
-                for force, share in shares:
-                    pushed = share * model.edges[:, column[force.name]]
-                    row[self.assembly.columns[name]] -= float(load.direction @ outward) * pushed
-                continue
-            row[self._of_sticks] = self._sticks.row(load.at, load.direction) @ self._sticks.basis
+            name, floor = load.at.building, load.at.floor
+            if name in self._given.models:
+                outward, _ = self._given.pushed(name, floor)
+                port = self.assembly.rows((name, f"load {floor}"))[0]
+                row[:] = float(load.direction @ outward) * port
+            else:
+                at = self.system.stick(name).translation(load.at.master, load.at.offset)
+                row[:] = load.direction @ at @ self.assembly.rows((name, MASTERS))
         patterns, amplitudes = [self.assembly.ground], [ground.acceleration]
         for name, (_, _, a) in ground.relative.items():
             here = self.assembly.columns[name]
@@ -485,57 +229,138 @@ class Pounding3D:
             patterns[-1][here] = patterns[0][here]
             amplitudes.append(a)
         forces = [load.force for load in loads]
-        return np.hstack([*patterns, rows]), np.column_stack([*amplitudes, *forces])
+        return _Given(
+            ground=ground,
+            time_step=time_step,
+            patterns=np.hstack([*patterns, rows]),
+            amplitudes=np.column_stack([*amplitudes, *forces]),
+            apart=opened(self.points, ground),
+        )
 
-    def _motions(
-        self,
-        h: float,
-        patterns: Array,
-        amplitudes: Array,
-        forces: tuple[Array, Array],
-        wanted: Index,
-    ) -> dict[str, ModelMotions]:
-        """Motions of the floors of each 3D model by equation (1), relative to the ground.
+    def _massless(self, given: _Given) -> _Contact:
+        """Forces of contact points without mass."""
+        points = self.massless_points
+        history = massless_response(
+            points,
+            ModalMotion(points.assembly, given.time_step, load=given.patterns),
+            len(given.amplitudes) - 1,
+            compliance=self.compliance,
+            amplitudes=given.amplitudes,
+            opened=given.apart,
+            groups=self._joined,
+        )
+        made = _Contact.of(history)
+        return made._replace(work=history.work, largest=history.largest, parts=history.parts)
 
-        `forces` are the means of the steps and those at the times; `wanted` are the points whose
-        gaps are wanted.
-        """
-        mean, force = forces
-        touching = np.flatnonzero(mean.any(axis=1))
-        pressed = np.flatnonzero(force.any(axis=1))
-        steps = 0.5 * (amplitudes[:-1] + amplitudes[1:])
-        motions = dict[str, ModelMotions]()
-        for name, model in self._given.models.items():
+    def _moreau(self, given: _Given) -> _Contact:
+        """Forces by the impulses of Moreau's scheme with θ = ½."""
+        history = unilateral_response(
+            ModalMotion(self.assembly, given.time_step, load=given.patterns),
+            self.assembly.gaps,
+            len(given.amplitudes) - 1,
+            amplitudes=given.amplitudes,
+            opened=given.apart,
+        )
+        return _Contact.of(history)
+
+    def _smooth(self, given: _Given) -> _Contact:
+        """Forces by contact laws, with the implicit loop."""
+        loads, h = given.amplitudes @ given.patterns.T, given.time_step
+        start = Start(recorded=np.zeros(0, dtype=np.int64))
+        a_g = given.ground.acceleration
+        motion = respond(self.assembly, loads, a_g, h, start=start, opened=given.apart)
+        bases = base_histories(self.assembly, motion.attached, h).values()
+        radiated = sum((base.radiated for base in bases), np.zeros(len(loads)))
+        damped = motion.energy.damped - radiated
+        return _Contact(
+            mean=0.5 * (motion.force[:-1] + motion.force[1:]),
+            force=motion.force,
+            energy=replace(motion.energy, damped=damped, radiated=radiated),
+        )
+
+    def _response(
+        self, given: _Given, contact: _Contact, wanted: Index, loads: Sequence[Load]
+    ) -> Response3D:
+        """Return the response to contact forces; `wanted` are the points with unknown gaps."""
+        ground, touched = given.ground, contact.force.shape[1] > 0
+        moved = self._moved(given, contact, wanted)
+        motions = np.zeros((3, len(given.amplitudes), self.system.M.shape[0]))
+        change, rate = np.zeros((2, len(given.amplitudes), len(wanted)))
+        if given.apart is not None:
+            change, rate = given.apart[:, :, wanted]
+        for stick in self.system.sticks:
+            start, one = self.system.offsets[stick.name], moved[stick.name]
+            for whole, own in zip(motions, (one.u, one.v, one.a), strict=True):
+                whole[:, start : start + own.shape[1]] = own
+            if stick.name not in self._given.models:
+                # Points without mass have no acceleration of their own.
+                motions[2, :, start + np.flatnonzero(np.diag(stick.M) == 0.0)] = 0.0
+            change, rate = change + one.gap, rate + one.rate
+        # Relative to the ground under the first building, from those to the ground under each.
+        add_ground(self.system, ground, list(motions))
+        gap = self.assembly.gaps + change if contact.gap is None else contact.gap
+        work = contact.work
+        if work is None and touched:
+            work = np.cumsum(np.diff(gap, axis=0) * contact.mean, axis=0)
+            work = np.vstack([np.zeros(work.shape[1]), work])
+        bases = {name: base for one in moved.values() for name, base in one.bases.items()}
+        none = contact.force
+        return Response3D(
+            system=self.system if touched else self.system.without_contact(),
+            time_step=given.time_step,
+            u=motions[0],
+            v=motions[1],
+            force=contact.force @ self._joined if touched else none,
+            ground=ground.acceleration,
+            energy=contact.energy,
+            relative=ground.relative,
+            loads=tuple(loads),
+            bases=bases,
+            in_3d=tuple(self._given.models),
+            pause=SEPARATION,
+            residual=contact.residual,
+            parts=contact.parts,
+            acceleration=motions[2],
+            gap=self._least(gap),
+            least_gap=self._least(gap, ends=True),
+            gap_rate=self._rates(ground, motions[1], rate, wanted) if touched else none,
+            points=self.points if touched else (),
+            pair_of=self.pair_of if touched else self.pair_of[:0],
+            point_force=contact.force,
+            point_gap=gap if touched else none,
+            point_rate=None if self.unilateral or not touched else rate,
+            work=none if work is None else work @ self._joined,
+            impulsive=touched and self.unilateral and self.impulsive,
+            largest=contact.largest,
+            low_bodies=self._low_bodies,
+        )
+
+    @cached_property
+    def _joined(self) -> Array:
+        """Columns that sum the points of each pair, shape (n_points, n_pairs)."""
+        return np.eye(len(self.system.pairs))[self.pair_of]
+
+    @cached_property
+    def _low_bodies(self) -> dict[str, Body]:
+        bodies = (self._bodies[name] for name in self._given.models)
+        return {body.name: lowest(body) for body in bodies if body.soil is not None}
+
+    def _moved(self, given: _Given, contact: _Contact, wanted: Index) -> dict[str, ForcedMotion]:
+        """Motion of the masters of each building, and change of the gaps of points by it."""
+        moved, some = dict[str, ForcedMotion](), slice(contact.force.shape[1])
+        for name, body in self._bodies.items():
             here = self.assembly.columns[name]
-            λ, d = self.assembly.eigenvalue[here], self.assembly.damping[here]
-            b, gamma = patterns[here], self.assembly.gamma[: force.shape[1], here]
-            count = len(self.system.stick(name).floors)
-            rows = model.points[-count:].reshape(DOFS * count, len(λ))
-            touched = self.assembly.gamma[wanted, here]
-            v, a = np.zeros((2, len(rows), len(amplitudes)))
-            rate = np.zeros((len(wanted), len(amplitudes)))
-            for first in range(0, len(λ), AT_ONCE):
-                some = slice(first, first + AT_ONCE)
-                # Modal loads: the mean f of each step, and f at the times.
-                f_mean, f = b[some] @ steps.T, b[some] @ amplitudes.T
-                f_mean[:, touching] += gamma[:, some].T @ mean[touching].T
-                f[:, pressed] += gamma[:, some].T @ force[pressed].T
-                one, rest = np.ones(len(f)), np.zeros(len(f))
-                # (1): v_m = (v₀ + h/2 (f - λ u₀)) / (1 + h d/2 + h² λ/4), mode by mode.
-                inverse = 1.0 / (1.0 + 0.5 * h * d[some] + 0.25 * h**2 * λ[some])
-                modes = Modes(one, d[some], λ[some], inverse)
-                z, ż = (np.zeros(f.shape) for _ in range(2))
-                z[:, 1:], ż[:, 1:], _ = march_modes(
-                    modes, rest, rest, f_mean, h, 0.5, counted=False
-                )
-                # Equilibrium at the times: z̈ = f - d ż - λ z.
-                f -= d[some, None] * ż + λ[some, None] * z
-                for x, Φ, q in ((v, rows, ż), (a, rows, f), (rate, touched, ż)):
-                    x += Φ[:, some] @ q
-            # As u₁ = u₀ + h v_m holds in each mode, it does at each place.
-            u, gap = (cumulative_trapezoid(x, dx=h, initial=0.0) for x in (v, rate))
-            motions[name] = ModelMotions(*(np.ascontiguousarray(x.T) for x in (u, v, a, gap, rate)))
-        return motions
+            loads = GivenLoads(
+                patterns=given.patterns[here],
+                amplitudes=given.amplitudes,
+                gamma=self.assembly.gamma[some, here],
+                mean=contact.mean,
+                force=contact.force,
+                impulsive=self.unilateral,
+            )
+            further = self.assembly.gamma[wanted, here]
+            moved[name] = forced_motion(body, MASTERS, further, loads, given.time_step)
+        return moved
 
     @cached_property
     def _in_storeys(self) -> Index:
@@ -543,20 +368,6 @@ class Pounding3D:
         ends = [(k, end) for k, point in enumerate(self.points) for end in (point.a, point.b)]
         inside = [k for k, end in ends if end is not None and end.relative_height is not None]
         return np.array(inside, dtype=np.int64)
-
-    @cached_property
-    def _pressed(self) -> Array:
-        """Rows of the points of contact for the masters of the sticks, shape (m, their n)."""
-        return self.assembly.gamma[:, self._of_sticks] @ np.linalg.inv(self._sticks.basis)
-
-    def _opened(
-        self, sticks: Motions, models: Mapping[str, ModelMotions], points: Index
-    ) -> tuple[Array, Array]:
-        """Change of the gaps of points by the motion of all buildings, and their rates."""
-        gap, rate = (x @ self._pressed[points].T for x in (sticks.u, sticks.v))
-        for model in models.values():
-            gap, rate = gap + model.gap, rate + model.rate
-        return gap, rate
 
     def _least(self, gap: Array, *, ends: bool = False) -> Array:
         """Least gap of the points of each pair, and of the ends of lines.
@@ -577,37 +388,3 @@ class Pounding3D:
         for k in np.unique(self.pair_of[self._in_storeys]):
             rates[:, k] = rate[:, self.pair_of[points] == k].mean(axis=1)
         return np.asarray(rates)
-
-    def _accelerations(
-        self, u: Array, v: Array, force: Array, ground: Ground, loads: Sequence[Load]
-    ) -> Array:
-        """Accelerations of the sticks from their equilibrium; zero of points without mass."""
-        one = self._sticks
-        moved = ground.acceleration @ one.ground.T
-        add_ground(one, self._under_sticks(ground), [moved], first=2)
-        balance = force @ self._pressed - moved @ one.M - v @ one.C - u @ one.K
-        for load in self._on_sticks(loads):
-            balance += np.outer(load.force, one.row(load.at, load.direction))
-        mass = np.diag(one.M)
-        return np.divide(balance, mass, out=np.zeros_like(balance), where=mass > 0.0)
-
-    def _joined(
-        self, ground: Ground, sticks: Motions, models: Mapping[str, ModelMotions]
-    ) -> Motions:
-        """Motions of all masters, shape (n_t, n) each.
-
-        Relative to the ground under the first building, from those to the ground under each.
-        """
-        n_t = len(ground.acceleration)
-        motions = np.zeros((3, n_t, sum(stick.n for stick in self.system.sticks)))
-        for stick in self.system.sticks:
-            start = self.system.offsets[stick.name]
-            if stick.name in models:
-                own: Sequence[Array] = models[stick.name][:3]
-            else:
-                first = self._sticks.offsets[stick.name]
-                own = [x[:, first : first + stick.n] for x in sticks]
-            for x, history in zip(motions, own, strict=True):
-                x[:, start : start + history.shape[1]] = history
-        add_ground(self.system, ground, list(motions))
-        return Motions(*motions)

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse
 
 from impactfem.building.shell_model import petsc_matrix
-from impactfem.coupling.unilateral import check_rule, state_of
+from impactfem.coupling.contact_loop import check_rule, state_of
 from impactfem.dynamics.damping import UNDAMPED, Rayleigh
 from impactfem.dynamics.factorisation import Factorisation, Held
 from impactfem.system.arrays import Array
@@ -92,7 +92,7 @@ class FullMotion(Held):
         return self._solve()
 
     def advance(self) -> tuple[float, ...]:
-        """Make the step (2); gives kinetic, elastic, damped, lost and supplied energy [J]."""
+        """Make the step (2); gives kinetic, elastic, damped, radiated, lost and supplied energy."""
         h, theta, mean = self.time_step, THETA, self._mean
         jump = (mean - self.velocity) / theta
         self.displacement = self.displacement + h * mean
@@ -100,7 +100,7 @@ class FullMotion(Held):
         inertia, restoring = float(mean @ (self._M @ mean)), float(mean @ (self._K @ mean))
         damped = h * (self.damping.alpha * inertia + self.damping.beta * restoring)
         lost = (theta - 0.5) * (float(jump @ (self._M @ jump)) + h**2 * restoring)
-        return *self.stored(), damped, lost, h * float(mean @ self._force)
+        return *self.stored(), damped, 0.0, lost, h * float(mean @ self._force)
 
     def stored(self) -> tuple[float, float]:
         """Kinetic and elastic energy [J]."""

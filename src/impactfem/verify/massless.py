@@ -9,7 +9,7 @@ import scipy.linalg
 from impactfem.coupling.body import Body, reduced_body
 from impactfem.coupling.links import Assembly, Link
 from impactfem.coupling.massless import MasslessHistory, MasslessPoints, massless_response
-from impactfem.coupling.unilateral import ModalMotion
+from impactfem.coupling.modal_motion import ModalMotion
 from impactfem.dynamics.damping import UNDAMPED
 from impactfem.system.arrays import Array
 from impactfem.verify.row import Rows, benchmark

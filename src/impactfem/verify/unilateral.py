@@ -10,14 +10,10 @@ import scipy.optimize
 import scipy.sparse
 
 from impactfem.coupling.body import reduced_body
+from impactfem.coupling.contact_loop import ContactHistory, Motion
 from impactfem.coupling.links import Assembly, Link
-from impactfem.coupling.unilateral import (
-    ContactHistory,
-    ModalMotion,
-    Motion,
-    body_before_walls,
-    unilateral_response,
-)
+from impactfem.coupling.modal_motion import ModalMotion, body_before_walls
+from impactfem.coupling.unilateral import unilateral_response
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.arrays import Array
 from impactfem.verify.row import Rows, benchmark, fitted_order

@@ -11,14 +11,10 @@ from impactfem.building.parts import BuildingParts
 from impactfem.case import BuildingAtWall
 from impactfem.case.damping import OWN
 from impactfem.case.quantity import CALIBRATED
+from impactfem.coupling.contact_loop import ContactHistory, Motion
 from impactfem.coupling.from_case import calibration_of, system_of
-from impactfem.coupling.unilateral import (
-    ContactHistory,
-    ModalMotion,
-    Motion,
-    body_before_walls,
-    unilateral_response,
-)
+from impactfem.coupling.modal_motion import ModalMotion, body_before_walls
+from impactfem.coupling.unilateral import unilateral_response
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.wall import WallModel, wall_side
 from impactfem.stages.calibrate.experiment import WallExperiment, WallHistory, run_stick

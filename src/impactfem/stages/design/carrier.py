@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from impactfem.case import Spectra
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.loads import Loads
-from impactfem.reduction.pounding_3d import Models3D
+from impactfem.reduction.models_3d import Models3D
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.reduction.reduced_building import ReducedBuilding
 from impactfem.reduction.response import modal_histories, record_spectra

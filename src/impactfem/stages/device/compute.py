@@ -17,7 +17,7 @@ from impactfem.device.spectrum import given_spectra
 from impactfem.device.spectrum_analysis import SpectrumResponse
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.reduction.loads import Loads
-from impactfem.reduction.pounding_3d import Models3D
+from impactfem.reduction.models_3d import Models3D
 from impactfem.reduction.probes import CoveredPoints, covered_points
 from impactfem.reduction.reduced_building import CompleteModel
 from impactfem.spectra.resolved import POINTS, ResolvedBand, refinement_limit, step_limit

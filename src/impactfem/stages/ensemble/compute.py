@@ -25,7 +25,7 @@ from impactfem.system.files import read_archive, write_archive
 from impactfem.system.log import LOGGER
 
 if TYPE_CHECKING:
-    from impactfem.reduction.pounding_3d import Models3D
+    from impactfem.reduction.models_3d import Models3D
 
 PERCENTILES = (5.0, 16.0, 50.0, 84.0, 95.0)
 _SPECTRUM = ("damping", "station", "direction", "frequency")

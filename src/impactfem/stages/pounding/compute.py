@@ -46,7 +46,7 @@ from impactfem.system.parallel import threads
 from impactfem.system.quantity import quantity, results
 
 if TYPE_CHECKING:
-    from impactfem.reduction.pounding_3d import Models3D
+    from impactfem.reduction.models_3d import Models3D
 
 FEW = 4
 """Points of a line with which half of them is no line any more."""

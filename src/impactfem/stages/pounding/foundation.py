@@ -78,10 +78,11 @@ class Foundation:
 def foundations(case: Case, response: Response) -> tuple[Foundation, ...]:
     """Of each building on soil in the order of the sticks."""
     found = []
-    for stick, (_, body) in zip(response.system.sticks, response.system.modes, strict=True):
+    for stick in response.system.sticks:
         given = case.building(stick.name).soil
         if given is None or stick.soil is None:
             continue
+        body = response.body(stick.name)
         raft, base = given.raft, response.bases[stick.name]
         # From the motion of the underside to that of the base.
         up = rigid_link((0.0, 0.0, raft.thickness))

@@ -22,7 +22,7 @@ from impactfem.system.log import Steps
 from impactfem.system.parallel import on_root
 
 if TYPE_CHECKING:
-    from impactfem.reduction.pounding_3d import Models3D
+    from impactfem.reduction.models_3d import Models3D
 
 
 def _wanted(building: Building3D) -> str:
@@ -114,7 +114,7 @@ def models_of_run(case: Case, run: Path) -> Models3D | None:
     from impactfem.building.read_mesh import read_mesh
     from impactfem.reduction.contact_line import contact_lines
     from impactfem.reduction.forces import loaded_edges
-    from impactfem.reduction.pounding_3d import Models3D
+    from impactfem.reduction.models_3d import Models3D
     from impactfem.stages.building.compute import mesh_of_run
     from impactfem.stages.reduce.compute import reduced_of_run
 

@@ -13,8 +13,10 @@ import scipy.sparse
 
 from impactfem.building.shell_model import csr
 from impactfem.case import Case, load_case
+from impactfem.coupling.contact_loop import ContactHistory
 from impactfem.coupling.from_case import system_of
-from impactfem.coupling.unilateral import ContactHistory, ModalMotion, unilateral_response
+from impactfem.coupling.modal_motion import ModalMotion
+from impactfem.coupling.unilateral import unilateral_response
 from impactfem.spectra import response_spectra
 from impactfem.system.arrays import Array
 from impactfem.system.files import in_source_tree
@@ -114,7 +116,8 @@ class FullPair:
         from impactfem.building.model import assemble_building
         from impactfem.building.read_mesh import read_mesh
         from impactfem.reduction.contact_line import contact_lines
-        from impactfem.reduction.pounding_3d import Models3D, Pounding3D
+        from impactfem.reduction.models_3d import Models3D
+        from impactfem.reduction.pounding_3d import Pounding3D
         from impactfem.reduction.reduced_building import reduce_building
         from impactfem.stages.reduce.compute import prepare
 
