@@ -2,6 +2,7 @@
 
 import itertools
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -673,6 +674,19 @@ def test_a_stick_in_the_place_of_a_3d_model(pair, shaken, passing, soil):
         clamped = simulate(system_of(with_law(pair[0], SMOOTH), None), ground, STEP)
         assert np.abs(clamped.force - expected.force).max() > 1e-2 * scale
         assert expected.energy.radiated[-1] > 1e-3 * expected.energy.scale
+
+
+def test_two_ranks_give_the_pounding_of_one(pair, shaken, on_ranks, tmp_path):
+    """Both reduced on the ranks, on soil; forces of points, accelerations of floors."""
+    raft = 'raft = { length = "6 m", width = "4 m", thickness = "0.5 m", mass = "30 t" }\n'
+    soil = '[buildings.soil]\ntype = "half-space"\nshear_velocity = "200 m/s"\n'
+    soil += f'density = "2000 kg/m3"\npoisson_ratio = 0.3\n{raft}[buildings.structure]\n'
+    path = in_3d(tmp_path, ("[buildings.structure]\n", soil))
+    script = Path(__file__).with_name("pounding_on_ranks.py")
+    found = on_ranks(script, path=str(path), out=str(pair[3]), ground=shaken, step=STEP)
+    for one, many in zip(found(1), found(2), strict=True):
+        assert one.any()
+        assert np.abs(many - one).max() < 1e-8 * np.abs(one).max()
 
 
 def test_forces_find_their_patterns_again(pair, shaken, tmp_path):
