@@ -59,11 +59,17 @@ PACKAGES = {
         *("spectra", "stages", "stages.building", "stages.calibrate", "stages.device"),
         *("stages.ensemble", "stages.pounding", "stages.reduce", "stages.transient", "sticks"),
     },
+    "stages.equipment": {
+        *("building", "case", "device", "plot", "reduction", "spectra", "stages"),
+        *("stages.building", "stages.calibrate", "stages.device", "stages.pounding"),
+        *("stages.reduce", "stages.transient"),
+    },
     "report": {*("plot", "spectra", "stages", "stages.device", "stages.transient")},
     "run": {
         *("building", "case", "coupling", "device", "motion", "plot", "reduction", "report"),
         *("stages", "stages.building", "stages.calibrate", "stages.design", "stages.device"),
-        *("stages.ensemble", "stages.pounding", "stages.reduce", "stages.transient"),
+        *("stages.ensemble", "stages.equipment", "stages.pounding", "stages.reduce"),
+        "stages.transient",
     },
     "fit": {
         *("building", "case", "coupling", "dynamics", "plot", "run", "stages"),

@@ -14,6 +14,7 @@ from impactfem.case.contact_checks import Finding, of_contacts, of_search, of_st
 from impactfem.case.contacts import KelvinVoigtLaw, UnilateralLaw
 from impactfem.case.damping import DampingEntry, RayleighDamping, TableDamping
 from impactfem.case.design_spectrum import TABLE, TableSpectrum, read_spectrum
+from impactfem.case.equipment_checks import of_equipment
 from impactfem.case.members import TOUCH
 from impactfem.case.model import Case
 from impactfem.case.motions import RecordMotion, RestMotion, SyntheticMotion, read_force_table
@@ -517,6 +518,7 @@ CHECKS = (
     _of_alignment,
     _of_motions,
     _of_devices,
+    of_equipment,
     _transient_times,
     _transient_points,
 )

@@ -23,6 +23,7 @@ from impactfem.case.contacts import (
 )
 from impactfem.case.damping import DampingCase, DampingEntry
 from impactfem.case.devices import DeviceAnalysis, DeviceSetup
+from impactfem.case.equipment import EQUIPMENT_FILE, Equipment
 from impactfem.case.floors import Material
 from impactfem.case.leaf import File, Key, OneOrMore, Text
 from impactfem.case.motions import Ensemble, FloorForces, Motion, MotionEntry, WavePassage
@@ -61,6 +62,9 @@ class CaseFile(Section):
     """Devices on floors of the 3D model; require [buildings.structure] and [transient]."""
     device_analysis: DeviceAnalysis | None = None
     """Analysis of the forces on their anchors."""
+    equipment: Annotated[tuple[Equipment, ...], EQUIPMENT_FILE] = ()
+    """Equipment list (CSV): items on floors of sticks and 3D models, one row each, without effect
+    on the buildings. `devices = "equipment.csv"` is the same."""
     motions: Annotated[tuple[Motion, ...], Written(tuple[MotionEntry, ...], tuple)] = ()
     """The ground motions, one for each direction; optional with [[loads]]."""
     wave_passage: WavePassage | None = None

@@ -179,8 +179,8 @@ def overlap(a: Polygon, b: Polygon) -> bool:
     edges = (list(zip(one, (*one[1:], one[0]), strict=True)) for one in (inner, outer))
     return (
         any(_cross(one, other) for one, other in itertools.product(*edges))
-        or _inside(inner[0], outer)
-        or _inside(outer[0], inner)
+        or inside(inner[0], outer)
+        or inside(outer[0], inner)
     )
 
 
@@ -207,7 +207,7 @@ def _cross(one: tuple[Point, Point], other: tuple[Point, Point]) -> bool:
     return all(boxes)
 
 
-def _inside(point: Point, polygon: Polygon) -> bool:
+def inside(point: Point, polygon: Polygon) -> bool:
     """Return True if a point is inside a polygon: a ray meets an odd number of sides."""
     x, y = point
     met = False

@@ -175,6 +175,9 @@ def read_source(path: Path, model: type[BaseModel], what: str = _CASE_FILE) -> S
         file, name = below, name.parent / extended
     try:
         for one, content in reversed(contents):
+            if isinstance(content.get("devices"), str):
+                # A file in place of the tables of devices is an equipment list.
+                content.setdefault("equipment", content.pop("devices"))
             source.lay(content, one)
         files = list(file_names(source.raw, (), source.raw, model))
     except RecursionError as error:

@@ -23,6 +23,7 @@ ORDER = (
     "pounding",
     "transient",
     "device",
+    "equipment",
     "design",
     "ensemble",
     "sensitivity",

@@ -8,6 +8,7 @@ from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.design.stage import DESIGN
 from impactfem.stages.device.stage import DEVICE
 from impactfem.stages.ensemble.stage import ENSEMBLE
+from impactfem.stages.equipment.stage import EQUIPMENT
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE
 from impactfem.stages.stage import Stage
@@ -24,9 +25,10 @@ STAGES: tuple[Stage, ...] = (
     TRANSIENT,
     DEVICE,
     DESIGN,
+    EQUIPMENT,
 )
 
-OF_CASE: tuple[Stage, ...] = (POUNDING, ENSEMBLE)
+OF_CASE: tuple[Stage, ...] = (POUNDING, ENSEMBLE, EQUIPMENT)
 """Those that are done for the case as a whole, not for each building with a 3D model."""
 
 

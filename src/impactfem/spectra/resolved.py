@@ -89,13 +89,13 @@ def band_peaks(frequency: Array, psa: Array) -> list[tuple[float, float]]:
     return found
 
 
-def band_limited_zpa(acceleration: Array, time_step: float, end: float) -> Array:
-    """Return the zero-period acceleration (ZPA) of histories limited to the resolved band.
+def band_limited(acceleration: Array, time_step: float, end: float) -> Array:
+    """Return histories limited to the resolved band.
 
-    It is the largest absolute value of a history after a Butterworth low-pass filter of the order
-    `ORDER` with its corner at the end of the band, forward and backward: without a phase shift, and
-    with half of the amplitude at the corner. Samples alone have what the time step does not
-    resolve. A history that ends below the corner is not filtered.
+    By a Butterworth low-pass filter of the order `ORDER` with its corner at the end of the band,
+    forward and backward: without a phase shift, and with half of the amplitude at the corner.
+    Samples alone have what the time step does not resolve. A history that ends below the corner is
+    not filtered.
 
     Args:
         acceleration: Histories, shape (n_t, ...) [m/s2].
@@ -103,14 +103,26 @@ def band_limited_zpa(acceleration: Array, time_step: float, end: float) -> Array
         end: End of the resolved band [Hz].
 
     Returns:
-        Shape (...) [m/s2].
+        Same shape [m/s2].
     """
     if end >= FILTERED * 0.5 / time_step:
-        return np.asarray(np.abs(acceleration).max(axis=0))
+        return acceleration
     sections = signal.butter(ORDER, end, fs=1.0 / time_step, output="sos")
     padded = min(len(acceleration) - 1, int(PADDING / (end * time_step)))
-    limited = signal.sosfiltfilt(sections, acceleration, axis=0, padtype="constant", padlen=padded)
-    return np.asarray(np.abs(limited).max(axis=0))
+    return np.asarray(
+        signal.sosfiltfilt(sections, acceleration, axis=0, padtype="constant", padlen=padded)
+    )
+
+
+def band_limited_zpa(acceleration: Array, time_step: float, end: float) -> Array:
+    """Return the zero-period acceleration (ZPA) of histories limited to the resolved band.
+
+    It is the largest absolute value of `band_limited`; arguments as there.
+
+    Returns:
+        Shape (...) [m/s2].
+    """
+    return np.asarray(np.abs(band_limited(acceleration, time_step, end)).max(axis=0))
 
 
 def step_limit(time_step: float) -> float:

@@ -24,13 +24,12 @@ from impactfem.device.bolts import (
     rectangular_plate,
     round_plate,
 )
-from impactfem.spectra import broaden, merged_frequencies, response_spectra
 from impactfem.stages.device.selection import LOADS, WITH, WITHOUT, Load, loaded
-from impactfem.stages.stores import open_store
+from impactfem.stages.qualification import SpectrumDemand, compared
+from impactfem.stages.stores import open_store, time_step
 from impactfem.stages.transient.selection import resolved
 from impactfem.stages.verdict import Verdict
 from impactfem.system.errors import SolutionError
-from impactfem.system.quantity import results, si
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,67 +168,23 @@ def _of_bolts(place: Place) -> list[Verdict]:
     ]
 
 
-@results
-class SpectrumDemand:
-    """The ordinate of a floor spectrum with the largest ratio to a qualification spectrum."""
-
-    axis: str = si("", "axis")
-    frequency: float = si("Hz", "frequency")
-    demand: float = si("m/s2", "floor spectrum")
-    capacity: float = si("m/s2", "qualification spectrum")
-    first: float = si("Hz", "lowest frequency compared")
-    last: float = si("Hz", "highest frequency compared")
-
-
 def spectrum_demand(
     place: Place, impact: str, spectrum: QualificationSpectrum
 ) -> SpectrumDemand | None:
-    """Compare the floor spectrum at a device with a qualification spectrum.
+    """Compare the floor spectrum at a device with a qualification spectrum, as `compared`.
 
-    The floor spectrum has the damping of the qualification spectrum and is broadened as in
-    [device_analysis]. Compared are the frequencies of the table within the resolved band.
-
-    Args:
-        place: The device.
-        impact: With or without impacts.
-        spectrum: The qualification spectrum.
-
-    Returns:
-        The ordinate with the largest ratio; None if no frequency is common.
+    It is broadened as in [device_analysis].
     """
-    building, store = place.building, place.store
-    spectra, rules = building.case.spectra, building.device_analysis
+    rules = place.building.device_analysis
     motion = place.load(impact).of("anchor_acceleration").transpose("component", "time")
-    time = store["time"].values
-    end = float(resolved(store)["frequency"][-1])
-    grid = np.asarray(spectra.frequency_values)
-    grid = grid[grid <= end * (1.0 + 1e-9)]
-    found: list[SpectrumDemand] = []
-    for curve in spectrum.file:
-        table = np.asarray(curve.frequency)
-        frequency = merged_frequencies(grid, table[(table >= grid[0]) & (table <= end)])
-        compared = frequency[(frequency >= table[0]) & (frequency <= table[-1])]
-        if not compared.size:
-            continue
-        psa = response_spectra(
-            motion.sel(component=list(curve.axes)).values.astype(np.float64),
-            float(time[1] - time[0]),
-            frequency,
-            [spectrum.damping],
-            points_per_cycle=spectra.points_per_cycle,
-            method=spectra.method,
-            absolute=False,
-        ).psa[0]
-        ratio = 0.0 if rules is None else rules.broadening
-        demand = broaden(frequency, psa, ratio, compared)
-        # Straight on logarithmic axes.
-        capacity = np.exp(
-            np.interp(np.log(compared), np.log(table), np.log(np.asarray(curve.acceleration)))
-        )
-        i, k = np.unravel_index((demand / capacity).argmax(), demand.shape)
-        here = float(compared[k]), float(demand[i, k]), float(capacity[k])
-        found.append(SpectrumDemand(curve.axes[i], *here, float(compared[0]), float(compared[-1])))
-    return max(found, key=lambda one: one.demand / one.capacity, default=None)
+    return compared(
+        motion.sel(component=["x", "y", "z"]).values.astype(np.float64),
+        time_step(place.store),
+        spectrum,
+        place.building.case.spectra,
+        0.0 if rules is None else rules.broadening,
+        float(resolved(place.store)["frequency"][-1]),
+    )
 
 
 def _of_spectrum(place: Place, name: str, spectrum: QualificationSpectrum | None) -> Verdict:
