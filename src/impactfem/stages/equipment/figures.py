@@ -35,8 +35,8 @@ def equipment_ratios(store: xr.Dataset) -> CurveFigure:
     rank = np.arange(1.0, order.size + 1.0)
     exceeded = int((hit.values > 1.0).sum())
     curves = [
-        Curve(rank, quiet, "without impact", ORANGE, "", marker="o"),
         Curve(rank, hit.values[order], "with impacts", BLUE, marker="o"),
+        Curve(rank, quiet, "without impact", ORANGE, "", marker="."),
         Curve(np.array([1.0, max(2.0, rank[-1])]), np.ones(2), "capacity", RED, "--"),
     ]
     worst = hit["item"].values[order[0]]
@@ -46,4 +46,4 @@ def equipment_ratios(store: xr.Dataset) -> CurveFigure:
         "products/equipment.csv lists all items."
     )
     panel = Panel("rank of the item", "demand / capacity [-]", curves, bottom=0.0)
-    return CurveFigure(caption, [panel], size=(6.5, 3.4))
+    return CurveFigure(caption, [panel], columns=1, size=(6.5, 3.4))
