@@ -115,8 +115,6 @@ SECTIONS = [
     (FLOORS, f"floors = 3\n{AXIS}", "buildings[0].floors", "file_name"),
     ('"pair_targets.csv"', '"none.csv"', "calibration.targets", "unreadable"),
     ('"pair_published.csv"', '"none.csv"', "published", "unreadable"),
-    ('frequencies = ["1 Hz", "20 Hz"]', "", "damping.frequencies",
-     "together"),
     ('ratio = "7 %"', 'ratio = "7 %"\nmass_coefficient = "1 1/s"', "damping.mass_coefficient",
      "one_way"),
     ('["1 Hz", "20 Hz"]', '["20 Hz", "1 Hz"]', "damping.frequencies", "ascending"),

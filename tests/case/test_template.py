@@ -11,6 +11,10 @@ from impactfem.system.errors import InputError
 
 TARGETS = "building,mode,frequency [Hz],effective_mass [t]\nwest,1,2.2,500\neast,1,1.5,500\n"
 RECORD = "time [s],acceleration [m/s2]\n0,0\n1,1\n"
+EQUIPMENT = """\
+tag,building,floor,x [m],y [m],mass [kg],mass_height [m]
+MCC-1,west,1,0,0,600,1
+"""
 PUBLISHED = "name,value,unit,source\nmotion.pga,3,m/s2,here\n"
 # A key for the other of two ways.
 OTHER_WAY = "not both|together|Cannot overwrite|a key of type"
@@ -22,6 +26,7 @@ def template(tmp_path):
     (tmp_path / "new_targets.csv").write_text(TARGETS)
     (tmp_path / "new_record.csv").write_text(RECORD)
     (tmp_path / "new_published.csv").write_text(PUBLISHED)
+    (tmp_path / "equipment.csv").write_text(EQUIPMENT)
     return path
 
 
