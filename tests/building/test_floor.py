@@ -7,7 +7,7 @@ import pytest
 from impactfem.building import geometry
 from impactfem.building.floor import contact_edge, edge_load, floor_bar, floor_load, linear
 from impactfem.building.mesh import Part
-from impactfem.building.section import Material
+from impactfem.building.section import BeamSection, Material
 
 Y = np.array([0.0, 1.0, 0.0])
 
@@ -136,10 +136,10 @@ LX, LY, HEIGHT, SLAB, MASSES = 6.0, 9.0, 4.0, 0.25, np.array([120e3, 150e3])
 EVERY = (1, 2)
 GABLE = geometry.Wall("gable", EVERY, (0.0, 0.0), (0.0, LY), 0.2)
 FACADE = geometry.Wall("facade", EVERY, (0.0, LY), (LX, LY), 0.3)
-COLUMN = geometry.Column("post", EVERY, (LX, 0.0), 0.4, 0.5)
-ALONG = geometry.Beam("along", EVERY, (3.0, 0.0), (3.0, LY), 0.3, 0.5)
-ACROSS = geometry.Beam("across", EVERY, (0.0, 4.5), (LX, 4.5), 0.2, 0.4)
-SKEW = geometry.Beam("skew", EVERY, (0.0, 0.0), (LX, LY), 0.2, 0.3)
+COLUMN = geometry.Column("post", EVERY, (LX, 0.0), BeamSection.column(0.4, 0.5))
+ALONG = geometry.Beam("along", EVERY, (3.0, 0.0), (3.0, LY), BeamSection.beam(0.3, 0.5))
+ACROSS = geometry.Beam("across", EVERY, (0.0, 4.5), (LX, 4.5), BeamSection.beam(0.2, 0.4))
+SKEW = geometry.Beam("skew", EVERY, (0.0, 0.0), (LX, LY), BeamSection.beam(0.2, 0.3))
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ from impactfem.building.floor_properties import UNITS, floor_properties
 from impactfem.building.from_case import geometry_of, read_parts
 from impactfem.building.generate import generate
 from impactfem.building.geometry import Bay, Column, Geometry, MeshSize, Wall
-from impactfem.building.section import Material
+from impactfem.building.section import BeamSection, Material
 from impactfem.case import load_case
 from one_building import building_of
 
@@ -27,7 +27,7 @@ def box(generated):
             Wall("north", (1, 2), (0.0, 4.0), (6.0, 4.0), 0.3),
         ),
         bays=(Bay("window", "south", 2, 3.0, 1.7, 2.0, 1.0),),
-        columns=(Column("a", (1, 2), (3.0, 2.0), 0.4, 0.6),),
+        columns=(Column("a", (1, 2), (3.0, 2.0), BeamSection.column(0.4, 0.6)),),
         size=MeshSize.uniform(1.0),
     )
     concrete = Material(30e9, 0.2, 2500.0)

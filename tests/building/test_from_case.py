@@ -4,7 +4,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impactfem.building.from_case import geometry_of, part_faults, read_parts, sections_of
+from impactfem.building.from_case import (
+    beam_section,
+    column_section,
+    geometry_of,
+    part_faults,
+    read_parts,
+    sections_of,
+)
 from impactfem.building.generate import generate
 from impactfem.building.geometry import Beam, Column, MeshSize, Wall
 from impactfem.building.mesh import areas
@@ -14,6 +21,7 @@ from impactfem.building.section import BeamSection, ShellSection
 from impactfem.case import load_case
 from impactfem.case.buildings import BeamGroup, FileMesh, PartMaterial, ShellGroup
 from impactfem.case.damping import PartDamping as Entry
+from impactfem.case.sections import rolled_section
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import InputError
 from one_building import building_of
@@ -58,13 +66,13 @@ def test_the_geometry_of_the_paper_s_building(pair, structure):
     assert geometry.impact_edge == "y+"
     assert geometry.size == MeshSize.uniform(1.0)
     assert Wall("gable_west", tuple(range(2, 9)), (0, 0), (0, 15.6), 0.6) in geometry.walls
-    rows = [beam for beam in geometry.beams if (beam.width, beam.depth) == (0.75, 0.85)]
+    transverse = BeamSection.beam(0.75, 0.85, -0.575)
+    rows = [beam for beam in geometry.beams if beam.section == transverse]
     assert len(rows) == 7
-    assert rows[3] == Beam(
-        "transverse_4", tuple(range(1, 9)), (23.1, 0), (23.1, 15.6), 0.75, 0.85, -0.575
-    )
-    assert [(c.width_x, c.width_y) for c in geometry.columns] == [(0.8, 1.2)] * 7
-    assert geometry.columns[3] == Column("row_4", tuple(range(2, 9)), (23.1, 7.8), 0.8, 1.2)
+    assert rows[3] == Beam("transverse_4", tuple(range(1, 9)), (23.1, 0), (23.1, 15.6), transverse)
+    column = BeamSection.column(0.8, 1.2)
+    assert [c.section for c in geometry.columns] == [column] * 7
+    assert geometry.columns[3] == Column("row_4", tuple(range(2, 9)), (23.1, 7.8), column)
     assert len({bay.name for bay in geometry.bays}) == 10  # the indices of Table 1
     mesh = pair.structure.mesh.model_copy(update={"floor_size": 0.4, "column_size": 2.0})
     finer = pair.model_copy(update={"structure": pair.structure.model_copy(update={"mesh": mesh})})
@@ -118,6 +126,28 @@ def test_sections_of_a_file(structure, frame):
     found = dict(zip((part.group for part in frame.beam_parts), sections.beams, strict=True))
     assert found["beam_1_south"] == BeamSection.beam(0.3, 0.5, -0.125)
     assert found["column_2_north_east"] == BeamSection.column(0.4, 0.6)
+
+
+def test_turned_sections():
+    """The web of a section lies along n2: upright in beams, along x in columns."""
+    hea = rolled_section("HEA 200")
+    upright = beam_section(hea, (None, None), 0.0, (-1.0, 0.0, 0.0), -0.1)
+    assert (upright.I1, upright.I2, upright.k2) == (hea.Iy, hea.Iz, hea.Avz / hea.A)
+    assert (upright.reference, upright.offset) == ((0.0, 0.0, 1.0), (0.0, 0.0, -0.1))
+    flat = beam_section(hea, (None, None), np.pi / 2, (-1.0, 0.0, 0.0), 0.0)
+    assert flat.reference == pytest.approx((0.0, -1.0, 0.0))
+    A_x, A_y, I_x, I_y = column_section(hea, (None, None), 0.0).in_plan()
+    assert (I_x, I_y) == (hea.Iz, hea.Iy)
+    assert (A_x, A_y) == pytest.approx((hea.Avz * 6 / 5, hea.Avy * 6 / 5))
+    turned = column_section(hea, (None, None), np.pi / 3)
+    assert turned.reference == pytest.approx((0.5, np.sqrt(0.75), 0.0))
+    assert turned.in_plan()[2:] == pytest.approx(
+        (0.75 * hea.Iy + 0.25 * hea.Iz, 0.25 * hea.Iy + 0.75 * hea.Iz)
+    )
+    rectangle = column_section(None, (0.4, 0.6), np.pi / 2)
+    assert rectangle.in_plan() == pytest.approx(
+        (0.24, 0.24, 0.6 * 0.4**3 / 12.0, 0.4 * 0.6**3 / 12.0)
+    )
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ from impactfem.building.geometry import Beam, Column, Geometry, MeshSize, Wall
 from impactfem.building.mesh import areas
 from impactfem.building.mesh_checks import check_mesh
 from impactfem.building.read_mesh import read_mesh
+from impactfem.building.section import BeamSection
 from impactfem.system.errors import ImpactfemError, InputError
 
 
@@ -119,8 +120,8 @@ def test_text_and_binary_files_hold_the_same_mesh(tmp_path):
 def test_target_size_by_part(tmp_path):
     geometry = small_box(
         size=MeshSize(floor=0.5, storey=1.0, beam=0.25, column=0.75),
-        beams=(Beam("b", (1,), (1.0, 1.5), (3.0, 1.5), 0.2, 0.3),),
-        columns=(Column("c", (1,), (2.0, 0.75), 0.2, 0.2),),
+        beams=(Beam("b", (1,), (1.0, 1.5), (3.0, 1.5), BeamSection.beam(0.2, 0.3)),),
+        columns=(Column("c", (1,), (2.0, 0.75), BeamSection.column(0.2, 0.2)),),
     )
     mesh = made(geometry, tmp_path)
     assert len(mesh.lines_of("beam")) == 8
@@ -132,8 +133,9 @@ def test_target_size_by_part(tmp_path):
 
 
 INNER = Wall("inner", (1,), (0.0, 1.2), (2.1, 1.2), 0.2)
-RIM = Beam("b", (1,), (0.0, 0.0), (0.0, 3.0), 0.2, 0.3)
-POSTS = (Column("inside", (1,), (0.0, 1.0), 0.2, 0.2), Column("corner", (1,), (4.0, 3.0), 0.2, 0.2))
+RIM = Beam("b", (1,), (0.0, 0.0), (0.0, 3.0), BeamSection.beam(0.2, 0.3))
+POST = BeamSection.column(0.2, 0.2)
+POSTS = Column("inside", (1,), (0.0, 1.0), POST), Column("corner", (1,), (4.0, 3.0), POST)
 
 
 def test_what_meets_shares_its_nodes(small_mesh, tmp_path):
@@ -154,8 +156,8 @@ def test_what_meets_shares_its_nodes(small_mesh, tmp_path):
 
 
 TWICE = Wall("twice", (1,), (0.0, 1.0), (0.0, 2.0), 0.3)
-ONE = Beam("one", (1,), (0.0, 1.0), (4.0, 1.0), 0.2, 0.3)
-TWO = Beam("two", (1,), (2.0, 1.0), (3.0, 1.0), 0.2, 0.3)
+ONE = Beam("one", (1,), (0.0, 1.0), (4.0, 1.0), BeamSection.beam(0.2, 0.3))
+TWO = Beam("two", (1,), (2.0, 1.0), (3.0, 1.0), BeamSection.beam(0.2, 0.3))
 
 
 @pytest.mark.parametrize(

@@ -75,7 +75,7 @@ def test_a_channel_about_its_own_centroid(box):
 
 
 def test_columns(box):
-    column = Column("one", (1,), (A / 4.0, B / 2.0), 0.8, 1.2)
+    column = Column("one", (1,), (A / 4.0, B / 2.0), BeamSection.column(0.8, 1.2))
     both = (column, replace(column, name="two", place=(3.0 * A / 4.0, B / 2.0)))
     plain, section = first_storey(box), first_storey(box, columns=both)
     for area in ("A", "A_vy", "A_vx"):

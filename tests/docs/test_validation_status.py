@@ -9,10 +9,10 @@ from .pages import ROOT
 DOCS = ROOT / "docs"
 PAGE = (DOCS / "validation-status.md").read_text(encoding="utf-8")
 KINDS = {
-    "standards": r"EN 1998|arrêté|RG 1\.|Regulatory Guide|ASCE",
+    "standards": r"EN 1998|arrêté|RG 1\.|Regulatory Guide|ASCE|EN 10365|AISC",
     "formulas and tables": r"Bodnar|^paper,|of the paper|table 6",
     "published": "code_aster|NAFEMS|Siconos|MacNeal|Hurlebaus|Taylor and Govindjee"
-    "|Bathe, Ios|Ayad|Belytschko|Lindberg|Kiendl",
+    "|Bathe, Ios|Ayad|Belytschko|Lindberg|Kiendl|Ohtori|SAP2000",
 }
 
 

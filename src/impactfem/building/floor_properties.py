@@ -27,7 +27,7 @@ def floor_properties(parts: BuildingParts, masses: FloorMasses) -> dict[str, Arr
     Of the storey below it: the section of walls and columns where openings leave the least area,
     A [m2] and I_x = Σ ∫ y² dA, I_y about its centroid [m4]. A wall at an angle α to y counts with
     A cos² α in the shear area A_vy along y and with the rest in A_vx along x [m2], a column with
-    all of its area in both.
+    its gross shear areas (`BeamSection.in_plan`).
     """
     mesh, n = parts.mesh, len(parts.mesh.floors)
     centre = mesh.nodes[[mesh.centres[k] for k in mesh.floors]]
@@ -102,14 +102,13 @@ def _cut(parts: BuildingParts, level: int, height: float) -> tuple[float, ...]:
     z = mesh.nodes[mesh.lines[lines, :2], 2] - height
     lines = lines[z[:, 0] * z[:, 1] < 0.0]
     sections = [parts.sections.beams[k] for k in mesh.line_part[lines]]
-    own_A = np.array([s.A for s in sections])
-    every = np.append(A, own_A)
+    every = np.append(A, [s.A for s in sections])
     places = np.vstack([middle, mesh.nodes[mesh.lines[lines, 2], :2]])
-    # A column's sides are along x and y: I1 bends about x.
-    inertias = np.vstack([second, np.array([(s.I2, s.I1) for s in sections]).reshape(-1, 2)])
+    in_plan = np.array([s.in_plan() for s in sections]).reshape(-1, 4)
+    inertias = np.vstack([second, in_plan[:, :1:-1]])
     if not every.size:
         return 0.0, 0.0, 0.0, 0.0, 0.0
     away = places - every @ places / every.sum()
     iy, ix = (inertias + every[:, None] * away**2).sum(axis=0)
-    avz, avy = A @ cosine**2 + own_A.sum()
+    avz, avy = A @ cosine**2 + in_plan[:, :2].sum(axis=0)
     return float(every.sum()), float(avy), float(avz), float(ix), float(iy)

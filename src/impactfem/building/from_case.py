@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from impactfem.building import geometry
 from impactfem.building.geometry import Geometry
@@ -19,19 +20,29 @@ from impactfem.building.parts import (
     floor_masses,
 )
 from impactfem.building.read_mesh import read_mesh
-from impactfem.building.section import BeamSection, Material, Materials, Sections, ShellSection
+from impactfem.building.section import (
+    RIGID,
+    BeamSection,
+    Material,
+    Materials,
+    Sections,
+    ShellSection,
+    Vector,
+    beam_reference,
+    column_reference,
+)
 from impactfem.case import Building3D
 from impactfem.case.buildings import (
     BeamGroup,
     Building,
     FileMesh,
     GeneratedMesh,
-    PartMaterial,
     ShellGroup,
     Structure,
 )
-from impactfem.case.damping import PartDamping as DampingEntry
 from impactfem.case.facade import words_of
+from impactfem.case.members import Wall
+from impactfem.case.sections import MemberSection
 from impactfem.dynamics.damping import Rayleigh
 from impactfem.system.errors import Fault, InputError
 
@@ -42,7 +53,12 @@ A level may be that of the mass centre or of the middle of the slab.
 """
 
 
-OfParts = TypeVar("OfParts", PartMaterial, DampingEntry)
+PARALLEL = 1e-6
+"""Sine of the angle between directions that are the same."""
+
+Sides = tuple[float | None, float | None]
+"""Sides of a rectangular section [m]; None of another section."""
+
 Group = TypeVar("Group", ShellGroup, BeamGroup)
 
 
@@ -78,19 +94,25 @@ def sections_of(structure: Structure, mesh: BuildingMesh) -> Sections:
     ends = mesh.nodes[mesh.lines[:, :2]]
     sections = []
     for number, (part, entry) in enumerate(zip(mesh.beam_parts, beams, strict=True)):
+        own = ends[mesh.line_part == number]
+        along = own[:, 1] - own[:, 0]
         if part.family == "column":
-            section = BeamSection.column(entry.width, entry.depth)
+            section = column_section(entry.section, (entry.width, entry.depth), entry.angle)
             upright = "a column along y; expected a group beam_<k>"
             if entry.offset != 0.0:
                 expected = "an offset; expected none for columns"
                 faults.append(Fault(file_mesh.file, part.group, entry.offset, expected))
         else:
-            section = BeamSection.beam(entry.width, entry.depth, entry.offset)
+            sides = entry.width, entry.depth
+            section = beam_section(entry.section, sides, entry.angle, along[0], entry.offset)
             upright = "a vertical beam; expected a group column_<k>"
+            unit = along / np.linalg.norm(along, axis=1)[:, None]
+            if entry.angle and np.linalg.norm(np.cross(unit, unit[0]), axis=1).max() > PARALLEL:
+                expected = "an angle of beams that are not parallel; expected a group a direction"
+                faults.append(Fault(file_mesh.file, part.group, None, expected))
         sections.append(section)
         # A beam along the direction that its section is turned by has no frame.
-        own = ends[mesh.line_part == number]
-        without = section.along_reference(own[:, 1] - own[:, 0])
+        without = section.along_reference(along)
         if without.any():
             where = place(own[np.argmax(without)].mean(axis=0))
             faults.append(Fault(file_mesh.file, part.group, None, f"at {where}: {upright}"))
@@ -164,14 +186,16 @@ def read_parts(
     dampings = list[tuple[Rayleigh | None, ...]]()
     for some in both:
         of_parts = list[Material]()
-        for entry in _entries(some, structure.materials):
-            given = structure.material if entry is None else entry.material
+        for part in some:
+            given = structure.material_of(part.group)
             if given.density is None:
                 raise ValueError("the materials of a structure have a density")
             of_parts.append(Material(given.young_modulus, given.poisson_ratio, given.density))
         materials.append(tuple(of_parts))
-        own = _entries(some, structure.damping)
-        dampings.append(tuple(one if one is None else one.rayleigh for one in own))
+        entries = [
+            next((e for e in structure.damping if _matches(part, e.parts)), None) for part in some
+        ]
+        dampings.append(tuple(one if one is None else one.rayleigh for one in entries))
     strips = {
         k: Strips("xy".index(one.across), one.edges, one.middle, one.strip)
         for one in structure.added_mass
@@ -227,11 +251,6 @@ def _matches(part: Part, patterns: Sequence[str]) -> bool:
     return any(fnmatchcase(part.group, pattern) for pattern in patterns)
 
 
-def _entries(parts: Sequence[Part], entries: Sequence[OfParts]) -> list[OfParts | None]:
-    """The first entry with a pattern that matches each part; None without one."""
-    return [next((e for e in entries if _matches(part, e.parts)), None) for part in parts]
-
-
 def _geometry(mesh: GeneratedMesh, levels: Sequence[float]) -> Geometry:
     parapet = mesh.parapet
     walls, bays = mesh.built
@@ -242,17 +261,35 @@ def _geometry(mesh: GeneratedMesh, levels: Sequence[float]) -> Geometry:
         slab_thickness=mesh.slab_thickness,
         slabs={k: one.thickness for one in mesh.slabs for k in one.floors},
         walls=tuple(
-            geometry.Wall(w.wall, w.storeys, (w.x1, w.y1), (w.x2, w.y2), w.thickness) for w in walls
+            geometry.Wall(w.wall, storeys, (w.x1, w.y1), (w.x2, w.y2), thickness)
+            for w in walls
+            for thickness, storeys in _storeys_by_thickness(mesh, w)
         ),
         bays=tuple(
             geometry.Bay(b.bay, b.wall, b.storey, b.centre, b.sill, b.width, b.height) for b in bays
         ),
         beams=tuple(
-            geometry.Beam(b.beam, b.floors, (b.x1, b.y1), (b.x2, b.y2), b.width, b.depth, b.offset)
+            geometry.Beam(
+                b.beam,
+                b.floors,
+                *b.ends,
+                beam_section(
+                    b.section,
+                    (b.width, b.depth),
+                    b.angle,
+                    (b.x2 - b.x1, b.y2 - b.y1, 0.0),
+                    b.offset,
+                ),
+            )
             for b in mesh.beams
         ),
         columns=tuple(
-            geometry.Column(c.column, c.storeys, (c.x, c.y), c.width_x, c.width_y)
+            geometry.Column(
+                c.column,
+                c.storeys,
+                (c.x, c.y),
+                column_section(c.section, (c.width_x, c.width_y), c.angle),
+            )
             for c in mesh.columns
         ),
         parapet=(None if parapet is None else geometry.Parapet(parapet.height, parapet.thickness)),
@@ -264,6 +301,58 @@ def _geometry(mesh: GeneratedMesh, levels: Sequence[float]) -> Geometry:
             column=mesh.column_size or mesh.size,
         ),
     )
+
+
+def beam_section(
+    given: MemberSection | None, sides: Sides, angle: float, along: ArrayLike, offset: float
+) -> BeamSection:
+    """Return the section of a beam along a direction, given by its properties or a rectangle.
+
+    Args:
+        given: Its properties; None of a rectangle.
+        sides: Width and depth of a rectangle [m].
+        angle: Turn about its axis [rad].
+        along: Direction of its axis, shape (3,).
+        offset: Height of its axis above the line of nodes [m].
+    """
+    reference, away = beam_reference(along, angle), (0.0, 0.0, offset)
+    if given is not None:
+        return _of_properties(given, reference, away)
+    return BeamSection.rectangle(*_rectangle(sides), reference=reference, offset=away)
+
+
+def column_section(given: MemberSection | None, sides: Sides, angle: float) -> BeamSection:
+    """Return the section of a column, given by its properties or by its sides along x and y [m].
+
+    The angle turns it in plan [rad].
+    """
+    if given is not None:
+        return _of_properties(given, column_reference(angle))
+    return BeamSection.column(*_rectangle(sides), angle)
+
+
+def _of_properties(
+    given: MemberSection, reference: Vector, offset: Vector = (0.0, 0.0, 0.0)
+) -> BeamSection:
+    """A section whose local axes y and z are n1 and n2."""
+    k1, k2 = (RIGID if Av is None else Av / given.A for Av in (given.Avy, given.Avz))
+    return BeamSection(given.A, given.Iy, given.Iz, given.J, k1, k2, reference, offset)
+
+
+def _rectangle(sides: Sides) -> tuple[float, float]:
+    width, depth = sides
+    if width is None or depth is None:
+        raise ValueError("a member has a section or both sides of a rectangle")
+    return width, depth
+
+
+def _storeys_by_thickness(
+    mesh: GeneratedMesh, wall: Wall
+) -> Iterator[tuple[float, tuple[int, ...]]]:
+    """The thicknesses of a wall, each with its storeys."""
+    thickness = {k: mesh.wall_thickness(wall, k) for k in wall.storeys}
+    for value in dict.fromkeys(thickness.values()):
+        yield value, tuple(k for k, one in thickness.items() if one == value)
 
 
 def _matched(

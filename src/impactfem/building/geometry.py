@@ -47,26 +47,23 @@ class Bay:
 
 @dataclass(frozen=True)
 class Beam:
-    """A straight beam in the plane of slabs, rectangular."""
+    """A straight beam in the plane of slabs."""
 
     name: str  #: The group's name behind the floor's number.
     floors: tuple[int, ...]  #: The floors it lies in.
     start: Plan  #: Plan position of an end [m].
     end: Plan  #: Plan position of the other end [m].
-    width: float  #: Horizontal side [m].
-    depth: float  #: Vertical side [m].
-    offset: float = 0.0  #: Its axis above the slab's mid-plane, negative below [m].
+    section: BeamSection  #: Its section, with the offset of its axis from the slab's mid-plane.
 
 
 @dataclass(frozen=True)
 class Column:
-    """A vertical column, rectangular."""
+    """A vertical column."""
 
     name: str  #: The group's name behind the storey's number.
     storeys: tuple[int, ...]  #: The storeys it stands in.
     place: Plan  #: Plan position [m].
-    width_x: float  #: Side along x [m].
-    width_y: float  #: Side along y [m].
+    section: BeamSection  #: Its section.
 
 
 @dataclass(frozen=True)
@@ -129,12 +126,10 @@ class Geometry:
                 sections[Part("storey", k, wall.name)] = ShellSection(wall.thickness)
         for beam in self.beams:
             for k in beam.floors:
-                section = BeamSection.beam(beam.width, beam.depth, beam.offset)
-                sections[Part("beam", k, beam.name)] = section
+                sections[Part("beam", k, beam.name)] = beam.section
         for column in self.columns:
             for k in column.storeys:
-                section = BeamSection.column(column.width_x, column.width_y)
-                sections[Part("column", k, column.name)] = section
+                sections[Part("column", k, column.name)] = column.section
         return sections
 
     def sections(self, shell_parts: tuple[Part, ...], beam_parts: tuple[Part, ...]) -> Sections:
@@ -183,7 +178,7 @@ def storey_sections(geometry: Geometry) -> dict[int, StoreySection]:
 def _section(
     geometry: Geometry, storey: int, bays: Iterable[Bay], cut: float
 ) -> StoreySection | None:
-    """The section at a height; of rectangles a by b, a along (c, s), with their centres x, y."""
+    """The section at a height; walls are rectangles a by b, a along (c, s), with centres x, y."""
     opened = [bay for bay in bays if bay.sill < cut < bay.sill + bay.height]
     # What stands of each wall between its bays.
     panels = []
@@ -200,25 +195,27 @@ def _section(
                 at = 0.5 * (begin + left)
                 panels.append((x1 + c * at, y1 + s * at, left - begin, wall.thickness, c, s))
             begin = max(begin, right)
-    posts = [
-        (*column.place, column.width_x, column.width_y, 1.0, 0.0)
+    parts = [
+        # ∫ y² dA about the centre of a rectangle is A (a² s² + b² c²) / 12.
+        (x, y, a * b, a * b * c**2, a * b * s**2, *(a * b * i / 12.0 for i in own))
+        for x, y, a, b, c, s in panels
+        for own in [((a * s) ** 2 + (b * c) ** 2, (a * c) ** 2 + (b * s) ** 2)]
+    ]
+    parts += [
+        (*column.place, column.section.A, *column.section.in_plan())
         for column in geometry.columns
         if storey in column.storeys
     ]
-    if not panels and not posts:
+    if not parts:
         return None
-    x, y, a, b, c, s = np.array([*panels, *posts]).T
-    area = a * b
+    x, y, area, A_x, A_y, I_x, I_y = np.array(parts).T
     A = area.sum()
     dx, dy = x - area @ x / A, y - area @ y / A
-    # A column has the whole of its area in both directions.
-    is_post = np.arange(len(area)) >= len(panels)
     return StoreySection(
         cut,
         float(A),
-        A_vy=float(area @ np.where(is_post, 1.0, s**2)),
-        A_vx=float(area @ np.where(is_post, 1.0, c**2)),
-        # ∫ y² dA about the centre of a rectangle is A (a² s² + b² c²) / 12.
-        I_x=float(area @ (((a * s) ** 2 + (b * c) ** 2) / 12.0 + dy**2)),
-        I_y=float(area @ (((a * c) ** 2 + (b * s) ** 2) / 12.0 + dx**2)),
+        A_vy=float(A_y.sum()),
+        A_vx=float(A_x.sum()),
+        I_x=float((I_x + area * dy**2).sum()),
+        I_y=float((I_y + area * dx**2).sum()),
     )

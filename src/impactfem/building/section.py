@@ -10,9 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 Vector = tuple[float, float, float]
 
+E_X: Vector = (1.0, 0.0, 0.0)
 E_Y: Vector = (0.0, 1.0, 0.0)
 E_Z: Vector = (0.0, 0.0, 1.0)
 SHEAR = 5.0 / 6.0  # shear factor of a rectangle, and of a plate
+RIGID = 1e4  # shear factor without shear deformation
 _TERMS = 40  # of the series of J: the rest is below 1e-11 of it
 
 
@@ -93,9 +95,22 @@ class BeamSection:
         return cls.rectangle(width, depth, reference=E_Z, offset=(0.0, 0.0, offset))
 
     @classmethod
-    def column(cls, width_x: float, width_y: float) -> BeamSection:
-        """A rectangular column, sides along x and y [m]: n1 = e_x and n2 = e_y, as t is e_z."""
-        return cls.rectangle(width_x, width_y, reference=E_Y)
+    def column(cls, width_x: float, width_y: float, angle: float = 0.0) -> BeamSection:
+        """A rectangular column, sides along x and y [m]: n1 = e_x and n2 = e_y, as t is e_z.
+
+        The angle turns it from x towards y [rad].
+        """
+        return cls.rectangle(width_x, width_y, reference=_turned(E_Y, E_Z, angle))
+
+    def in_plan(self) -> tuple[float, float, float, float]:
+        """Return A_x, A_y, I_x and I_y of a column in plan, on the axes x and y [m2, m4].
+
+        Shear areas are gross areas, k A over 5/6: A itself of a rectangle. I_x = ∫ y² dA.
+        """
+        x, y, _ = np.square(self.reference) / np.sum(np.square(self.reference))
+        A1, A2 = (k * self.A / SHEAR for k in (self.k1, self.k2))
+        I1, I2 = self.I1, self.I2
+        return A1 * y + A2 * x, A1 * x + A2 * y, I1 * y + I2 * x, I1 * x + I2 * y
 
     def along_reference(self, directions: ArrayLike) -> NDArray[np.bool_]:
         """Whether each direction, shape (..., 3), is along r within about 0.1°: it has no frame."""
@@ -103,6 +118,29 @@ class BeamSection:
         t = t / np.linalg.norm(t, axis=-1, keepdims=True)
         r = np.asarray(self.reference) / np.linalg.norm(self.reference)
         return np.asarray(np.linalg.norm(r - (t @ r)[..., None] * t, axis=-1) < 2e-3)
+
+
+def beam_reference(direction: ArrayLike, angle: float) -> Vector:
+    """Return the direction of the web of a beam: upwards, turned by an angle about its axis [rad].
+
+    The axis points to +x, or to +y where it has no x.
+    """
+    x, y, z = np.asarray(direction, dtype=np.float64) / np.linalg.norm(direction)
+    sign = -1.0 if x < -1e-9 or (abs(x) <= 1e-9 and y < 0.0) else 1.0
+    return _turned(E_Z, (sign * x, sign * y, sign * z), angle)
+
+
+def column_reference(angle: float) -> Vector:
+    """Return the direction of the web of a column, at an angle from x towards y [rad]."""
+    return _turned(E_X, E_Z, angle)
+
+
+def _turned(vector: Vector, axis: Vector, angle: float) -> Vector:
+    """Turn a vector by an angle about an axis, of which it has no part or that does not matter."""
+    if angle == 0.0:
+        return vector
+    x, y, z = math.cos(angle) * np.array(vector) + math.sin(angle) * np.cross(axis, vector)
+    return float(x), float(y), float(z)
 
 
 @dataclass(frozen=True)

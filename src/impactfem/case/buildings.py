@@ -40,6 +40,7 @@ from impactfem.case.members import (
     misplaced,
     read_bays,
     read_members,
+    section_or,
 )
 from impactfem.case.plan import Corners, FloorPlan
 from impactfem.case.quantity import (
@@ -53,6 +54,7 @@ from impactfem.case.quantity import (
     Si,
 )
 from impactfem.case.reading import TableFile
+from impactfem.case.sections import Angle, MemberSection, SectionOf
 from impactfem.case.soil import MatrixSoil, SoilEntry, TableSoil
 from impactfem.case.storeys import ModalTable, Periods
 from impactfem.system.files import LARGEST_MESH
@@ -70,16 +72,24 @@ class ShellGroup(Section):
 
 
 class BeamGroup(Section):
-    """The rectangular section of beams or columns, by the names of their physical groups."""
+    """The section of beams or columns, by the names of their physical groups."""
 
     groups: Text
     """Pattern of the names of the groups, with * and ? as in a shell: `column_*`."""
-    width: PositiveLength
-    """Side of the section: horizontal (beams), along x (columns)."""
-    depth: PositiveLength
-    """Side of the section: vertical (beams), along y (columns)."""
+    section: Annotated[MemberSection | None, SectionOf()] = None
+    """Rolled section or one of [sections], in place of width and depth; its web is vertical
+    (beams) or along x (columns)."""
+    width: PositiveLength | None = None
+    """Side of a rectangular section: horizontal (beams), along x (columns)."""
+    depth: PositiveLength | None = Field(default=None, validate_default=True)
+    """Side of a rectangular section: vertical (beams), along y (columns)."""
+    angle: Angle = 0.0
+    """Turn of the section: of columns in plan, from x towards y; of beams about their axis, which
+    points to +x, or to +y across x."""
     offset: Length = 0.0
     """Height of the axis of beams above the line of nodes; negative below it."""
+
+    _one_section = section_or("width", "depth")
 
 
 class FileMesh(Section):
@@ -131,6 +141,17 @@ class SlabThickness(Section):
     """Thickness of their slabs."""
 
 
+class WallThickness(Section):
+    """The thickness of some walls in some storeys."""
+
+    walls: Text
+    """Pattern of the names of the walls, with * and ? as in a shell: `gable_*`."""
+    storeys: FloorNumbers
+    """Numbers of the storeys."""
+    thickness: PositiveLength
+    """Thickness of the walls there."""
+
+
 class Openings(Section):
     """A change of the openings in some walls."""
 
@@ -158,8 +179,10 @@ class GeneratedMesh(Section):
     """Thickness of the slabs."""
     slabs: tuple[SlabThickness, ...] = ()
     """Thickness of the slabs of some floors, in place of slab_thickness."""
-    walls: Annotated[tuple[Wall, ...], _member_file(Wall)]
-    """Wall table: a CSV file, one row a wall."""
+    walls: Annotated[tuple[Wall, ...], _member_file(Wall)] = ()
+    """Wall table: a CSV file, one row a wall; default none."""
+    thicknesses: tuple[WallThickness, ...] = Field(default=())
+    """Thickness of walls in some storeys, in place of that of the wall table."""
     bays: Annotated[tuple[Bay, ...], TableFile("a bay table (CSV)", read_bays, sited=True)] = ()
     """Bay table: a CSV file, one row an opening in a wall."""
     wall_setback: tuple[Depth, Depth] = (0.0, 0.0)
@@ -222,16 +245,39 @@ class GeneratedMesh(Section):
                 of = f"with wall_setback and openings, bay {bays[k].bay} of {bays[k].wall}"
                 yield f"{of}, storey {bays[k].storey}: {expected}"
 
+    @rule("thicknesses", "walls")
+    @staticmethod
+    def _walls_once(
+        thicknesses: tuple[WallThickness, ...], walls: tuple[Wall, ...]
+    ) -> Iterator[str]:
+        for one in thicknesses:
+            if not any(_thick(one, wall, k) for wall in walls for k in wall.storeys):
+                storeys = ", ".join(map(str, one.storeys))
+                yield f"expected a pattern of walls in storeys {storeys}, found '{one.walls}'"
+        for wall in walls:
+            for k in wall.storeys:
+                if sum(_thick(one, wall, k) for one in thicknesses) > 1:
+                    yield f"expected one thickness of {wall.wall} in storey {k}, found several"
+
     def slab(self, floor: int) -> float:
         """Thickness of the slab of a floor [m]."""
         own = (one.thickness for one in self.slabs if floor in one.floors)
         return next(own, self.slab_thickness)
+
+    def wall_thickness(self, wall: Wall, storey: int) -> float:
+        """Thickness of a wall in a storey [m]."""
+        own = (one.thickness for one in self.thicknesses if _thick(one, wall, storey))
+        return next(own, wall.thickness)
 
     @property
     def built(self) -> tuple[tuple[Wall, ...], tuple[Bay, ...]]:
         """The walls and the bays as they are built: those of the tables, moved and widened."""
         plan = self.length, self.width
         return _built(self.walls, self.bays, plan, self.wall_setback, self.openings)
+
+
+def _thick(of: WallThickness, wall: Wall, storey: int) -> bool:
+    return storey in of.storeys and fnmatchcase(wall.wall, of.walls)
 
 
 def _opened(of: Openings, bay: Bay) -> bool:
@@ -379,6 +425,15 @@ class Structure(Section):
         if added and not masses:
             yield "expected none without floor_masses: no mass is added"
         yield from _floors_once([one.floors for one in added], info)
+
+    def material_of(self, group: str) -> Material:
+        """Material of a part of the mesh, by the name of its group."""
+        own = (
+            entry.material
+            for entry in self.materials
+            if any(fnmatchcase(group, pattern) for pattern in entry.parts)
+        )
+        return next(own, self.material)
 
     @property
     def key(self) -> str:

@@ -6,15 +6,16 @@ from abc import ABC, abstractmethod
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, ClassVar, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Self, TypeVar
 
-from pydantic import ValidationInfo
+from pydantic import Field, ValidationInfo
 
 from impactfem.case.base import Section, nearest, rule
 from impactfem.case.floors import floors_of
 from impactfem.case.leaf import LONGEST_NAME, Floors, Levels, Storeys, Text, Whole, Words
-from impactfem.case.quantity import Depth, Length, PositiveLength
+from impactfem.case.quantity import Depth, Length, PositiveLength, Si
 from impactfem.case.reading import reading_of
+from impactfem.case.sections import Angle, MemberSection, SectionOf
 from impactfem.case.table import Table, read_table
 from impactfem.system.errors import Fault
 
@@ -137,12 +138,31 @@ def read_members(
                 on = f"lies on {one.name} of line {first} in {level}"
                 yield table.fault(line, row.kind, row.name, f"{on}; expected another place")
 
+    checks = placed, one_on_another
     once = (model.kind,)
-    return read_table(path, model, faults, placed, one_on_another, once=once, most=MOST_MEMBERS)
+    context = info.context
+    return read_table(path, model, faults, *checks, once=once, most=MOST_MEMBERS, context=context)
+
+
+Side = Annotated[float | None, Si("m", gt=0)]
+
+
+def section_or(first: str, second: str) -> Any:
+    """The rule that members have either a section, or both sides of a rectangle."""
+
+    def wrong(last: Any, section: Any, other: Any) -> Iterator[str]:
+        missing = (other, last).count(None)
+        if missing != (0 if section is None else 2):
+            words = f"expected either section, or {first} and {second}"
+            yield words if section is None else f"{words}, not both"
+
+    return rule(second, "section", first, kind="section_or")(wrong)
 
 
 class Beam(Line):
-    """A straight beam of rectangular section: one row of the beam table."""
+    """A straight beam: one row of the beam table."""
+
+    MAY_BE_EMPTY = ("section", "width", "depth", "angle")
 
     kind: ClassVar[str] = "beam"
     levels_column: ClassVar[str] = "floors"
@@ -159,18 +179,25 @@ class Beam(Line):
     """Position along the building of the other end."""
     y2: Length
     """Position across the building of the other end."""
-    width: PositiveLength
-    """Horizontal side of the section."""
-    depth: PositiveLength
-    """Vertical side of the section."""
+    section: Annotated[MemberSection | None, SectionOf()] = None
+    """Rolled section or one of [sections], with a vertical web, in place of width and depth."""
+    width: Side = None
+    """Horizontal side of a rectangular section."""
+    depth: Side = Field(default=None, validate_default=True)
+    """Vertical side of a rectangular section."""
+    angle: Angle = 0.0
+    """Turn of the section about the axis of the beam, which points to +x, or to +y across x."""
     offset: Length = 0.0
     """Height of its axis above the mid-plane of the slab; negative below it."""
 
+    _one_section = section_or("width", "depth")
     _apart = rule("y2", "x1", "y1", "x2")(_two_ends)
 
 
 class Column(Member):
-    """A vertical column of rectangular section: one row of the column table."""
+    """A vertical column: one row of the column table."""
+
+    MAY_BE_EMPTY = ("section", "width_x", "width_y", "angle")
 
     kind: ClassVar[str] = "column"
     levels_column: ClassVar[str] = "storeys"
@@ -183,10 +210,16 @@ class Column(Member):
     """Position along the building."""
     y: Length
     """Position across the building."""
-    width_x: PositiveLength
-    """Side of the section along x."""
-    width_y: PositiveLength
-    """Side of the section along y."""
+    section: Annotated[MemberSection | None, SectionOf()] = None
+    """Rolled section or one of [sections], with its web along x, in place of the widths."""
+    width_x: Side = None
+    """Side of a rectangular section along x."""
+    width_y: Side = Field(default=None, validate_default=True)
+    """Side of a rectangular section along y."""
+    angle: Angle = 0.0
+    """Turn of the section in plan, from x towards y: 90 deg puts the web along y."""
+
+    _one_section = section_or("width_x", "width_y")
 
     @property
     def coordinates(self) -> dict[str, float]:

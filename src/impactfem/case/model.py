@@ -28,6 +28,7 @@ from impactfem.case.floors import Material
 from impactfem.case.leaf import File, Key, OneOrMore, Text
 from impactfem.case.motions import Ensemble, FloorForces, Motion, MotionEntry, WavePassage
 from impactfem.case.report import PUBLISHED_FILE, Published, Report
+from impactfem.case.sections import MemberSection
 from impactfem.case.transient import Probe, Transient
 from impactfem.system.scalar import alone
 
@@ -46,6 +47,8 @@ class CaseFile(Section):
     """Table of published values (CSV), compared with the results in summary.json."""
     materials: dict[Key, Material]
     """Materials by name."""
+    sections: dict[Key, MemberSection] = Field(default={})
+    """Sections of beams and columns by name, in addition to the rolled sections."""
     damping: DampingEntry
     """Damping of all buildings without their own."""
     damping_cases: tuple[DampingCase, ...] = ()

@@ -6,6 +6,7 @@ are, a case file must state its units.
 
 import re
 from dataclasses import KW_ONLY, dataclass
+from types import NoneType
 from typing import Annotated, Any, Literal, get_args
 
 from pydantic import GetCoreSchemaHandler, ValidationInfo, ValidatorFunctionWrapHandler
@@ -75,9 +76,10 @@ class Si(Leaf):
         )
         # A word is serialised unchanged.
         whatever = core_schema.plain_serializer_function_ser_schema(lambda value: value)
-        return core_schema.with_info_wrap_validator_function(
+        schema = core_schema.with_info_wrap_validator_function(
             self._read, number, serialization=whatever if self.word else None
         )
+        return core_schema.nullable_schema(schema) if NoneType in get_args(source) else schema
 
     def _read(self, value: Any, number: ValidatorFunctionWrapHandler, info: ValidationInfo) -> Any:
         if self.word and value == self.word:

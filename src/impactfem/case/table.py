@@ -250,6 +250,7 @@ def read_table(
     once: tuple[str, ...] = (),
     most: int = MOST_ROWS,
     what: str = "",
+    context: Any = None,
 ) -> Table[Row] | None:
     """Read a CSV file into models; None, with the faults appended to the list, where it has any.
 
@@ -257,6 +258,7 @@ def read_table(
     with its unit in brackets. A model that ignores what it does not know lets a table have further
     columns. The checks look at a table whose rows have no fault. A value of the first column of
     `once`, or a combination with its others, stands once in the table, whatever else is at fault.
+    The context of a validation leads rows that name tables of the case file to these.
     """
     example = ",".join(_header_of(name, info) for name, info in row_model.model_fields.items())
     example, what = (what, what) if what else (example, f"a table (CSV) with the header {example}")
@@ -265,7 +267,9 @@ def read_table(
     lines = read_lines(path, what, example, found, most)
     if lines is not None:
         columns = _columns(path, *lines[0], row_model, found)
-        rows = [(n, *_row(path, n, cells, columns, row_model, found)) for n, cells in lines[1:]]
+        rows = [
+            (n, *_row(path, n, cells, columns, row_model, found, context)) for n, cells in lines[1:]
+        ]
         table = Table(
             path,
             tuple(row for _, row, _ in rows if row is not None),
@@ -364,6 +368,7 @@ def _row(
     columns: list[_Column | None],
     row_model: type[Row],
     faults: list[Fault],
+    context: Any,
 ) -> tuple[Row | None, dict[str, Any]]:
     """The model of a row, None where it has faults, and its values that could be read."""
     values: dict[str, Any] = {}
@@ -373,8 +378,10 @@ def _row(
         if column is None:
             continue
         written[column.field] = cell
-        unknown = not cell and column.field in row_model.MAY_BE_EMPTY
-        if column.unit is None or unknown:
+        if not cell and column.field in row_model.MAY_BE_EMPTY:
+            del written[column.field]  # as without the column
+            continue
+        if column.unit is None:
             continue
         value = column.value(cell)
         if value is None:
@@ -387,7 +394,7 @@ def _row(
         else:
             values[column.field] = value
     try:
-        return row_model.model_validate(values), values
+        return row_model.model_validate(values, context=context), values
     except ValidationError as error:
         headers = {column.field: column.header for column in columns if column is not None}
         items = error.errors(include_url=False)
@@ -405,6 +412,7 @@ def _row(
                 and field not in written
                 and (item["msg"], item["input"]) not in said
             ):
-                expected = f"{field}, which has no column: {expected}" if field else expected
+                without = "is empty" if field in headers else "has no column"
+                expected = f"{field}, which {without}: {expected}" if field else expected
                 faults.append(Fault(path, f"line {line}", None, expected, item["type"]))
         return None, values

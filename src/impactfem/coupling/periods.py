@@ -20,6 +20,9 @@ from impactfem.system.errors import Fault
 SHEAR = 5.0 / 6.0
 """Shear area of a rectangular section over its area."""
 
+Bending = tuple[float, float | None]
+"""Second moment of area and shear area of a member, None without shear deformation [m4, m2]."""
+
 
 def unusual_periods(case: Case) -> list[Fault]:
     """Warn of first periods of sticks and of 3D models that are not those of a building."""
@@ -74,29 +77,40 @@ def storey_stiffness(building: Building) -> tuple[Array, Array]:
     structure = building.structure
     assert structure is not None and isinstance(structure.mesh, GeneratedMesh)
     mesh, factor = structure.mesh, structure.storey_stiffness_factor
-    E = structure.material.young_modulus
-    G = E / (2.0 * (1.0 + structure.material.poisson_ratio))
     found = np.zeros((2, len(building.floors)))
     for k, floor in enumerate(building.floors):
         h = floor.storey_height - (mesh.slab(floor.floor) if k else 0.0)
 
-        def of_rectangle(depth: float, width: float, h: float = h) -> float:
-            """Stiffness along the depth of a section [N/m]."""
-            area, moment = depth * width, width * depth**3 / 12.0
-            return 1.0 / (h**3 / (12.0 * E * moment) + h / (G * SHEAR * area))
-
+        members = list[tuple[str, tuple[float, float], Bending, Bending]]()
         for column in mesh.columns:
             if floor.floor in column.levels:
-                found[0, k] += of_rectangle(column.width_x, column.width_y)
-                found[1, k] += of_rectangle(column.width_y, column.width_x)
+                axis = math.cos(column.angle), math.sin(column.angle)
+                a, b = column.width_x or 0.0, column.width_y or 0.0
+                bendings = rectangle(a, b), rectangle(b, a)
+                if (own := column.section) is not None:
+                    bendings = (own.Iy, own.Avz), (own.Iz, own.Avy)
+                members.append((f"column_{floor.floor}_{column.column}", axis, *bendings))
         for wall in mesh.walls:
             if floor.floor in wall.levels:
-                c = abs(wall.x2 - wall.x1) / wall.length, abs(wall.y2 - wall.y1) / wall.length
-                along = of_rectangle(wall.length, wall.thickness)
-                across = of_rectangle(wall.thickness, wall.length)
-                found[0, k] += c[0] ** 2 * along + c[1] ** 2 * across
-                found[1, k] += c[1] ** 2 * along + c[0] ** 2 * across
+                axis = (wall.x2 - wall.x1) / wall.length, (wall.y2 - wall.y1) / wall.length
+                a, b = wall.length, mesh.wall_thickness(wall, floor.floor)
+                bendings = rectangle(a, b), rectangle(b, a)
+                members.append((f"storey_{floor.floor}_{wall.wall}", axis, *bendings))
+        for group, axis, *both in members:
+            E = structure.material_of(group).young_modulus
+            G = E / (2.0 * (1.0 + structure.material_of(group).poisson_ratio))
+            along, across = (
+                1.0 / (h**3 / (12.0 * E * moment) + (h / (G * area) if area else 0.0))
+                for moment, area in both
+            )
+            x, y = np.square(axis)
+            found[:, k] += x * along + y * across, y * along + x * across
     return factor * found[0], factor * found[1]
+
+
+def rectangle(depth: float, width: float) -> Bending:
+    """Return second moment of area and shear area of a rectangle along its depth [m4, m2]."""
+    return width * depth**3 / 12.0, SHEAR * depth * width
 
 
 def shear_period(building: Building, stiffness: Array) -> float:

@@ -24,7 +24,7 @@ from impactfem.verify import (
 )
 from impactfem.verify.devices import spectra as device_spectra
 from impactfem.verify.row import HEAVY, REGISTERED, Row, Rows
-from impactfem.verify.shells import beams, curved, plates
+from impactfem.verify.shells import beams, curved, plates, steel_frames
 from impactfem.verify.waves import forced, frame, in_time, paper, pounding, slab
 
 GROUPS: Mapping[str, Sequence[ModuleType]] = {
@@ -34,7 +34,7 @@ GROUPS: Mapping[str, Sequence[ModuleType]] = {
     "Ground motion": (motion,),
     "Oscillators and spectra": (spectra,),
     "Shells": (plates, curved),
-    "Beams and frames": (beams,),
+    "Beams and frames": (beams, steel_frames),
     "Waves and the 3D building in time": (slab, in_time, forced, frame, pounding, paper),
     "Unilateral contact": (unilateral, massless),
     "Devices and response spectrum analysis": (devices, device_spectra),
