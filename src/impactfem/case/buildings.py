@@ -490,6 +490,9 @@ class Building(Section):
     """Factor on all stiffnesses of the storeys."""
     second_moment_factor: PositiveFactor = 1.0
     """Factor on the second moments of area I_x and I_y of the storeys."""
+    stick: Literal["structure", "own"] | None = None
+    """Stiffness and masses of the stick: of the 3D model, or "own", of the floor table. Default
+    "structure" with a 3D model, unless [calibration] has targets of the building."""
     damping: DampingEntry = Field(default=None, validate_default=True)
     """Damping of this building in place of [damping]; on soil, of its motion relative to the
     raft."""

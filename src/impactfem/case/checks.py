@@ -259,6 +259,19 @@ def _of_buildings(case: Case, reading: Reading) -> Iterator[Finding]:
             yield place, f"expected targets of the building with a 3D model, {' or '.join(named)}"
 
 
+def _of_sticks(case: Case, reading: Reading) -> Iterator[Finding]:
+    """Sticks of 3D models that are missing or that are to be fitted."""
+    targets = () if case.calibration is None else case.calibration.targets
+    for index, building in enumerate(case.buildings):
+        if building.stick != "structure":
+            continue
+        place = ("buildings", index, "stick")
+        if building.name not in reading.three_d:
+            yield place, 'expected a [buildings.structure] of the building, or stick = "own"'
+        elif any(target.building == building.name for target in targets):
+            yield place, 'expected "own": [calibration] fits this stick'
+
+
 def _rigid_storeys(building: Building) -> Iterator[tuple[str, str]]:
     """Storeys without a flexible part between the rigid zones of their floors: which key, and why.
 
@@ -513,6 +526,7 @@ CHECKS = (
     _of_buildings_in_3d,
     _of_buildings,
     _of_soil,
+    _of_sticks,
     of_contacts,
     of_search,
     _of_alignment,

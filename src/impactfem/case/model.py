@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -108,6 +108,7 @@ class Case(CaseFile):
         digest: SHA-256 of the case text, of those it extends and of all files they name, as
             hexadecimal digits.
         input_files: SHA-256 of each of these texts and files by its name there.
+        model_sticks: Sticks that a run took from 3D models, by building; a stage adds them.
         reference_of: Name of the file below this one that names the reference of the report; ""
             where the case file does itself, or there is none.
         changes: Keys in which the case differs from that file, with dots.
@@ -118,6 +119,7 @@ class Case(CaseFile):
     path: Path
     digest: str
     input_files: dict[str, str] = Field(default={}, exclude=True)
+    model_sticks: dict[str, Any] = Field(default={}, exclude=True)
     reference_of: str = ""
     changes: tuple[str, ...] = ()
 
@@ -146,6 +148,19 @@ class Case(CaseFile):
         """Names of the buildings whose 3D models pound."""
         models = self.pounding.models
         return tuple(one.name for one in self.buildings if models.get(one.name) == "structure")
+
+    @property
+    def sticks_on_models(self) -> tuple[str, ...]:
+        """Names of the buildings whose sticks have the stiffness of their 3D models."""
+        modelled = {one.building for one in self.structures}
+        targets = () if self.calibration is None else self.calibration.targets
+        fitted = {target.building for target in targets}
+        default = {name: "own" if name in fitted else "structure" for name in modelled}
+        return tuple(
+            one.name
+            for one in self.buildings
+            if (one.stick or default.get(one.name)) == "structure" and one.name in modelled
+        )
 
     def touches_in_3d(self, contact: Contact) -> bool:
         """Return True if a contact is along edges: of a building whose 3D model pounds."""

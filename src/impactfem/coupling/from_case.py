@@ -26,8 +26,9 @@ from impactfem.sticks.calibration import (
     calibrate,
     family_modes,
 )
+from impactfem.sticks.condensed import ModelStick
 from impactfem.sticks.element import Section, StoreySprings
-from impactfem.sticks.stick import Floor, Stick, build_stick
+from impactfem.sticks.stick import Floor, Stick, build_stick, on_floor_matrices
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.log import LOGGER
 
@@ -65,6 +66,29 @@ def stick_of(
         section = storey_of(building, row, values.factor * row.storey_stiffness_factor, along)
         inertia, ends = (row.Jx, row.Jy, row.Jz), (values.below, values.above)
         floors.append(Floor(row.floor, row.mass, inertia, float(height), section, *ends))
+    return _built(building, floors, storey_points)
+
+
+def stick_on_model(
+    building: Building, model: ModelStick, storey_points: tuple[tuple[int, float], ...] = ()
+) -> Stick:
+    """Return the stick of a building with the stiffness and the masses of its 3D model.
+
+    Storey points are points inside storeys, see `build_stick`.
+    """
+    ends = building.rigid_below, building.rigid_above
+    floors = [
+        Floor(row.floor, float(mass), tuple(J.tolist()), row.storey_height, section, *ends)
+        for row, mass, J, section in zip(
+            building.floors, model.mass, model.inertia, model.sections, strict=True
+        )
+    ]
+    return on_floor_matrices(_built(building, floors, storey_points), model.K, model.M)
+
+
+def _built(
+    building: Building, floors: Sequence[Floor], storey_points: tuple[tuple[int, float], ...]
+) -> Stick:
     return build_stick(
         building.name,
         floors,
@@ -186,14 +210,16 @@ def system_of(case: Case, calibration: Calibration | None) -> System:
         for point, _ in contact.ends:
             if point.storey is not None and point.relative_height is not None:
                 points.setdefault(point.building, []).append((point.storey, point.relative_height))
-    sticks = {
-        building.name: stick_of(
-            building,
-            calibration.parameters if calibration and building.name in calibrated else None,
-            tuple(points.get(building.name, ())),
-        )
-        for building in case.buildings
-    }
+    sticks = {}
+    for building in case.buildings:
+        name, own_points = building.name, tuple(points.get(building.name, ()))
+        if name in case.sticks_on_models:
+            if name not in case.model_sticks:
+                raise ValueError(f"the stick of {name} is that of its 3D model, which has to run")
+            sticks[name] = stick_on_model(building, case.model_sticks[name], own_points)
+        else:
+            fitted = calibration.parameters if calibration and name in calibrated else None
+            sticks[name] = stick_of(building, fitted, own_points)
     pairs = []
     for contact in case.contacts:
         normal, ends = np.array(contact.normal), list[End]()

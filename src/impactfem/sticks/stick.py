@@ -2,7 +2,7 @@
 
 from bisect import bisect
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -146,14 +146,22 @@ class Stick:
     def element_forces(self, u: Array) -> Array:
         """Elastic forces at the upper end of each beam element, acting on the part above.
 
+        They balance the elastic forces K u of the masters above, floors and points inside storeys.
         Of displacements of shape (..., n) [m, rad] the forces along [N] and moments about [N m] x,
         y, z, shape (..., n_elements, 6).
         """
-        padded = np.concatenate([u, np.zeros((*u.shape[:-1], 1))], axis=-1)
-        upper = [
-            -(padded[..., element.dofs] @ (element.k @ element.T).T)[..., 6:]
-            for element in self.elements
-        ]
+        loads = u @ self.K
+        upper = []
+        for element in self.elements:
+            master = int(element.dofs[6]) // 6
+            # The end of the element lies at an offset along z from its master.
+            end = self.positions[master] + [0.0, 0.0, element.T[6, 10]]
+            above = np.flatnonzero(self.positions[:, 2] >= self.positions[master, 2])
+            # Work of rigid motions of the part above, about the end.
+            motion = np.zeros((self.n, 6))
+            for k in above:
+                motion[6 * k : 6 * k + 6] = rigid_link(self.positions[k] - end)
+            upper.append(-loads @ motion)
         return np.stack(upper, axis=-2)
 
 
@@ -242,6 +250,27 @@ def flexible_part(floor: Floor, lower: Floor | None) -> tuple[float, float]:
     if isinstance(floor.section, StoreySprings):
         return 0.0, floor.height
     return 0.0 if lower is None else lower.above, floor.height - floor.below
+
+
+def on_floor_matrices(stick: Stick, K: Array, M: Array) -> Stick:
+    """Return the stick with other matrices of its floors.
+
+    Points inside storeys keep their elements: with no force on them, the floors have the stiffness
+    K. The forces in the storeys balance the floors.
+
+    Args:
+        stick: The stick, whose elements give the motion inside storeys.
+        K: Stiffness of its floors, shape (6 f, 6 f) [N/m, N m].
+        M: Mass of its floors, shape (6 f, 6 f) [kg, kg m2].
+    """
+    n = len(K)
+    floors, points = slice(None, n), slice(n, None)
+    whole, mass = stick.K.copy(), stick.M.copy()
+    held = whole[floors, points] @ np.linalg.solve(whole[points, points], whole[points, floors])
+    whole[floors, floors] += K - (whole[floors, floors] - held)
+    mass[floors, floors] = M
+    damping = UNDAMPED if stick.damping is None else stick.damping
+    return replace(stick, K=whole, M=mass, C=damping.matrix(whole, mass))
 
 
 def _check_point(

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
+from impactfem.building.condensation import floor_flexibility
+from impactfem.building.floor_properties import floor_properties
 from impactfem.building.from_case import geometry_of, read_parts
 from impactfem.building.generate import generate
 from impactfem.building.mesh import BuildingMesh, place
@@ -23,7 +25,8 @@ from impactfem.dynamics.modes import Modes, modes
 from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced import modes_near, reduced_model
 from impactfem.stages.building.study import BuildingStudy
-from impactfem.stages.building.targets import bending_modes
+from impactfem.stages.building.targets import ECCENTRIC, bending_modes
+from impactfem.sticks.condensed import CondensedStick, condensed_stick, floor_mass
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import SolutionError
 from impactfem.system.least_squares import minima
@@ -53,9 +56,9 @@ def analysed(
 ) -> tuple[BuildingStudy, BuildingModel, Modes]:
     """The results of the stage, with the matrices and all degrees of freedom. Collective.
 
-    The mesh is written into the folder, unless it is known. Each step ("mesh", "matrices", "modes")
-    runs inside the context that `step` gives for its name. InputError where the mesh is not usable,
-    SolutionError where the structure is a mechanism, or no factor gives the frequency.
+    The mesh is written into the folder, unless it is known. Each step ("mesh", "matrices", "modes",
+    "stick") runs inside the context that `step` gives for its name. InputError where the mesh is
+    not usable, SolutionError where the structure is a mechanism, or no factor gives the frequency.
     """
     structure, path = building.structure, mesh_of_run(building, folder)
 
@@ -97,6 +100,11 @@ def analysed(
     shapes = np.zeros((count, model.n_nodes if gathered else 0, 3), dtype=np.float32)
     for nodes, part in gathered:
         shapes[:, nodes] = part.transpose(2, 0, 1)
+    participation = comm.allreduce(result.shapes.T @ ground)
+    stick = None
+    if building.name in building.case.sticks_on_models:
+        with step("stick"):
+            stick = _stick(model, parts, masses, (factor, result, participation), total)
     study = BuildingStudy(
         structure=structure,
         parts=parts,
@@ -105,11 +113,37 @@ def analysed(
         factor=factor,
         frequency=result.frequency,
         shapes=shapes,
-        participation=comm.allreduce(result.shapes.T @ ground),
+        participation=participation,
         total=np.diag(total).copy(),
         residual=result.residual,
+        stick=stick,
     )
     return study, model, result
+
+
+def _stick(
+    model: BuildingModel,
+    parts: BuildingParts,
+    masses: FloorMasses,
+    modes: tuple[float, Modes, Array],
+    total: Array,
+) -> CondensedStick:
+    """The stick of the 3D model, by its storey factor, modes and participation. Collective."""
+    (factor, result, participation), mesh = modes, parts.mesh
+    found = floor_flexibility(model, mesh, factor, result.shapes)
+    properties = floor_properties(parts, masses)
+    centre = np.column_stack([properties["ex"], properties["ey"]])
+    # A small eccentricity is one of the mesh: it would couple the motions of a symmetric building.
+    plan = np.ptp(mesh.nodes[:, :2], axis=0)
+    centre[np.abs(centre / plan).max(axis=1) <= ECCENTRIC] = 0.0
+    inertia = np.column_stack([properties[f"J{axis}"] for axis in "xyz"])
+    return condensed_stick(
+        found.F,
+        floor_mass(masses.floors, inertia, centre),
+        result.frequency,
+        found.shapes,
+        participation**2 / np.diag(total),
+    )
 
 
 def _modes(model: BuildingModel, structure: Structure, known: Array | None) -> tuple[float, Modes]:

@@ -1,10 +1,11 @@
 """The stage `building`: mesh, matrices and modes of the 3D model."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
 from impactfem.case import Building3D, Case
 from impactfem.case.buildings import GeneratedMesh, structure_files
@@ -14,6 +15,7 @@ from impactfem.case.plausibility import PERIOD_PER_STOREY
 from impactfem.stages.building import pictures
 from impactfem.stages.building.pictures import BuildingData
 from impactfem.stages.building.tables import building_tables
+from impactfem.stages.building.targets import ECCENTRIC
 from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
 from impactfem.stages.drawing import Figures
 from impactfem.stages.inputs import published_values
@@ -27,11 +29,10 @@ MASS = 1e-9
 INERTIA = 0.2
 """Largest relative difference of an inertia of a floor from the floor table, with which the sticks
 are made: a radius of gyration within a tenth."""
-ECCENTRIC = 0.01
-"""Distance of a centre of mass from the node of its floor, over the size of the plan, from which
-on it is reported."""
 FAR = 0.1
 """The same, from which on the node is probably not the one that was meant."""
+STICK_ERROR, STICK_MAC = 0.02, 0.95
+"""Largest difference of a frequency between stick and 3D model, and least MAC of its shape."""
 RESIDUAL = 1e-6
 """Largest residual of a mode that counts as converged."""
 
@@ -128,6 +129,44 @@ MASS_CENTRE = Criterion(
 )
 
 
+STICK_FREQUENCY = Criterion(
+    "building.stick_frequency",
+    "difference of a frequency between the 3D model and its stick",
+    "%",
+    upper=STICK_ERROR,
+    consequence="The stick does not have the stiffness of the 3D model",
+    remedy='Use the 3D model in the pounding (models of [pounding]), or stick = "own"',
+    concerns=("pounding.main_impact_*",),
+)
+STICK_SHAPE = Criterion(
+    "building.stick_mac",
+    "MAC of a mode of the 3D model and its stick",
+    lower=STICK_MAC,
+    consequence="Floors do not move as rigid bodies in this mode, as those of a stick do",
+    remedy='Use the 3D model in the pounding (models of [pounding]), or stick = "own"',
+    concerns=("pounding.main_impact_*",),
+)
+NO_STICK_MODE = Criterion("building.stick_modes", "modes of the 3D model that its stick has")
+
+
+def stick_fit_checks(store: xr.Dataset) -> Iterator[Check]:
+    """Check frequencies and shapes of a stick that is made of the 3D model."""
+    if "stick_stiffness" not in store:
+        return
+    if not store.sizes["matched"]:
+        yield NO_STICK_MODE.check(0, detail="no computed mode moves the floors as a whole")
+        return
+    model, mac = store["stick_model_frequency"].values, store["stick_mac"].values
+    error = np.abs(store["stick_frequency"].values / model - 1.0)
+    modes = f"{error.size} modes up to {model.max():.3g} Hz"
+    for criterion, values, k in (
+        (STICK_FREQUENCY, error, int(error.argmax())),
+        (STICK_SHAPE, mac, int(mac.argmin())),
+    ):
+        mode = f"mode {store['stick_mode'].values[k]}, {model[k]:.3g} Hz"
+        yield criterion.check(values[k], mode, modes)
+
+
 def building_checks(folder: Path, floors: Sequence[Floor] = ()) -> list[Check]:
     """Check mesh, masses, modes, and moments of inertia against a floor table."""
     with open_store(folder / "building.nc") as store:
@@ -170,6 +209,7 @@ def building_checks(folder: Path, floors: Sequence[Floor] = ()) -> list[Check]:
             k = int(away.argmax())
             where, distance = f"floor {store['floor'].values[k]}", f"{np.hypot(*e[k]):.3g} m"
             checks.append(MASS_CENTRE.check(away[k], where, distance))
+        checks += stick_fit_checks(store)
         return checks
 
 
@@ -182,9 +222,10 @@ BUILDING = StageOf[Building3D](
         "{building.dofs} degrees of freedom",
         "first bending modes {building.frequency.1}, {building.frequency.2}",
     ),
-    steps={"mesh": 3.0, "matrices": 5.0, "modes": 25.0, "stores": 1.0, DRAWING: 4.0},
+    steps={"mesh": 3.0, "matrices": 5.0, "modes": 25.0, "stick": 4.0, "stores": 1.0, DRAWING: 4.0},
     sections=("materials", "buildings", "structure"),
     files=lambda building: structure_files(building.structure),
+    further=lambda building: "stick" * (building.name in building.case.sticks_on_models),
     stores={"building": "building.nc"},
     compute=_compute,
     tabulate=_tabulate,
@@ -197,10 +238,12 @@ BUILDING = StageOf[Building3D](
 
 
 def target_models(case: Case) -> tuple[Stage, ...]:
-    """Return the stage `building` of the 3D models whose modes are targets of the sticks."""
-    if case.calibration is None or not case.calibration.from_structure:
+    """Return the stage `building` of the 3D models that sticks are made of or fitted to."""
+    targets = {*case.sticks_on_models}
+    if case.calibration is not None and case.calibration.from_structure:
+        targets |= {target.building for target in case.calibration.targets}
+    if not targets:
         return ()
-    targets = {target.building for target in case.calibration.targets}
 
     def subjects(case: Case) -> tuple[Building3D, ...]:
         return tuple(one for name, one in case.modelled.items() if name in targets)

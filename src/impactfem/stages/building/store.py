@@ -12,6 +12,7 @@ from impactfem.stages.building.study import BuildingStudy
 from impactfem.stages.building.targets import SHOWN_BENDING
 from impactfem.stages.results import outputs, scalars, value
 from impactfem.stages.stores import Output, dataset
+from impactfem.sticks.condensed import CondensedStick
 from impactfem.system.files import write_netcdf
 from impactfem.system.scalar import Scalar, with_scalars
 
@@ -44,6 +45,7 @@ OUTPUTS = {
     "mode": Output("mode", "", "in natural order, from 1"),
     **outputs(BuildingStudy),
     **outputs(FloorMasses),
+    **outputs(CondensedStick),
     **{
         f"floor_{name}": Output("floor", unit, "of parts and added mass, or of the storey below")
         for name, unit in UNITS.items()
@@ -102,6 +104,7 @@ def _results(study: BuildingStudy) -> dict[str, Any]:
         "mode": np.arange(1, len(study.frequency) + 1),
         **value(study),
         **value(study.masses),
+        **({} if study.stick is None else value(study.stick)),
     }
 
 

@@ -9,6 +9,7 @@ from impactfem.building.mesh_report import MeshReport
 from impactfem.building.parts import BuildingParts, FloorMasses
 from impactfem.case.buildings import Structure
 from impactfem.stages.building.targets import bending_modes
+from impactfem.sticks.condensed import CondensedStick
 from impactfem.system.arrays import Array, Index
 from impactfem.system.quantity import quantity, results, si
 
@@ -39,6 +40,7 @@ class BuildingStudy:
         "kg, kg m2", f"mass, base included, {_ABOUT}", dims="direction", name="total_mass"
     )
     residual: Array = si("-", "relative residual of the mode", dims="mode")
+    stick: CondensedStick | None = None  #: stick of the building, where it is made of the 3D model
 
     @property
     @quantity("kg, kg m2", f"effective mass, {_ABOUT}", dims="mode direction")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from impactfem.case import BuildingAtWall
 from impactfem.stages.building.stage import target_models
-from impactfem.stages.building.targets import with_structure_targets
+from impactfem.stages.building.targets import with_structure_sticks
 from impactfem.stages.calibrate import figures
 from impactfem.stages.calibrate.checks import wall_checks
 from impactfem.stages.calibrate.figures import CalibrationData
@@ -26,7 +26,7 @@ def _compute(building: BuildingAtWall, folder: Path, key: str, steps: Steps) -> 
 
     with steps.step("inputs"):
         wall = reduced_of_run(folder, model_key(building)).complete.wall
-        case = with_structure_targets(building.case, building.run_folder(folder))
+        case = with_structure_sticks(building.case, building.run_folder(folder))
         building = replace(building, case=case)
         prepared = prepare(building, mesh_of_run(building, folder))
     if wall is None:

@@ -9,7 +9,7 @@ import xarray as xr
 
 from impactfem.case import BuildingInTime, Case
 from impactfem.stages.building.stage import storey_factor
-from impactfem.stages.building.targets import with_structure_targets
+from impactfem.stages.building.targets import with_structure_sticks
 from impactfem.stages.calibrate.selection import impulses_of_run, with_contact_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
@@ -69,7 +69,7 @@ def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> 
         reduced = reduced_on_root(folder, on_root(lambda: model_key(building)), building)
         if members:
             shared = on_root(lambda: members_key(building))
-            case = on_root(lambda: with_contact_of_run(with_structure_targets(case, run), run))
+            case = on_root(lambda: with_contact_of_run(with_structure_sticks(case, run), run))
             building = replace(building, case=case)
         impulses = on_root(lambda: impulses_of_run(building, run))
         prepared = on_root(

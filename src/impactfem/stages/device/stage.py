@@ -9,7 +9,7 @@ import xarray as xr
 from impactfem.case import BuildingInTime
 from impactfem.case.transient import transient_files
 from impactfem.stages.building.stage import storey_factor
-from impactfem.stages.building.targets import with_structure_targets
+from impactfem.stages.building.targets import with_structure_sticks
 from impactfem.stages.calibrate.selection import (
     calibrated_laws,
     calibrated_restitutions,
@@ -61,7 +61,7 @@ def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> 
     mesh = mesh_of_run(building, folder)
     with steps.step("inputs"):
         laws, inputs = calibrated_laws(case), on_root(lambda: POUNDING.key(case))
-        case = on_root(lambda: with_contact_of_run(with_structure_targets(case, run), run))
+        case = on_root(lambda: with_contact_of_run(with_structure_sticks(case, run), run))
         building = replace(building, case=case)
         forces = of_run(folder, "forces.nc")
         impulses = on_root(lambda: impulses_of_run(building, run))

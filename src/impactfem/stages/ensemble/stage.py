@@ -5,7 +5,7 @@ from pathlib import Path
 from impactfem.case import Case
 from impactfem.coupling.from_case import calibration_of, system_of
 from impactfem.plot.floor_products import write_floor_products
-from impactfem.stages.building.targets import with_structure_targets
+from impactfem.stages.building.targets import with_structure_sticks
 from impactfem.stages.calibrate.selection import with_contact_of_run
 from impactfem.stages.drawing import Figures
 from impactfem.stages.ensemble import figures
@@ -27,7 +27,7 @@ from impactfem.system.parallel import on_root
 
 
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
-    case = on_root(lambda: with_contact_of_run(with_structure_targets(case, folder), folder))
+    case = on_root(lambda: with_contact_of_run(with_structure_sticks(case, folder), folder))
     with steps.step("sticks"):
         calibration = on_root(lambda: calibration_of(case))
         ready = (calibration, system_of(case, calibration))

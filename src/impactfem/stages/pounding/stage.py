@@ -10,7 +10,7 @@ from impactfem.case.soil import TABLE_BAND, TableSoil
 from impactfem.coupling.force_history import OTHER_FORCES, ForceHistory, write_forces
 from impactfem.plot.floor_products import write_floor_products
 from impactfem.stages.building.stage import BUILDING, target_models
-from impactfem.stages.building.targets import with_structure_targets
+from impactfem.stages.building.targets import with_structure_sticks
 from impactfem.stages.calibrate.selection import asks_calibration, with_contact_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.check import Check
@@ -35,7 +35,7 @@ from impactfem.system.log import Steps
 
 
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
-    case = with_contact_of_run(with_structure_targets(case, folder), folder)
+    case = with_contact_of_run(with_structure_sticks(case, folder), folder)
     if (models := models_of_run(case, folder)) is not None:
         from impactfem.reduction.contact_line import warn_of_narrow  # beside dolfinx
 
