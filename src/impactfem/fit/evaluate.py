@@ -116,7 +116,9 @@ def _sticks(problem: Problem, case: Case, pieces: Pieces) -> None:
         isinstance(t, ScalarTarget) and STICK_MODES.fullmatch(t.result) for t in targets
     ):
         return
-    bare = case.model_copy(update={"contacts": ()})  # contact laws may wait for a calibration
+    # Contact laws may wait for a calibration, and sticks of 3D models for a run.
+    own = tuple(one for one in case.buildings if one.name not in case.sticks_on_models)
+    bare = case.model_copy(update={"contacts": (), "buildings": own})
     sticks = system_of(bare, calibration_of(case)).sticks
     found = [modes(stick) for stick in sticks]
     pieces.scalars |= {one.name: one for one in scalars_of_modes(case, sticks, found)}

@@ -129,8 +129,8 @@ MASS_CENTRE = Criterion(
 )
 
 
-STICK_FREQUENCY = Criterion(
-    "building.stick_frequency",
+STICK_FIT_ERROR = Criterion(
+    "building.stick_error",
     "difference of a frequency between the 3D model and its stick",
     "%",
     upper=STICK_ERROR,
@@ -139,7 +139,7 @@ STICK_FREQUENCY = Criterion(
     concerns=("pounding.main_impact_*",),
 )
 STICK_SHAPE = Criterion(
-    "building.stick_mac",
+    "building.stick_shape",
     "MAC of a mode of the 3D model and its stick",
     lower=STICK_MAC,
     consequence="Floors do not move as rigid bodies in this mode, as those of a stick do",
@@ -160,7 +160,7 @@ def stick_fit_checks(store: xr.Dataset) -> Iterator[Check]:
     error = np.abs(store["stick_frequency"].values / model - 1.0)
     modes = f"{error.size} modes up to {model.max():.3g} Hz"
     for criterion, values, k in (
-        (STICK_FREQUENCY, error, int(error.argmax())),
+        (STICK_FIT_ERROR, error, int(error.argmax())),
         (STICK_SHAPE, mac, int(mac.argmin())),
     ):
         mode = f"mode {store['stick_mode'].values[k]}, {model[k]:.3g} Hz"

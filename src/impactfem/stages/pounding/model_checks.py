@@ -60,7 +60,7 @@ STICK_FREQUENCY = Criterion(
     upper=0.2,
     severity="invalid",
     consequence="The impact forces are those of another building than the 3D model",
-    remedy="Give the stick the stiffness of the 3D model: [calibration] with from_structure = true",
+    remedy='Give the stick the stiffness of the 3D model: remove stick = "own"',
     concerns=("pounding.main_impact_*", "transient.*", "design.*", "device.*"),
 )
 FACING = Criterion(
@@ -154,8 +154,8 @@ def facing_checks(folder: Path, case: Case) -> list[Check]:
 def stick_against_model(folder: Path) -> list[Check]:
     """Compare the fundamental modes of stick and 3D model along the shown direction.
 
-    Nothing fits a stick to the 3D model unless the case requests it. One that is too stiff or too
-    soft collides at other times and with other velocities than the building that its forces load.
+    With stick = "own" nothing fits a stick to the 3D model. One that is too stiff or too soft
+    collides at other times and with other velocities than the building that its forces load.
     There is no check for a vertical direction, along which nothing bends.
     """
     with open_stores(folder) as opened:
