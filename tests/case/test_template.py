@@ -16,6 +16,9 @@ tag,building,floor,x [m],y [m],mass [kg],mass_height [m]
 MCC-1,west,1,0,0,600,1
 """
 PUBLISHED = "name,value,unit,source\nmotion.pga,3,m/s2,here\n"
+TOGETHER = [
+    tuple(part for part in PARTS if part != without) for without in ("steel_frame", "calibration")
+]
 # A key for the other of two ways.
 OTHER_WAY = "not both|together|Cannot overwrite|a key of type"
 
@@ -40,13 +43,14 @@ def test_new_case_is_accepted(tmp_path):
 
 
 @pytest.mark.parametrize("minimal", [False, True])
-@pytest.mark.parametrize("parts", [(), *((part,) for part in PARTS), tuple(PARTS)], ids="-".join)
+@pytest.mark.parametrize("parts", [(), *((part,) for part in PARTS), *TOGETHER], ids="-".join)
 def test_parts_are_good_together(tmp_path, parts, minimal):
     paths = write_new_case(tmp_path / "new", parts, minimal=minimal)
     case = load_case(paths[0])
     assert [str(one) for one in implausible(case, 10.0)] == []
     has = {
         "structure": case.structure,
+        "steel_frame": case.structure is not None and case.structure.materials,
         "calibration": case.calibration,
         "wall_impact": case.wall_impact,
         "transient": case.transient,

@@ -260,9 +260,16 @@ def _of_buildings(case: Case, reading: Reading) -> Iterator[Finding]:
 
 
 def _of_sticks(case: Case, reading: Reading) -> Iterator[Finding]:
-    """Sticks of 3D models that are missing or that are to be fitted."""
+    """Sticks of 3D models that are missing or to be fitted, and own ones without stiffness."""
     targets = () if case.calibration is None else case.calibration.targets
     for index, building in enumerate(case.buildings):
+        own = building.name not in case.sticks_on_models and "structure" not in reading.left_out
+        if own and not building.floors[0].has_stiffness:
+            expected = (
+                "expected the storey stiffness of the stick, which [calibration] fits; type "
+                "columns Ix, Iy, Iz, A, Avx and Avy"
+            )
+            yield ("buildings", index, "floors"), expected
         if building.stick != "structure":
             continue
         place = ("buildings", index, "stick")

@@ -148,6 +148,11 @@ class Floor(Section):
         return {} if None in given.values() else given
 
     @property
+    def has_stiffness(self) -> bool:
+        """Whether the row gives the stiffness of the storey, by its section or by springs."""
+        return bool(self.section) or self.kx is not None
+
+    @property
     def shear_share(self) -> float | None:
         """Largest shear area over the area; None for a storey by its stiffness."""
         given = self.section

@@ -190,7 +190,11 @@ def _entry(name: str, k: int, raw: Any, reading: Reading) -> tuple[Any, list[Err
     try:
         floors = with_inertia(building.floors, plans)
         key = "floors" if building.modal_table is None else "modal_table"
-        floors = with_stiffness(floors, building.periods, building.modal_table)
+        # A stick of the 3D model needs no stiffness in the case; `_of_sticks` checks the others.
+        given = building.periods, building.modal_table
+        of_model = "structure" in raw and building.stick != "own"
+        if not of_model or floors[0].has_stiffness or any(given):
+            floors = with_stiffness(floors, *given)
     except ImpactfemError as error:
         place, inside = (name, k, key), {"inside": ()}
         lacking = ErrorDetails(type="storeys", loc=place, msg=str(error), input=None, ctx=inside)

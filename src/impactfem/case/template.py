@@ -19,6 +19,7 @@ PARTS = {
     "loads": (),
     "ensemble": (),
     "design": ("transient", "ensemble"),
+    "steel_frame": ("structure",),
 }
 """Parts of the template that may be switched on, with those that they need."""
 
@@ -41,12 +42,16 @@ def write_new_case(
 
     Raises:
         InputError: A file is there already (nothing is overwritten), the name cannot be used, a
-            part is unknown, or the folder cannot be written to. Nothing is left behind then.
+            part is unknown, two parts exclude each other, or the folder cannot be written to.
+            Nothing is left behind then.
     """
     if unknown := [part for part in parts if part not in PARTS]:
         raise InputError(
             [Fault("command line", "--with", part, nearest(part, list(PARTS))) for part in unknown]
         )
+    if {"steel_frame", "calibration"} <= set(parts):
+        expected = "expected one of both: the stick of the steel frame is that of its 3D model"
+        raise InputError([Fault("command line", "--with", "steel_frame,calibration", expected)])
     if str(target) == "":
         expected = "expected the name of a case; a folder gets 'case.toml', this one is '.'"
         raise InputError([Fault("command line", "NAME", "", expected)])
@@ -95,15 +100,17 @@ def _with_needs(parts: Sequence[str]) -> set[str]:
 def _composed(template: str, parts: Collection[str], minimal: bool) -> str:
     """The case file with the parts in use, the others behind a '#'."""
     # In the template '@PART' begins a block, which '@' ends. A key behind '?' is optional: it is
-    # shown behind a '#'; behind '?PART' it is in use where the part is.
+    # shown behind a '#'; behind '?PART' it is in use where the part is, behind '?!PART' where it
+    # is not.
     lines: list[str] = []
     used = True
     for line in template.splitlines():
         if line.startswith("@"):
             used = line == "@" or line[1:] in parts
             continue
-        if optional := re.match(r"\?(\w*) ", line):
-            shown, line = used and optional[1] in parts, line[optional.end() :]
+        if optional := re.match(r"\?(!?)(\w*) ", line):
+            wanted = (optional[2] in parts) != bool(optional[1])
+            shown, line = used and wanted, line[optional.end() :]
         else:
             shown = used
         line = line if shown or not line else f"# {line}"

@@ -213,6 +213,12 @@ def building_checks(folder: Path, floors: Sequence[Floor] = ()) -> list[Check]:
         return checks
 
 
+def _floors_of_stick(building: Building3D) -> tuple[Floor, ...]:
+    """The floor table where the stick has its moments of inertia; else none."""
+    on_model = building.name in building.case.sticks_on_models
+    return () if on_model else building.entry.floors
+
+
 BUILDING = StageOf[Building3D](
     name="building",
     title="The 3D model",
@@ -230,7 +236,7 @@ BUILDING = StageOf[Building3D](
     compute=_compute,
     tabulate=_tabulate,
     figures=Figures.of(BuildingData, pictures),
-    checks=lambda building, folder: building_checks(folder, building.entry.floors),
+    checks=lambda building, folder: building_checks(folder, _floors_of_stick(building)),
     subjects=lambda case: tuple(case.modelled.values()),
     section="structure",
     collective=True,

@@ -31,7 +31,7 @@ def bending_modes(effective_mass: Array, total: float, least_share: float = LEAS
     return np.flatnonzero(effective_mass >= least_share * total)
 
 
-STOREY = ("A", "Avz", "Avy", "Ix", "Iy")
+STOREY = ("A", "Avx", "Avy", "Ix", "Iy")
 """Columns of a storey in the store: area, shear areas along x and y, second moments of area."""
 LEAST_SHEAR = 1e-3
 """Shear area of a storey over its area, at least: walls along one direction alone have none."""
