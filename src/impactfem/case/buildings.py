@@ -375,7 +375,7 @@ class Structure(Section):
     )
     """Name of the material, which has a density; default that of the building."""
     materials: tuple[PartMaterial, ...] = ()
-    """Materials of parts of the 3D model in place of that of the structure. The stick has one
+    """Materials of parts of the 3D model in place of that of the structure. An own stick has one
     material."""
     storey_stiffness_factor: PositiveFactor = 1.0
     """Factor on the stiffness of walls and columns, not of slabs and beams; initial value with
@@ -388,7 +388,7 @@ class Structure(Section):
     """Position of the added mass on some floors; default uniform over the slab."""
     mass_eccentricity: tuple[Length, Length] = (0.0, 0.0)
     """Shift (x, y) of the centre of mass of each floor of the 3D model. EN 1998-1 (4.3.2) requires
-    5 % of the floor's length. Sticks have no shift."""
+    5 % of the floor's length. Own sticks have no shift."""
     modes: Annotated[int, Whole(1, 10_000)] = 20
     """Number of modes."""
     drilling: PositiveFactor = 1.0

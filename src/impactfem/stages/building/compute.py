@@ -104,7 +104,8 @@ def analysed(
     stick = None
     if building.name in building.case.sticks_on_models:
         with step("stick"):
-            stick = _stick(model, parts, masses, (factor, result, participation), total)
+            effective = participation**2 / np.diag(total)
+            stick = _stick(model, parts, masses, factor, result, effective)
     study = BuildingStudy(
         structure=structure,
         parts=parts,
@@ -125,11 +126,21 @@ def _stick(
     model: BuildingModel,
     parts: BuildingParts,
     masses: FloorMasses,
-    modes: tuple[float, Modes, Array],
-    total: Array,
+    factor: float,
+    result: Modes,
+    effective: Array,
 ) -> CondensedStick:
-    """The stick of the 3D model, by its storey factor, modes and participation. Collective."""
-    (factor, result, participation), mesh = modes, parts.mesh
+    """The stick of the 3D model with a storey factor. Collective.
+
+    Args:
+        model: Matrices of the 3D model.
+        parts: Its parts.
+        masses: Masses of its floors.
+        factor: Storey factor.
+        result: Its modes.
+        effective: Their effective masses over the total mass, shape (n_modes, 6).
+    """
+    mesh = parts.mesh
     found = floor_flexibility(model, mesh, factor, result.shapes)
     properties = floor_properties(parts, masses)
     centre = np.column_stack([properties["ex"], properties["ey"]])
@@ -142,7 +153,7 @@ def _stick(
         floor_mass(masses.floors, inertia, centre),
         result.frequency,
         found.shapes,
-        participation**2 / np.diag(total),
+        effective,
     )
 
 
