@@ -52,6 +52,9 @@ def test_one_column_under_three_floors(template):
 @pytest.mark.parametrize("new", ["4,6,13.4,3.4,0.0001,0.175", "4e4,6e4,1e5,3e4,2e3,2e3"])
 def test_a_stick_that_is_too_soft_or_too_stiff(template, edited, new):
     edited(template.parent / "new_floors.csv", ("4.0,6.0,13.4,3.4,0.187,0.175", new))
+    # The stick of west is that of its 3D model.
+    assert keys(template) == ["buildings[1].floors"]
+    edited(template, ("rigid_above = ", 'stick = "own"\nrigid_above = '))
     assert keys(template) == ["buildings[0].floors", "buildings[1].floors"]
 
 
