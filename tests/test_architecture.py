@@ -45,7 +45,7 @@ PACKAGES = {
         *("stages.calibrate", "stages.pounding", "stages.reduce", "sticks"),
     },
     "stages.transient": {
-        *("building", "case", "coupling", "dynamics", "motion", "plot", "reduction"),
+        *("building", "case", "coupling", "device", "dynamics", "motion", "plot", "reduction"),
         *("spectra", "stages", "stages.building", "stages.calibrate", "stages.pounding"),
         "stages.reduce",
     },

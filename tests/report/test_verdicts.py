@@ -25,9 +25,9 @@ def test_the_largest_ratio_comes_first_and_rows_without_capacity_last():
         "drift",
     ]
     zpa, shear, drift = table.rows[1:]
-    assert zpa[1:] == ["exceeded", "2.5", "150 m/s²", "60 m/s²", "6.8 m/s²", "pump"]
-    assert shear[1:5] == ["passed", "0.293", "27.5 kN", "94 kN"]
-    assert drift[2] == drift[4] == "" and "limits.storey_drift" in drift[1]
+    assert zpa[1:] == ["150 m/s²", "6.8 m/s²", "60 m/s²", "2.5", "exceeded", "pump"]
+    assert shear[1:6] == ["27.5 kN", "", "94 kN", "0.293", "passed"]
+    assert drift[3] == drift[4] == "" and "limits.storey_drift" in drift[5]
     assert verdicts_table([]) is None
 
 
@@ -41,7 +41,7 @@ def test_verdicts_of_given_capacities_alone_count():
 @pytest.mark.parametrize(("capacity", "word"), [(27.5e3, "passed"), (27.4e3, "exceeded")])
 def test_words_of_a_verdict(capacity, word):
     one = Verdict("device.shear", "shear", "N", "pump", 27.5e3, capacity, "key")
-    assert verdicts_table(rows(one)).rows[0][1] == word
+    assert verdicts_table(rows(one)).rows[0][5] == word
 
 
 def test_a_demand_that_was_not_computed_is_no_missing_capacity():

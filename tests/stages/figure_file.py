@@ -32,6 +32,7 @@ def draw_all(figures, folder, *, in_3d=False, **given):
         report=Report.model_construct(figures=("all",)),
         published={},
         in_time=(),
+        devices=(),
         transient=Transient.model_construct(),
         spectra=Spectra.model_construct(),
     )

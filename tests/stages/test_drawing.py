@@ -62,7 +62,7 @@ def test_the_default_figures_of_the_papers_case():
     files = paper_files()
     assert 30 < len(files) + len(OF_REPORT) <= MOST
     assert len(set(files)) == len(files)
-    assert {"impact_forces.svg", "device_force-pump.svg", "floor_peaks.png"} <= set(files)
+    assert {"impact_forces.svg", "device_force-pump.svg", "device_map-pump.png"} <= set(files)
     assert not {"damping.svg", "wall_energy.svg", "bending_mode-2.png"} & set(files)
 
 

@@ -199,8 +199,9 @@ class Transient(Section):
     fields: tuple[Literal["pfa", "psa"], ...] = ("pfa", "psa")
     """Maps over all nodes of the floors: peak acceleration, pseudo-acceleration at
     field_frequencies."""
-    field_frequencies: tuple[Frequency, ...] = (10.0, 75.0, 85.0)
-    """Frequencies of the maps of pseudo-acceleration."""
+    field_frequencies: tuple[Frequency, ...] | None = None
+    """Frequencies of the maps of pseudo-acceleration; default: the modes of the devices of the
+    building, without devices 10, 33 and 100 Hz."""
     snapshots: StrictBool = True
     """Draw the waves at the main impact."""
     export: StrictBool = False
@@ -253,8 +254,10 @@ class Transient(Section):
 
     @rule("field_frequencies", "fields")
     @staticmethod
-    def _of_the_maps(frequencies: tuple[float, ...], fields: tuple[str, ...]) -> Iterator[str]:
-        if not frequencies and "psa" in fields:
+    def _of_the_maps(
+        frequencies: tuple[float, ...] | None, fields: tuple[str, ...]
+    ) -> Iterator[str]:
+        if frequencies == () and "psa" in fields:
             yield "expected at least one frequency, or fields without 'psa'"
 
     @rule("probes")

@@ -8,14 +8,17 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.ticker import LogLocator, MaxNLocator, StrMethodFormatter
 from matplotlib.tri import LinearTriInterpolator, Triangulation
 
 from impactfem.plot.style import letter, sheet
 from impactfem.system.arrays import Array, Index
 
-COLOURS = "cividis"
-"""Lightness grows with the value: it is read in grey and with any colour vision."""
+COLOURS = "viridis"
+"""A perceptual scale: lightness grows with the value, in grey and with any colour vision."""
+WIDE = 50.0
+"""Ratio of the largest value to the least from which on a scale of colours is logarithmic."""
 SIGNED = "RdBu_r"
 """For values with a sign: white at zero, blue below and red above, which any colour vision tells
 apart; both ends are dark in grey, so that pictures mark where the sign changes."""
@@ -108,10 +111,33 @@ def plan_layout(drawn: Any) -> None:
     drawn.set_layout_engine("compressed")
 
 
-def colour_bar(drawn: Any, mappable: Any, axes: Any, label: str) -> None:
-    """The scale of the colours at the right of the panels."""
+def colour_bar(drawn: Any, mappable: Any, axes: Any, label: str) -> Any:
+    """Draw the scale of the colours at the right of the panels; returns the bar."""
     bar = drawn.colorbar(mappable, ax=axes, location="right", aspect=30, pad=0.02)
     bar.set_label(label)
+    return bar
+
+
+def plain_ticks(bar: Any, scale: Normalize) -> None:
+    """Write the values of a logarithmic colour bar at 1, 2 and 5 times powers of ten."""
+    if isinstance(scale, LogNorm):
+        bar.set_ticks(LogLocator(subs=(1.0, 2.0, 5.0)))
+        bar.formatter = StrMethodFormatter("{x:g}")
+        bar.update_ticks()
+        bar.minorticks_off()
+
+
+def colour_scale(values: Array) -> Normalize:
+    """Return the scale from values to colours, logarithmic if they span a factor of `WIDE`.
+
+    Floors that are hit may be so far above the others that a linear scale leaves these in one
+    colour. A missing value is nan.
+    """
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return Normalize(0.0, 1.0)
+    low, high = float(known.min()), float(known.max())
+    return LogNorm(low, high) if 0.0 < low * WIDE < high else Normalize(low, high)
 
 
 def line_load_maps(

@@ -29,9 +29,9 @@ FIGURES = {
     "elevation": ("elevation",),
     "model": ("case",),
     "impacts": ("impact_forces",),
-    "floors": ("pounding_spectra", "floor_peaks"),
+    "floors": ("pounding_spectra",),
     "equipment": ("device_map", "anchor_spectra"),
-    UNCERTAINTY: ("ensemble_spectra",),
+    UNCERTAINTY: ("ensemble_spectra", "design_device_force"),
 }
 """Names of the figures of each chapter by its anchor, in order."""
 MOST_DEVICES = 1
@@ -80,9 +80,8 @@ def chapters(
     dynamic = [one for one in run.models.values() if one.ran("transient")]
     floors = [structure_spectra(one) for one in dynamic]
     if pounding:
-        axis = _direction(run)
         chained = (one["name"] for one in run.case["buildings"])
-        floors += [pounding_spectra(run, name, (axis,)) for name in chained]
+        floors += [pounding_spectra(run, name, shown=True) for name in chained]
     anchors, spreads = anchors_table(run), flags(run, spectra)
     if pounding and set(run.models) - in_3d(run.case) and run.values.get("pounding.impacts"):
         spreads.insert(0, CHAIN)
@@ -124,11 +123,6 @@ def chapters(
 
 def _some(*tables: Facts | None) -> list[Facts]:
     return [one for one in tables if one is not None and one.rows]
-
-
-def _direction(run: RunFiles) -> str:
-    with run.store("pounding.nc") as store:
-        return str(store.attrs["shown_direction"])
 
 
 def _drawn(run: RunFiles, known: Mapping[str, Stage]) -> Iterator[tuple[Figure, Path]]:

@@ -1,7 +1,6 @@
 """Spectra of the floors: of the pounding, of a 3D model, and over several motions."""
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,8 @@ from impactfem.report.governing import FREE, PLACES, spectra_of, zpa_of
 from impactfem.report.run_files import RunFiles
 from impactfem.spectra.statistics import over_members
 from impactfem.stages.stores import names_of
-from impactfem.stages.transient.selection import floors_of, resolved, resolved_end, shown
+from impactfem.stages.transient.selection import floors_of, resolved, resolved_end
+from impactfem.stages.transient.selection import shown as along_shown
 
 COLUMNS = (
     "peak [m/s²] {}; at [Hz] {}; ZPA [m/s²] {}; peak without impact [m/s²] {}; "
@@ -24,25 +24,28 @@ FLOORS = 3
 """Number of floors that are shown where not all that are hit are."""
 
 
-def pounding_spectra(run: RunFiles, building: str, directions: Sequence[str] = ()) -> Facts:
+def pounding_spectra(run: RunFiles, building: str, *, shown: bool) -> Facts:
     """Return the spectra of all floors of a building in the pounding, in the resolved band.
 
-    Along all directions, or those that are given.
+    Along the shown direction, or along all others.
     """
     with run.store("pounding.nc") as store:
         one = spectra_of(store)
         one = one.isel(station=(one["station_building"] == building).values)
+        first = str(store.attrs["shown_direction"])
+        directions = [x for x in names_of(store, "direction") if (x == first) is shown]
         rows = [
             (
                 int(at["station_floor"]),
                 direction,
                 *_with_and_without(at.sel(direction=direction), at),
             )
-            for direction in directions or names_of(store, "direction")
+            for direction in directions
             for at in (one.isel(station=k) for k in reversed(range(one.sizes["station"])))
         ]
-        what = "mass centres of the 3D model" if building in in_3d(run.case) else "stick"
-        title = f"{what} of {building}, {_damping(one)}, up to {resolved_end(store):.4g} Hz"
+        what = "Mass centres of the 3D model" if building in in_3d(run.case) else "Stick"
+        title = f"{what} of {building}, direction {', '.join(directions)}, {_damping(one)}"
+        title += f", up to {resolved_end(store):.4g} Hz"
     return table(title, f"floor {{}}; direction {{}}; {COLUMNS}", rows)
 
 
@@ -55,7 +58,7 @@ def structure_spectra(run: RunFiles) -> Facts:
     fractiles, rows = _centre_fractiles(run), list[tuple[Any, ...]]()
     with run.store("transient.nc") as store:
         axis = str(store.attrs["shown_direction"])
-        response, one = shown(store), spectra_of(store).rename(component="direction")
+        response, one = along_shown(store), spectra_of(store).rename(component="direction")
         force = response["impact_force"]
         on_floor = np.array([str(k).startswith("floor") for k in force["edge"].values], dtype=bool)
         hit = force["edge_floor"].values[(abs(force) > 0.0).any("time").values & on_floor]

@@ -25,6 +25,7 @@ from impactfem.plot.scene import beam_nodes, shell_nodes
 from impactfem.report.run_files import SCENE, RunFiles
 from impactfem.stages.device.selection import anchor_of, shown_modes
 from impactfem.stages.stores import names_of
+from impactfem.stages.transient.selection import at_frequencies
 from impactfem.system.arrays import Array, Index
 from impactfem.system.files import atomic
 
@@ -104,23 +105,6 @@ def _frequencies(models: dict[str, RunFiles], devices: Sequence[float]) -> Array
             every = np.concatenate([np.geomspace(f[0], f[-1], FREQUENCIES), own])
             return np.asarray(np.unique(every))
     return np.zeros(0)
-
-
-def at_frequencies(psa: xr.DataArray, frequency: Array) -> Array:
-    """Interpolate spectra to other frequencies, linear in the logarithms; the last dimension.
-
-    Args:
-        psa: Spectra over `frequency` and one other dimension [m/s2].
-        frequency: The frequencies, within the range of the spectra [Hz].
-    """
-    values = psa.transpose(..., "frequency").values.astype(np.float64)
-    f = psa["frequency"].values
-    place = np.interp(np.log(frequency), np.log(f), np.arange(len(f)))
-    low = np.minimum(place.astype(np.int64), len(f) - 2)
-    share = place - low
-    tiny = np.finfo(np.float64).tiny
-    below, above = (np.log(np.maximum(values[..., low + k], tiny)) for k in (0, 1))
-    return np.asarray(np.exp((1.0 - share) * below + share * above))
 
 
 def _model(run: RunFiles, frequency: Array) -> Part:

@@ -12,7 +12,7 @@ from impactfem.report import comparison
 from impactfem.report.buildings import in_3d
 from impactfem.report.devices import device_forces
 from impactfem.report.facts import Facts
-from impactfem.report.floors import carried, pounding_spectra, structure_spectra
+from impactfem.report.floors import carried, pounding_spectra
 from impactfem.report.picture import Picture, picture, read
 from impactfem.report.run_files import COMPARISON, RunFiles
 from impactfem.stages.manifest import Label
@@ -152,14 +152,13 @@ def _section(
 def _groups(run: RunFiles, stage: str, place: str) -> list[Group]:
     """Return the buildings and devices of a stage with their tables."""
     groups = []
-    if stage == "transient":
-        groups.append(Group("Largest ordinates", f"{place}_0", facts=[structure_spectra(run)]))
-    elif stage == "design" and "ensemble3d.members" in run.values:
+    if stage == "design" and "ensemble3d.members" in run.values:
         groups.append(Group("Spread over the motions", f"{place}_0", facts=[carried(run)]))
     elif stage == "pounding":
         for name in (building["name"] for building in run.case["buildings"]):
             title = f"{'3D model' if name in in_3d(run.case) else 'Stick'} {name}"
-            groups.append(Group(title, f"building_{name}", name, [pounding_spectra(run, name)]))
+            others = pounding_spectra(run, name, shown=False)
+            groups.append(Group(title, f"building_{name}", name, [others] if others.rows else []))
     elif stage == "device":
         with run.store("device.nc") as store:
             devices = names_of(store, "device")

@@ -30,11 +30,11 @@ def verdicts_table(verdicts: Rows) -> Facts | None:
         rows.append(
             (
                 f"{one['quantity']}{at}",
-                word,
-                "" if ratio is None else f"{ratio:.3g}",
                 shown(one["demand"], unit),
-                shown(one["capacity"], unit),
                 shown(one["demand_without_impact"], unit),
+                shown(one["capacity"], unit),
+                "" if ratio is None else f"{ratio:.3g}",
+                word,
                 f"{one['place']}; {detail}" if detail else one["place"],
             )
         )
@@ -42,8 +42,8 @@ def verdicts_table(verdicts: Rows) -> Facts | None:
     if any(one["capacity"] is None for one in known):
         note += " A row without a capacity names the key of the case that gives one."
     columns = (
-        "quantity {}; verdict {}; ratio {}; demand {}; capacity {}; demand without impact {}; "
-        "place {}"
+        "quantity {}; demand {}; demand without impact {}; capacity {}; demand / capacity {}; "
+        "verdict {}; place {}"
     )
     return table("Demand and capacity", columns, rows, note) if rows else None
 

@@ -16,11 +16,11 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 
 from impactfem.case.base import nearest
-from impactfem.plot.floor_field import COLOURS
+from impactfem.plot.floor_field import COLOURS, colour_scale, plain_ticks
 from impactfem.plot.scene import show
 from impactfem.plot.style import BLUE, GREEN, ORANGE, own_style
 from impactfem.stages.stores import names_of
-from impactfem.stages.transient.pictures import colour_scale, field_picture, plain_ticks
+from impactfem.stages.transient.pictures import field_picture
 from impactfem.stages.transient.selection import of_kind
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.executor import in_own_process

@@ -35,7 +35,7 @@ class StageOf(Generic[S]):
 
     A finished stage is computed again when its `key` changes: when a section of the case, a file,
     the program or a stage that it needs does. Tables and figures are drawn again from its stores
-    when a published value changes.
+    when a published value or a section in `drawn_from` changes.
     """
 
     name: str  #: its name on the command line, and of its folder in `impactfem.stages`
@@ -56,6 +56,8 @@ class StageOf(Generic[S]):
     #: What it is done for: the case in the folder of the run, or buildings in folders of their own.
     subjects: Callable[[Case], tuple[S, ...]]
     figures: Figures = field(default_factory=Figures)  #: drawn from the stores of the run
+    #: Sections of the case file that its tables and figures depend on, in addition to `sections`.
+    drawn_from: tuple[str, ...] = ()
     section: str = ""  #: the section of the case file without which there is none of them
     #: The stages whose files it reads; those that these need follow.
     needs: Callable[[S], tuple[StageOf[Any], ...]] = lambda subject: ()
@@ -109,7 +111,7 @@ class StageOf(Generic[S]):
 
     def drawing_key(self, subject: Subject) -> str:
         """Compute the hash of the inputs of its tables and figures."""
-        drawn = inputs_key(subject, ("published",))
+        drawn = inputs_key(subject, ("published", *self.drawn_from))
         report = (subject if isinstance(subject, Case) else subject.case).report
         requested = [report.figures, *report.shown_files]
         return hashlib.sha256(f"{self.key(subject)}{drawn}{requested}".encode()).hexdigest()

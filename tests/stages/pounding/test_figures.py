@@ -24,9 +24,11 @@ from impactfem.plot.words import read_words
 from impactfem.stages.drawing import Figures
 from impactfem.stages.pounding import figures, model_figures
 from impactfem.stages.pounding.compute import run_sticks
+from impactfem.stages.pounding.elevation import elevation_figure
 from impactfem.stages.pounding.figures import PoundingData
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.pounding.store import write_motion, write_sticks
+from impactfem.stages.stores import by_line, open_store
 
 from ..figure_file import assert_drawn, draw_all
 
@@ -162,6 +164,20 @@ def test_the_elevation_names_floors_and_accelerations(draw, tmp_path):
         assert f"{largest:.3g} m/s²" in words.seen
     text = (tmp_path / "figures" / "elevation.svg").read_text(encoding="utf-8")
     assert f"{store.sizes['impact']}×" in text and "MN" in text and "gap 20 mm" in text
+
+
+def test_devices_are_marked_in_the_elevation(draw, tmp_path):
+    """Those of one place have one text; a device of another building is on that building."""
+    draw(changed())
+    sticks, forces = (open_store(tmp_path / name) for name in ("pounding.nc", "forces.nc"))
+    names = [str(name) for name in xr.load_dataset(tmp_path / "pounding.nc")["building"].values]
+    place, other = (0.0, 0.0, 3.5), (0.0, 0.0, 7.0)
+    equipment = [(names[0], "pump", place), (names[0], "fan", place), (names[1], "tank", other)]
+    with sticks as one, forces as pairs:
+        elevation_figure(tmp_path / "one.svg", one, by_line(pairs), equipment)
+    text = (tmp_path / "one.svg").read_text(encoding="utf-8")
+    assert "pump, fan" in text and "tank" in text
+    assert "required" in text and "devices" in read_words(tmp_path / "one.svg").caption
 
 
 @pytest.mark.parametrize(("name", "shown"), [("a rigid wall", True), ("along x", False)])

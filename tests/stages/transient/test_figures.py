@@ -1,12 +1,15 @@
 """The figures of the stage `transient`, from stores no solver made: all kinds, waves, fields."""
 
+from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.axes import Axes
 
+from impactfem.case import load_case
 from impactfem.case.transient import Transient
 from impactfem.plot import style
 from impactfem.plot.floor_field import SIGNED
@@ -15,6 +18,7 @@ from impactfem.stages.transient.curve_figures import (
     centre,
     centre_spectrum,
 )
+from impactfem.stages.transient.figures import TransientData
 from impactfem.stages.transient.selection import at_floor, of_pounding, shown
 from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.errors import ImpactfemError
@@ -32,7 +36,7 @@ PROBES = [
 IMPACTS = ["edge_impacts", "wave_map", "force_density"]
 WAVES = ["wave_snapshots", "membrane_force"]
 TRANSFER = ["transfer_functions"]
-MAPS = ["top_floor_pfa", *(f"top_floor_psa-{f}hz" for f in (10, 75, 85))]
+MAPS = ["top_floor_pfa", *(f"top_floor_psa-{f}hz" for f in (10, 33, 100))]
 
 ALL = [*PROBES, *IMPACTS, *WAVES, *TRANSFER, *MAPS]
 CASES = {
@@ -77,6 +81,21 @@ def test_maps_that_are_asked_for(transient_folder, draw):
     drawn = draw(folder, transient=maps)
     # 0.2 Hz and 700 Hz are outside of what was computed.
     assert [path.stem for path in drawn if path.stem not in PROBES] == ["top_floor_psa-2p5hz"]
+
+
+def test_maps_are_at_the_modes_of_the_devices():
+    """The pump of the paper's building has modes at 30.5 and 82.9 Hz (Table 6)."""
+    case = load_case(Path(__file__).parents[3] / "geometry" / "npp_pair.toml")
+    maps = xr.Dataset(coords={"frequency": [1.0, 200.0]})
+    for devices, expected in (
+        (case.devices, ["30p5hz", "82p9hz"]),
+        ((), ["10hz", "33hz", "100hz"]),
+    ):
+        building = replace(case.in_time[0], devices=devices)
+        default = building.transient.model_copy(update={"field_frequencies": None})
+        data = TransientData(replace(building, transient=default), Path(), lambda _: maps)
+        vars(data)["maps"] = maps
+        assert data.frequency == expected
 
 
 def test_a_folder_that_is_a_file(transient_folder, draw):

@@ -81,6 +81,11 @@ class DeviceData(FigureData):
         return self.optional("building.nc")
 
     @cached_property
+    def maps(self) -> xr.Dataset | None:
+        """`transient_maps.nc`; None without maps."""
+        return self.optional("transient_maps.nc")
+
+    @cached_property
     def device(self) -> list[str]:
         """Names of the devices."""
         return names_of(self.opened("device.nc"), "device")

@@ -18,7 +18,7 @@ from impactfem.stages.calibrate.selection import (
 )
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
-from impactfem.stages.device import figures, model_figures, pictures
+from impactfem.stages.device import figures, floor_map, model_figures, pictures
 from impactfem.stages.device.capacity import device_verdicts
 from impactfem.stages.device.figures import DeviceData
 from impactfem.stages.device.selection import (
@@ -222,7 +222,7 @@ DEVICE = StageOf[BuildingInTime](
     stores={"device": "device.nc"},
     compute=_compute,
     tabulate=lambda building, folder: device_tables(folder, published_values(building)),
-    figures=Figures.of(DeviceData, figures, model_figures, pictures),
+    figures=Figures.of(DeviceData, figures, floor_map, model_figures, pictures),
     checks=lambda building, folder: device_checks(folder),
     verdicts=device_verdicts,
     subjects=lambda case: tuple(one for one in case.in_time if one.devices),

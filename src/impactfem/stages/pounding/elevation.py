@@ -1,5 +1,6 @@
 """The elevation of the buildings with floor accelerations, gap and impacts: `elevation.svg`."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,10 +14,14 @@ from matplotlib.colors import Normalize
 from matplotlib.patches import Rectangle
 
 from impactfem.plot.figure import figure
-from impactfem.plot.style import sheet
+from impactfem.plot.style import BLUE, sheet
 from impactfem.system.arrays import Array, Index
 
+Point = tuple[float, float, float]
+"""Coordinates x, y, z [m]."""
 GREY, ARROW = "0.35", "black"
+DEVICE = 7
+"""Marker of a device: a triangle that stands on its point."""
 APART = 0.6
 """Distance between two buildings in the figure, in parts of the mean width: the gap is not to
 scale, because it would be thinner than a line."""
@@ -70,24 +75,32 @@ class _Drawn:
     right: float
 
 
-@figure("elevation", "Impacts", "Peak floor accelerations and largest impacts")
-def elevation_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None:
-    """Draw the buildings with peak floor accelerations, and the largest impact of each pair.
+@figure("elevation", "Impacts", "Peak floor accelerations, impacts and equipment")
+def elevation_figure(
+    path: Path,
+    sticks: xr.Dataset,
+    forces: xr.Dataset,
+    equipment: Sequence[tuple[str, str, Point]],
+) -> None:
+    """Draw the buildings with peak floor accelerations, gaps, devices and largest impacts.
 
     Args:
         path: The SVG file.
         sticks: `pounding.nc`.
         forces: The pairs of `forces.nc`, one for each line.
+        equipment: Building, name and place [m] of each device.
     """
     direction = str(sticks.attrs["shown_direction"])
+    along = str(sticks.attrs["elevation_direction"])
     drawn = _placed(sticks, forces)
     peaks = sticks[["pfa", "pfa_free"]].sel(direction=direction)
     scale = Normalize(0.0, float(peaks["pfa"].max()) or 1.0)
     hit = sticks.sizes["impact"] > 0
     caption = (
         f"Peak floor accelerations along {direction}"
-        + (", and the largest force and number of impacts of each contact pair" if hit else "")
-        + ". In brackets: without impact. The distance between the buildings is not to scale."
+        + (", largest force up to 100 Hz and number of impacts of each contact pair" if hit else "")
+        + ". In brackets: without impact. Distances between buildings are not to scale."
+        + (" Triangles: devices." if equipment else "")
     )
     seen = "; ".join(
         f"{one.elevation.name} with {len(one.elevation.floors)} floors up to "
@@ -100,6 +113,8 @@ def elevation_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None
         thickness = SLAB * float(np.concatenate(storeys).min())
         for one in drawn:
             _draw_building(panel, one, _of(peaks, one), scale, thickness)
+            own = [(n, place) for building, n, place in equipment if building == one.elevation.name]
+            _draw_devices(panel, one, own, along, thickness)
         walls = _draw_pairs(panel, drawn, sticks, forces)
         low = min(one.elevation.base for one in drawn)
         high = max(one.elevation.top for one in drawn)
@@ -107,7 +122,7 @@ def elevation_figure(path: Path, sticks: xr.Dataset, forces: xr.Dataset) -> None
         ends = [drawn[0].left, drawn[-1].right, *walls]
         room = 0.25 * (drawn[-1].right - drawn[0].left) / len(drawn)
         panel.set(xlim=(min(ends) - room, max(ends) + room), ylabel="z [m]")
-        panel.set(ylim=(low - 0.07 * (high - low), high + 0.12 * (high - low)), xticks=[])
+        panel.set(ylim=(low - 0.11 * (high - low), high + 0.12 * (high - low)), xticks=[])
         panel.grid(False)
         label = f"peak floor acceleration along {direction} [m/s²]"
         whole.colorbar(ScalarMappable(scale, _colours()), ax=panel, label=label, shrink=0.8)
@@ -151,14 +166,12 @@ def _draw_building(
     colours = _colours()
     values = zip(one.floors, one.numbers, peaks["pfa"], peaks["pfa_free"], strict=True)
     for z, number, pfa, free in values:
-        place, value = (drawn.left, z - thickness / 2.0), scale(float(pfa))
-        slab = Rectangle(place, width, thickness, facecolor=colours(value), edgecolor=GREY, lw=0.6)
+        place, colour = (drawn.left, z - thickness / 2.0), colours(scale(float(pfa)))
+        slab = Rectangle(place, width, thickness, facecolor=colour, edgecolor=GREY, lw=0.6)
         panel.add_patch(slab)
         text = f"{number}: {float(pfa):.3g} ({float(free):.3g})"
-        # Letters on the slab: white on dark colours, black on light ones.
-        look: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": 7.0}
-        ink = "white" if value < 0.6 else "black"
-        panel.text(drawn.left + width / 2.0, z, text, color=ink, **look)
+        look: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 7.0}
+        panel.text(drawn.left + width / 2.0, z - 0.7 * thickness, text, **look)
     panel.annotate(
         one.name,
         (drawn.left + width / 2.0, one.top),
@@ -167,6 +180,29 @@ def _draw_building(
         ha="center",
         weight="bold",
     )
+
+
+def _draw_devices(
+    panel: Axes,
+    drawn: _Drawn,
+    devices: Sequence[tuple[str, Point]],
+    along: str,
+    thickness: float,
+) -> None:
+    """Mark the devices of a building on their floors; names of one place go into one text."""
+    one, middle = drawn.elevation, 0.5 * (drawn.left + drawn.right)
+    edge = 0.06 * (drawn.right - drawn.left)
+    at: dict[tuple[float, float], list[str]] = {}
+    for name, point in devices:
+        x = middle + point["xyz".index(along)] - one.centre
+        x = min(max(x, drawn.left + edge), drawn.right - edge)
+        at.setdefault((round(x, 3), point[2]), []).append(name)
+    for (x, z), names in at.items():
+        panel.plot(x, z + 0.5 * thickness, marker=DEVICE, ms=7, color=BLUE, clip_on=False, zorder=4)
+        look: dict[str, Any] = {"xytext": (7, 3), "textcoords": "offset points", "color": BLUE}
+        if x > middle:
+            look |= {"xytext": (-7, 3), "ha": "right"}
+        panel.annotate(", ".join(names), (x, z), fontsize=7.0, weight="bold", **look)
 
 
 def _draw_pairs(
@@ -179,11 +215,11 @@ def _draw_pairs(
     """
     along = str(sticks.attrs["elevation_direction"])
     by_name = {one.elevation.name: one for one in drawn}
-    largest = float(sticks["impact_peak_force"].max()) if sticks.sizes["impact"] else 0.0
+    largest = float(sticks["impact_band_force"].max()) if sticks.sizes["impact"] else 0.0
     low = min(one.elevation.base for one in drawn)
     line = LINE * (max(one.elevation.top for one in drawn) - low)
     walls: dict[float, float] = {}
-    gaps: dict[tuple[float, float], list[float]] = {}
+    gaps: dict[tuple[float, float], list[tuple[float, float]]] = {}
     arrows: dict[tuple[float, float], list[tuple[float, float, int]]] = {}
     for k, name in enumerate(forces["pair"].values):
         pair = forces.isel(pair=k)
@@ -195,8 +231,9 @@ def _draw_pairs(
         if b.elevation is a.elevation:
             walls[b.left] = a.elevation.top
         sides = left.right, right.left
-        gaps.setdefault(sides, []).append(1e3 * float(sticks["pair_rest_gap"][k]))
-        hits = sticks["impact_peak_force"].values[(sticks["impact_pair"] == name).values]
+        widths = [float(sticks[f"pair_{one}"][k]) for one in ("rest_gap", "required_separation")]
+        gaps.setdefault(sides, []).append((1e3 * widths[0], 1e3 * widths[1]))
+        hits = sticks["impact_band_force"].values[(sticks["impact_pair"] == name).values]
         if hits.size:
             arrow = (_height(a.elevation, pair), float(hits.max()), hits.size)
             arrows.setdefault(sides, []).append(arrow)
@@ -212,10 +249,12 @@ def _draw_pairs(
             text = f"{1e-6 * force:.3g} MN, {count}×"
             panel.text(middle, bottom, text, ha="center", va="bottom", fontsize=7.0)
     for sides, values in gaps.items():
-        ends = dict.fromkeys(f"{gap:.3g}" for gap in (min(values), max(values)))
+        provided, required = zip(*values, strict=True)
+        ends = dict.fromkeys(f"{gap:.3g}" for gap in (min(provided), max(provided)))
         under: dict[str, Any] = {"xytext": (0, -4), "textcoords": "offset points"}
         under |= {"ha": "center", "va": "top", "fontsize": 7.5}
-        panel.annotate(f"gap {' to '.join(ends)} mm", (0.5 * sum(sides), low), **under)
+        text = f"gap {' to '.join(ends)} mm\nrequired {max(required):.3g} mm"
+        panel.annotate(text, (0.5 * sum(sides), low), **under)
     for x, top in walls.items():
         panel.plot([x, x], [low, top], color="black", lw=4.0)
         over: dict[str, Any] = {"xytext": (0, 4), "textcoords": "offset points", "ha": "center"}

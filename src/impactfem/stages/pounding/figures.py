@@ -27,6 +27,7 @@ from impactfem.plot.floor_products import FloorDesigns, building_page, floor_des
 from impactfem.plot.style import BUILDINGS, DASHES, GREEN, ORANGE, RED, floor_looks
 from impactfem.spectra.product import DesignFloorSpectra
 from impactfem.stages.drawing import FigureData
+from impactfem.stages.pounding.elevation import Point
 from impactfem.stages.stores import by_line, damping_of, names_of
 from impactfem.system.arrays import Array
 
@@ -67,6 +68,15 @@ class PoundingData(FigureData):
     def loads(self) -> LineLoads | None:
         """Line loads of contacts in 3D."""
         return line_loads(self.sticks, self.points)
+
+    @cached_property
+    def equipment(self) -> list[tuple[str, str, Point]]:
+        """Building, name and place [m] of each anchor of a device."""
+        return [
+            (device.building, device.name, anchor.point)
+            for device in self.case.devices
+            for anchor in device.anchor_points
+        ]
 
     @cached_property
     def translations(self) -> DesignFloorSpectra:

@@ -119,6 +119,7 @@ POUNDING = StageOf[Case](
     compute=_compute,
     tabulate=_tabulate,
     figures=Figures.of(PoundingData, elevation, figures, model_figures),
+    drawn_from=("devices",),
     checks=lambda case, folder: [
         *stick_checks(folder, case.pounding.points_per_impact, tolerances(case)),
         *facing_checks(folder, case),

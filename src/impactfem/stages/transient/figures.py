@@ -5,10 +5,16 @@ from functools import cached_property
 
 import xarray as xr
 
+from impactfem.case import Building3D
 from impactfem.case.transient import Transient
+from impactfem.device.from_case import device_of
+from impactfem.device.modes import device_modes
 from impactfem.stages.drawing import FigureData
 from impactfem.stages.transient.film import Film, film_of
 from impactfem.stages.transient.selection import shown
+
+WITHOUT_DEVICES = (10.0, 33.0, 100.0)
+"""Frequencies of maps of a building without devices [Hz]."""
 
 
 class TransientData(FigureData):
@@ -51,6 +57,10 @@ class TransientData(FigureData):
             return []
         low, high = self.maps["frequency"].values[[0, -1]] * (1.0 - 1e-9, 1.0 + 1e-9)
         wanted = self._transient.field_frequencies
+        if wanted is None:
+            devices = self.subject.devices if isinstance(self.subject, Building3D) else ()
+            modes = [round(f, 1) for one in devices for f in device_modes(device_of(one)).frequency]
+            wanted = tuple(sorted(set(modes))) or WITHOUT_DEVICES
         return [f"{f:g}hz".replace(".", "p") for f in wanted if low <= f <= high]
 
     @property

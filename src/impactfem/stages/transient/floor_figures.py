@@ -16,6 +16,8 @@ from impactfem.plot.floor_field import (
     SIGNED,
     TopFloor,
     colour_bar,
+    colour_scale,
+    plain_ticks,
     plan_axes,
     plan_layout,
     round_factor,
@@ -28,6 +30,7 @@ from impactfem.stages.transient.curve_figures import HISTORIES, MAPS, focus
 from impactfem.stages.transient.physics import HALF, line_arrivals
 from impactfem.stages.transient.selection import (
     at_floor,
+    at_frequencies,
     floors_of,
     line_ends,
     main_impact,
@@ -288,16 +291,17 @@ def floor_map(
     d, top = response["component"].item(), wave_floor(response)
     what, label, loss = "Peak absolute acceleration", "peak acceleration [m/s²]", ""
     maps = maps.set_coords("node_number").swap_dims(node="node_number")
-    field = maps["pfa"]
+    values = maps["pfa"].sel(component=d)
     if frequency is not None:
-        field = psa_at(maps, frequency)
+        psa = at_frequencies(maps["psa"].sel(component=d), np.array([frequency]))[:, 0]
+        values = values.copy(data=psa)
         points = float(maps.attrs["points_per_cycle"]) * maps["frequency"].values[-1] / frequency
         damping = f"{100 * float(maps.attrs['damping']):g} % damping"
         what = f"Pseudo-acceleration at {frequency:g} Hz ({damping})"
         label = f"PSa at {frequency:g} Hz [m/s²]"
         missing = 100.0 * float(sampling_loss(points))
         loss = f" Sampling error of a peak: up to {missing:.2g} %."
-    floor, values = TopFloor(maps), field.sel(component=d)
+    floor = TopFloor(maps)
     mass_centre = at_floor(response, "centre", top)
     centre = float(values.sel(node_number=mass_centre["probe_node"].item()))
     on_floor = values.sel(node_number=floor.vertex_number).values
@@ -329,8 +333,10 @@ def floor_map(
         plan_layout(drawn)
         both = ((on_floor, label), (ratio, "over the mass centre"))
         for panel, (one, name) in zip(axes, both, strict=True):
-            colours = panel.tripcolor(mesh, one, shading="gouraud", cmap=COLOURS)
-            colour_bar(drawn, colours, panel, name)
+            look: dict[str, Any] = {"shading": "gouraud", "cmap": COLOURS}
+            scale = colour_scale(one)
+            colours = panel.tripcolor(mesh, one, norm=scale, **look)
+            plain_ticks(colour_bar(drawn, colours, panel, name), scale)
             for probe, marker, style in marks:
                 x, y, _ = probe["probe_position"].values
                 panel.plot(x, y, marker, **style)
@@ -340,20 +346,6 @@ def floor_map(
         for panel in axes:
             plan_axes(panel, floor, margin=0.02)
         letter(axes)
-
-
-def psa_at(maps: xr.Dataset, frequency: float) -> xr.DataArray:
-    """Pseudo-acceleration of all nodes and components of the maps at a frequency [m/s2].
-
-    Between two frequencies that were computed, linear in the logarithms of both.
-    """
-    f = maps["frequency"].values
-    place = float(np.interp(math.log(frequency), np.log(f), np.arange(len(f))))
-    low = int(place)
-    ends = maps["psa"].isel(frequency=[low, min(low + 1, len(f) - 1)]).astype(np.float64)
-    below, above = (ends.isel(frequency=k, drop=True) for k in (0, 1))
-    share = place - low
-    return below ** (1.0 - share) * above**share
 
 
 def _halo(width: float) -> list[Any]:

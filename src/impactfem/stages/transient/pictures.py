@@ -7,11 +7,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
-from matplotlib.colors import LogNorm, Normalize
-from matplotlib.ticker import LogLocator, StrMethodFormatter
+from matplotlib.colors import LogNorm
 
 from impactfem.plot.figure import figure
-from impactfem.plot.floor_field import COLOURS
+from impactfem.plot.floor_field import COLOURS, colour_scale, plain_ticks
 from impactfem.plot.scene import (
     GHOST,
     OUTLINE,
@@ -57,8 +56,6 @@ SPREAD = 0.95
 """Distance of two floors in the picture over the depth of the plan."""
 COLUMN = 4
 """Floors above one another in the picture."""
-WIDE = 10.0
-"""Ratio of the largest value to the least from which colours go by its logarithm."""
 BESIDE = 1.3
 """Distance of two columns of floors over the length of the plan."""
 FROM_SHORT = ((-0.12, -1.35, 1.0), (1.35, -0.12, 1.0))
@@ -160,6 +157,7 @@ def _has_floors(maps: xr.Dataset) -> bool:
     MAPS,
     "Peak accelerations over all floors",
     when=_has_floors,
+    default=False,
     ending="png",
     in_3d=True,
 )
@@ -242,25 +240,3 @@ def _stack(
         bar = drawn.colorbar(ScalarMappable(scale, COLOURS), ax=axes[0], **place)
         plain_ticks(bar, scale)
         bar.set_label(label)
-
-
-def plain_ticks(bar: Any, scale: Normalize) -> None:
-    """Write the values of a logarithmic colour bar at 1, 2 and 5 times powers of ten."""
-    if isinstance(scale, LogNorm):
-        bar.set_ticks(LogLocator(subs=(1.0, 2.0, 5.0)))
-        bar.formatter = StrMethodFormatter("{x:g}")
-        bar.update_ticks()
-        bar.minorticks_off()
-
-
-def colour_scale(values: Array) -> Normalize:
-    """From values to colours, by the logarithm where the largest is many times the least.
-
-    Floors that are hit may be so far above the others that a straight scale leaves these in one
-    colour. A value is nan where there is none.
-    """
-    known = values[np.isfinite(values)]
-    if not known.size:
-        return Normalize(0.0, 1.0)
-    low, high = float(known.min()), float(known.max())
-    return LogNorm(low, high) if 0.0 < low * WIDE < high else Normalize(low, high)

@@ -85,6 +85,23 @@ def resolved_end(store: xr.Dataset) -> float:
     return float(store.attrs["resolved_frequency"])
 
 
+def at_frequencies(psa: xr.DataArray, frequency: Array) -> Array:
+    """Interpolate spectra to other frequencies, linear in the logarithms; the last dimension.
+
+    Args:
+        psa: Spectra over `frequency` and one other dimension [m/s2].
+        frequency: The frequencies, within the range of the spectra [Hz].
+    """
+    values = psa.transpose(..., "frequency").values.astype(np.float64)
+    f = psa["frequency"].values
+    place = np.interp(np.log(frequency), np.log(f), np.arange(len(f)))
+    low = np.minimum(place.astype(np.int64), len(f) - 2)
+    share = place - low
+    tiny = np.finfo(np.float64).tiny
+    below, above = (np.log(np.maximum(values[..., low + k], tiny)) for k in (0, 1))
+    return np.asarray(np.exp((1.0 - share) * below + share * above))
+
+
 def main_impact(store: xr.Dataset) -> tuple[float, float] | None:
     """Return start and end of the impact with the largest force [s]; None without an impact."""
     both = np.atleast_1d(store.attrs["main_impact"])

@@ -113,6 +113,7 @@ TRANSIENT = StageOf[BuildingInTime](
     compute=_compute,
     tabulate=lambda building, folder: transient_tables(folder, published_values(building)),
     figures=Figures.of(TransientData, curve_figures, floor_figures, pictures, film),
+    drawn_from=("devices",),
     checks=_checks,
     verdicts=transient_verdicts,
     announces=lambda case: (
