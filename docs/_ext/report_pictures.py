@@ -17,7 +17,8 @@ FIGURES = Path(__file__).parents[1] / "figures"
 COLOURS = 64
 """Colours of the pictures."""
 MARKS = """
-<style>.mark-of-docs { position: absolute; z-index: 9; width: 27px; height: 27px;
+<style>nav { display: none; } main { margin: 0 auto !important; }
+.mark-of-docs { position: absolute; z-index: 9; width: 27px; height: 27px;
   border-radius: 14px; background: #b3261e; color: #fff; font: bold 15px/27px sans-serif;
   text-align: center; }</style>
 <script>
@@ -35,8 +36,8 @@ marked.forEach((part, k) => {
 ANSWERS = [f".answers > div:nth-child({k})" for k in range(1, 7)]
 PICTURES = {
     "report_first_screen": (0, [], (1400, 760)),
-    "report_annotated": (0, [*ANSWERS[:5], "#verdict h3", "#verdict figure"], (1060, 1180)),
-    "report_annotated_3d": (1, [*ANSWERS, "#verdict h3", "#verdict figure"], (1060, 1500)),
+    "report_annotated": (0, [*ANSWERS[:5], "#verdict h3", "#verdict figure"], (1060, 1150)),
+    "report_annotated_3d": (1, [*ANSWERS, "#verdict h3", "#verdict figure"], (1060, 1440)),
 }
 """Number of the run, what is numbered, and the size in pixels of each picture."""
 

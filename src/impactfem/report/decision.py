@@ -30,7 +30,7 @@ FIGURES = {
     "model": ("case",),
     "impacts": ("impact_forces",),
     "floors": ("pounding_spectra",),
-    "equipment": ("device_map", "anchor_spectra"),
+    "equipment": ("equipment_ratios", "device_map", "anchor_spectra"),
     UNCERTAINTY: ("ensemble_spectra", "design_device_force"),
 }
 """Names of the figures of each chapter by its anchor, in order."""

@@ -38,7 +38,8 @@ ROWS = 60
 PRINTED = 12
 """Rows and columns at most of a table that is open on paper."""
 TEMPLATES = files("impactfem.report") / "templates"
-_NUMBER = re.compile(r"[-+±×]?\d[\d.,eE+-]*")
+_NUMBER = re.compile(r"[-+±×]?\d[\d.,eE+-]*( [a-zA-Zµ%][\w/²^.]{0,7})?")
+"""A number with or without a unit."""
 
 
 @dataclass(frozen=True)
@@ -185,7 +186,7 @@ def file_table(run: RunFiles, path: Path) -> Rows:
 
 
 def numeric(rows: Sequence[Sequence[str]]) -> list[bool]:
-    """Return for each column whether all of its cells are numbers or empty."""
+    """Return for each column whether its cells are numbers, with or without a unit, or empty."""
     return [
         all(not c or _NUMBER.fullmatch(c) for c in column) for column in zip(*rows, strict=True)
     ]
