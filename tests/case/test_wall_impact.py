@@ -67,6 +67,13 @@ def test_every_key(structured):
     assert (setup.pull, setup.theta, setup.separation) == ("even_load", 0.55, 4e-3)
 
 
+def test_points_without_mass_need_average_acceleration(structured):
+    more = f'{WALL}unilateral_scheme = "massless"\n'
+    assert setup_of(structured(more=more)).unilateral_scheme == "massless"
+    faults = all_faults(structured(more=f"{more}theta = 0.55\n"))
+    assert [fault.key for fault in faults] == ["wall_impact.unilateral_scheme"]
+
+
 def test_one_floor(structured):
     assert setup_of(structured(more=f"{WALL}floors = 8\n")).floors == (8,)
 

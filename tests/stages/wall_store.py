@@ -109,6 +109,7 @@ def calibrate_store(asked):
         "displaced_floor": 8,
         "displacement_at_start": -0.02,
         "pull": asked.pull,
+        "unilateral_scheme": "moreau",
     }
     store = dataset(OUTPUTS, values, attributes=attributes)
     return with_scalars(store, calibration_scalars(store))

@@ -179,6 +179,10 @@ class WallImpactSetup(Section):
     """Time step."""
     theta: Annotated[float, Si("-", ge=0.5, le=1, percent=False)] = 0.5
     """θ of the θ-scheme: 0.5 conserves the energy of free motion, 1 (implicit Euler) damps it."""
+    unilateral_scheme: Literal["massless", "moreau"] = "moreau"
+    """Scheme of contact. 'moreau', as in the paper: impulses on contact points with mass.
+    'massless': contact points without mass and edges with a compliance, as in [pounding], whose
+    contact_frequency counts; it needs theta = 0.5."""
     separation: Time = 5e-3
     """Shortest time without force between two impacts."""
     contact_spacing: PositiveLength | None = None
@@ -221,6 +225,12 @@ class WallImpactSetup(Section):
             )
 
     _step_in_duration = step_within("duration", 0.5)
+
+    @rule("unilateral_scheme", "theta")
+    @staticmethod
+    def _average_acceleration(scheme: str, theta: float) -> Iterator[str]:
+        if scheme == "massless" and theta != 0.5:
+            yield f"expected 'moreau' with theta = {theta:g}, or theta = 0.5"
 
     @rule("separation", "duration")
     @staticmethod

@@ -13,16 +13,20 @@ from impactfem.system.arrays import Array
 from impactfem.system.errors import SolutionError
 
 
-def body_before_walls(eigenvalue: Array, contact: Array, damping: Damping = UNDAMPED) -> Assembly:
-    """Return a body of λ, shape (r,) [1/s2], with links to rigid walls of modal rows, (r, m)."""
+def body_before_walls(
+    eigenvalue: Array, contact: Array, damping: Damping = UNDAMPED, gap: float = 0.0
+) -> Assembly:
+    """Return a body of λ, shape (r,) [1/s2], with links to rigid walls of modal rows, (r, m).
+
+    The gap of the links [m] counts where no other gaps are given.
+    """
     r = len(eigenvalue)
     if contact.ndim != 2 or len(contact) != r:
         raise SolutionError(f"constraints of shape {contact.shape} for {r} modes")
     m = contact.shape[1]
     body = reduced_body("body", eigenvalue, damping, {"wall": contact.T})
-    return Assembly(
-        [body], [Link(str(k), ("body", "wall"), None, n) for k, n in enumerate(np.eye(m))]
-    )
+    links = [Link(str(k), ("body", "wall"), None, n, gap) for k, n in enumerate(np.eye(m))]
+    return Assembly([body], links)
 
 
 class ModalMotion:

@@ -51,6 +51,13 @@ at 100 Hz are off by 6, 3 and 0.9 %, impulses by 0.4, 0.2 and 0.04 %: damping of
 mass is missing."""
 
 
+def contact_frequency(case: Case) -> float:
+    """Return the frequency above which contact points of a case have no mass [Hz]."""
+    if case.pounding.contact_frequency is not None:
+        return case.pounding.contact_frequency
+    return CORNER * FURTHER_SHIFTS[-1] * (SHIFT if case.transient is None else case.transient.shift)
+
+
 class _Given(NamedTuple):
     """Ground and loads of a run."""
 
@@ -149,13 +156,7 @@ class Pounding3D:
     @cached_property
     def massless_points(self) -> MasslessPoints:
         """The bodies, those of 3D models without mass at their contact points."""
-        frequency = self._case.pounding.contact_frequency
-        if frequency is None:
-            transient = self._case.transient
-            frequency = (
-                CORNER * FURTHER_SHIFTS[-1] * (SHIFT if transient is None else transient.shift)
-            )
-        shift = (2.0 * np.pi * frequency) ** 2
+        shift = (2.0 * np.pi * contact_frequency(self._case)) ** 2
         return MasslessPoints.of(self.assembly, dict.fromkeys(self._given.models, shift))
 
     @cached_property

@@ -20,7 +20,7 @@ from impactfem.reduction.krylov import KrylovBasis
 from impactfem.reduction.reduced_basis import Accuracy
 from impactfem.reduction.reduced_building import ReductionPlan, reduce_building
 from impactfem.reduction.wall import Wall, WallModel, WallPatterns
-from impactfem.stages.calibrate.compute import prepare, released, run_reduced
+from impactfem.stages.calibrate.compute import SoftPoints, prepare, released, run_reduced
 from impactfem.stages.calibrate.experiment import WallExperiment
 from impactfem.stages.calibrate.impact import floor_impacts
 from impactfem.system.errors import ImpactfemError
@@ -93,6 +93,30 @@ def test_reduced_against_full(frame, reduced, full):
     other = floor_impacts(light.history, 2).first_complete().largest_impulse
     truth = floor_impacts(full.history, 2).first_complete().largest_impulse
     assert abs(other / truth - 1.0) > 0.02
+
+
+def test_contact_points_without_mass(reduced, frame):
+    """At the wall: impulse and largest force depend less on the step than by Moreau's scheme."""
+    length, found = np.ones(reduced.contact.shape[1]), {}
+    soft = SoftPoints((2.0 * np.pi * 3240.0) ** 2, 1.0 / (1e11 * length))
+    for parts in (1, 4):
+        fine = replace(EXPERIMENT, time_step=EXPERIMENT.time_step / parts)
+        for name, points in (("massless", soft), ("moreau", None)):
+            run = run_reduced(reduced, fine, MASS, frame[3], points)
+            found[name, parts] = floor_impacts(run.history, 2).first_complete()
+            assert run.contact.residual.max() < 1e-9 and run.contact.energy.residual < 1e-9
+    impulse, peak = (
+        {
+            name: abs(getattr(found[name, 4], what) / getattr(found[name, 1], what) - 1.0)
+            for name in ("massless", "moreau")
+        }
+        for what in ("largest_impulse", "peak_force")
+    )
+    assert impulse["massless"] < 1e-3 and peak["massless"] < 0.15
+    assert impulse["moreau"] > 0.02 and peak["moreau"] > 0.5
+    # Moreau's scheme loses less with a shorter step.
+    last = found["moreau", 4].largest_impulse, found["massless", 4].largest_impulse
+    assert last[0] == pytest.approx(last[1], rel=0.03)
 
 
 def test_laws_of_contact_hold_at_each_step(full):

@@ -88,7 +88,7 @@ def wall_checks(folder: Path) -> list[Check]:
             *_course(store),
             COMPLEMENTARITY.check(float(store["complementarity"].max())),
             ENERGY.check(float(store["energy_residual"])),
-            GAINED.check(float(store["energy_gained"])),
+            GAINED.check(float(store["energy_gained"]), upper=_most_gained(store)),
             BASIS.check(float(store["basis_error"])),
         ]
         steps_of = store["impact_duration"] / time_step(store)
@@ -104,6 +104,14 @@ def wall_checks(folder: Path) -> list[Check]:
             checks.append(PENETRATION.check(float(store["penetration"]) / gap, "3D model"))
             checks.append(PENETRATION.check(into / gap, "stick", upper=PENALTY))
     return checks
+
+
+def _most_gained(store: xr.Dataset) -> float:
+    """Limit of the energy that contact adds in a step: zero but for rounding in Moreau's scheme.
+
+    The other one has an error of second order in the steps in which points close and open.
+    """
+    return 2e-3 if store.attrs["unilateral_scheme"] == "massless" else 1e-9
 
 
 def _course(store: xr.Dataset) -> Iterator[Check]:

@@ -13,9 +13,11 @@ from impactfem.case.damping import OWN
 from impactfem.case.quantity import CALIBRATED
 from impactfem.coupling.contact_loop import ContactHistory, Motion
 from impactfem.coupling.from_case import calibration_of, system_of
+from impactfem.coupling.massless import MasslessPoints, massless_response, strip_stiffness
 from impactfem.coupling.modal_motion import ModalMotion, body_before_walls
 from impactfem.coupling.unilateral import unilateral_response
 from impactfem.dynamics.damping import DampingLaw
+from impactfem.reduction.pounding_3d import contact_frequency
 from impactfem.reduction.wall import WallModel, wall_side
 from impactfem.stages.calibrate.experiment import WallExperiment, WallHistory, run_stick
 from impactfem.stages.calibrate.impact import (
@@ -32,6 +34,14 @@ from impactfem.system.quantity import quantity, results
 
 
 @dataclass(frozen=True, eq=False)
+class SoftPoints:
+    """Contact points without mass, on edges with a compliance."""
+
+    shift: float  #: σ of `MasslessPoints` [1/s2]
+    compliance: Array  #: of the edge at each point, shape (m,) [m/N]
+
+
+@dataclass(frozen=True, eq=False)
 class Prepared:
     """What a run needs in addition to the matrices."""
 
@@ -43,6 +53,7 @@ class Prepared:
     dampings: dict[str, DampingLaw]
     position: Array  #: place of each contact constraint along its edge, shape (m,) [m]
     length: Array  #: length of edge that it stands for, shape (m,) [m]
+    soft: SoftPoints | None  #: contact points without mass; None with Moreau's scheme
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +144,12 @@ def prepare(building: BuildingAtWall, mesh_file: Path) -> Prepared:
     parts, masses = read_parts(building, mesh_file)
     side = wall_side(parts.mesh, setup.floors, mesh_file)
     edges = [contact_edge(parts.mesh, floor, setup.contact_spacing) for floor in setup.floors]
+    length, soft = np.concatenate([edge.weight for edge in edges]), None
+    if setup.unilateral_scheme == "massless":
+        material = building.entry.material
+        stiffness = strip_stiffness(material.young_modulus, material.poisson_ratio)
+        shift = (2.0 * np.pi * contact_frequency(case)) ** 2
+        soft = SoftPoints(shift, 1.0 / (stiffness * length))
     return Prepared(
         parts=parts,
         mass=masses.floors[[list(parts.mesh.floors).index(floor) for floor in setup.floors]],
@@ -142,7 +159,8 @@ def prepare(building: BuildingAtWall, mesh_file: Path) -> Prepared:
         dampings={OWN: building.entry.damping.law}
         | {one.name: one.law for one in case.damping_cases if one.restitution == CALIBRATED},
         position=np.concatenate([edge.position for edge in edges]),
-        length=np.concatenate([edge.weight for edge in edges]),
+        length=length,
+        soft=soft,
     )
 
 
@@ -159,7 +177,7 @@ def run_calibrate(
     cases = []
     with step("impact"):
         for name, damping in prepared.dampings.items():
-            run = run_reduced(model, experiment, prepared.mass, damping)
+            run = run_reduced(model, experiment, prepared.mass, damping, prepared.soft)
             impacts = tuple(
                 floor_impacts(run.history, floor, separation=separation)
                 for floor in experiment.floors
@@ -184,16 +202,31 @@ def run_calibrate(
 
 
 def run_reduced(
-    model: WallModel, experiment: WallExperiment, mass: Array, damping: DampingLaw
+    model: WallModel,
+    experiment: WallExperiment,
+    mass: Array,
+    damping: DampingLaw,
+    soft: SoftPoints | None = None,
 ) -> BuildingRun:
     """Run the experiment with the reduced model and the masses of the floors that may hit [kg].
 
-    Not collective; raises what `released` does.
+    Contact points have mass when `soft` is None. Not collective; raises what `released` does.
     """
-    z0 = model.start(experiment.displacement)
-    body = body_before_walls(model.eigenvalue, model.contact, damping)
-    motion = ModalMotion(body, experiment.time_step, theta=experiment.theta, probes=model.seen)
-    return released(motion, experiment, mass, model.floor_of, z0, z0 @ model.contact)
+    z0, step = model.start(experiment.displacement), experiment.time_step
+    body = body_before_walls(model.eigenvalue, model.contact, damping, experiment.gap)
+    if soft is None:
+        motion = ModalMotion(body, step, theta=experiment.theta, probes=model.seen)
+        return released(motion, experiment, mass, model.floor_of, z0, z0 @ model.contact)
+    _check_start(experiment, model.floor_of, z0 @ model.contact)
+    points = MasslessPoints.of(body, dict.fromkeys(body.bodies, soft.shift))
+    contact = massless_response(
+        points,
+        ModalMotion(points.assembly, step, probes=model.seen),
+        experiment.n_t - 1,
+        compliance=soft.compliance,
+        displacement=z0,
+    )
+    return _building_run(contact, experiment, mass, model.floor_of)
 
 
 def released(
@@ -214,10 +247,22 @@ def released(
     ImpactfemError where the wall starts inside the building, SolutionError where the response is
     not finite.
     """
+    _check_start(experiment, floor_of, at_contacts)
+    contact = unilateral_response(motion, experiment.gap, experiment.n_t - 1, displacement=start)
+    return _building_run(contact, experiment, mass, floor_of)
+
+
+def _check_start(experiment: WallExperiment, floor_of: Index, at_contacts: Array) -> None:
+    floors = range(len(experiment.floors))
+    experiment.check_start(np.array([at_contacts[floor_of == k].max() for k in floors]))
+
+
+def _building_run(
+    contact: ContactHistory, experiment: WallExperiment, mass: Array, floor_of: Index
+) -> BuildingRun:
+    """Histories of the floors by those of the constraints."""
     count = len(experiment.floors)
     of_floor = [floor_of == k for k in range(count)]
-    experiment.check_start(np.array([at_contacts[mine].max() for mine in of_floor]))
-    contact = unilateral_response(motion, experiment.gap, experiment.n_t - 1, displacement=start)
     history = WallHistory(
         floors=experiment.floors,
         mass=mass,

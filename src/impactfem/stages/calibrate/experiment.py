@@ -45,6 +45,7 @@ class WallExperiment:
     side: Side = "y+"  #: side of the building on which the wall stands: "x-", "x+", "y-" or "y+"
     pull: Pull = "whole_floor"  #: how the floor is drawn aside
     theta: float = 0.5  #: θ of the time stepping of the 3D model, from ½ to 1
+    unilateral_scheme: str = "moreau"  #: its scheme of contact, "moreau" or "massless"
     separation: float = SEPARATION  #: shortest time without force between two impacts [s]
 
     @property

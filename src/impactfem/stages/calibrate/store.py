@@ -95,6 +95,7 @@ def write_calibration(path: Path, study: CalibrationStudy, key: str) -> None:
         "displaced_floor": experiment.displaced_floor,
         "displacement_at_start": experiment.displacement,
         "pull": experiment.pull,
+        "unilateral_scheme": experiment.unilateral_scheme,
         "stick_contact_update": study.building.case.pounding.update,
     }
     store = dataset(OUTPUTS, results, attributes=attributes)
