@@ -229,11 +229,16 @@ def with_scheme_at_wall(scheme):
     return AT_WALL.model_copy(update={"unilateral_scheme": scheme})
 
 
+@pytest.mark.parametrize("stick", [False, True])
 @pytest.mark.parametrize("law", ["massless", "moreau", "smooth"])
-def test_on_soil_energies_balance_under_waves_that_pass(pair, shaken, law):
-    """With what both rafts radiate, in each step."""
+def test_on_soil_energies_balance_under_waves_that_pass(pair, shaken, law, stick):
+    """With what both rafts radiate, in each step; also of a stick beside a 3D model."""
     case, _, given, _ = pair
     case = on_soil(with_law(case, SMOOTH) if law == "smooth" else with_scheme(case, law))
+    if stick:
+        pounding = case.pounding.model_copy(update={"models": {"A": "structure"}})
+        case = case.model_copy(update={"pounding": pounding})
+        given = replace(given, models={"A": given.models["A"]})
     response = Pounding3D(case, system_of(case, None), given).respond(later(shaken), STEP)
     energy = response.energy
     assert response.force.max() > 1e5 and response.residual < 1e-10
