@@ -64,11 +64,17 @@ PACKAGES = {
         *("stages.building", "stages.calibrate", "stages.device", "stages.pounding"),
         *("stages.reduce", "stages.transient"),
     },
+    "stages.sensitivity": {
+        *("case", "coupling", "dynamics", "motion", "plot", "reduction", "spectra", "stages"),
+        *("stages.building", "stages.calibrate", "stages.device", "stages.ensemble"),
+        *("stages.pounding", "stages.reduce", "stages.transient", "sticks"),
+    },
     "report": {*("plot", "spectra", "stages", "stages.device", "stages.transient")},
     "run": {
         *("building", "case", "coupling", "device", "motion", "plot", "reduction", "report"),
         *("stages", "stages.building", "stages.calibrate", "stages.design", "stages.device"),
         *("stages.ensemble", "stages.equipment", "stages.pounding", "stages.reduce"),
+        "stages.sensitivity",
         "stages.transient",
     },
     "fit": {

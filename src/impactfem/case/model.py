@@ -29,6 +29,7 @@ from impactfem.case.leaf import File, Key, OneOrMore, Text
 from impactfem.case.motions import Ensemble, FloorForces, Motion, MotionEntry, WavePassage
 from impactfem.case.report import PUBLISHED_FILE, Published, Report
 from impactfem.case.sections import MemberSection
+from impactfem.case.sensitivity import Sensitivity
 from impactfem.case.transient import Probe, Transient
 from impactfem.system.scalar import alone
 
@@ -88,6 +89,8 @@ class CaseFile(Section):
     """Limits of gap, floor acceleration and storey drift, for the verdicts of the report."""
     ensemble: Ensemble | None = None
     """Ensemble of motions."""
+    sensitivity: Sensitivity = Field(default_factory=Sensitivity)
+    """Sensitivity of the verdicts to single parameters."""
     report: Report = Field(default_factory=Report)
     """Author, assumptions and published reference of the report."""
 

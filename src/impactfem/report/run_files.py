@@ -124,7 +124,8 @@ class RunFiles:
 
     def named(self, title: str, stage: str) -> str:
         """The title of a stage, of several 3D models with the name of the building."""
-        if not self.further or stage in ("pounding", "ensemble", "equipment", COMPARISON):
+        of_case = ("pounding", "ensemble", "equipment", "sensitivity", COMPARISON)
+        if not self.further or stage in of_case:
             return title
         building = Label.of(stage).part or self.case["structure"]["building"]
         return f"{title}: {building}"

@@ -11,6 +11,7 @@ from impactfem.stages.ensemble.stage import ENSEMBLE
 from impactfem.stages.equipment.stage import EQUIPMENT
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE
+from impactfem.stages.sensitivity.stage import SENSITIVITY
 from impactfem.stages.stage import Stage
 from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.system.errors import Fault, InputError
@@ -26,9 +27,10 @@ STAGES: tuple[Stage, ...] = (
     DEVICE,
     DESIGN,
     EQUIPMENT,
+    SENSITIVITY,
 )
 
-OF_CASE: tuple[Stage, ...] = (POUNDING, ENSEMBLE, EQUIPMENT)
+OF_CASE: tuple[Stage, ...] = (POUNDING, ENSEMBLE, EQUIPMENT, SENSITIVITY)
 """Those that are done for the case as a whole, not for each building with a 3D model."""
 
 

@@ -177,6 +177,7 @@ def _points(products: DesignProducts) -> str:
     MOTIONS,
     "Anchor forces over the motions",
     when=lambda store: "device" in store.dims,
+    default=False,
 )
 def design_device_force(path: Path, store: xr.Dataset) -> None:
     """Draw the largest force on each anchor against the largest impact force of each motion."""

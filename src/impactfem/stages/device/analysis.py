@@ -250,8 +250,12 @@ class Analyst:
     spectra: Spectra  #: the case's floor spectra
     substeps: int  #: steps of the detailed analysis in one of the loads
 
-    def analyse(self, loads: Loads, damping: DampingLaw) -> list[DeviceResult]:
+    def analyse(
+        self, loads: Loads, damping: DampingLaw, *, by_spectra: bool = True
+    ) -> list[DeviceResult]:
         """All devices at all their anchors under loads, with a damping of the building.
+
+        Without `by_spectra` there are no response spectrum analyses.
 
         Raises:
             ImpactfemError: A spectrum does not reach a mode of a device.
@@ -273,23 +277,15 @@ class Analyst:
 
         found = []
         for plan, history, rows in zip(self.plans, histories, places, strict=True):
-            modes = device_modes(plan.device).below(plan.maximum_frequency)
             motions = [shaken(anchors[i]) for i in rows]
-            moved = np.concatenate(anchors[rows]) @ alone.displacement
-            apart = _largest_apart(plan.device, self.positions[rows], moved).reshape(-1, 6)
-            own: list[AnchorSpectrum] = []
-            points = list[list[AnchorSpectrum]]()
-            for number, (motion, row) in enumerate(zip(motions, rows, strict=True), 1):
-                own += self._spectra(modes, motion, loads.time_step, number, apart[number - 1])
-                points += [
-                    self._spectra(modes, shaken(further[k]), loads.time_step, number)
-                    for k in self.covered[row]
-                ]
-            by_spectrum = plan.analyses(own, "computed")
-            covering = envelopes([own, *points]) if points else tuple(own)
-            if points:
-                by_spectrum |= plan.analyses(covering, "envelope")
-            by_spectrum |= plan.given_analyses()
+            covering, by_spectrum = tuple[AnchorSpectrum, ...](), Analyses()
+            if by_spectra:
+                moved = np.concatenate(anchors[rows]) @ alone.displacement
+                apart = _largest_apart(plan.device, self.positions[rows], moved).reshape(-1, 6)
+                beyond = [[shaken(further[k]) for k in self.covered[row]] for row in rows]
+                covering, by_spectrum = self._by_spectra(
+                    plan, motions, beyond, apart, loads.time_step
+                )
             frequency = np.asarray(self.spectra.frequency_values)
             for i, motion in zip(rows, motions, strict=True):
                 detailed = supports[i].of(history)
@@ -310,6 +306,31 @@ class Analyst:
                     )
                 )
         return found
+
+    def _by_spectra(
+        self,
+        plan: SpectrumPlan,
+        motions: Sequence[Array],
+        further: Sequence[Sequence[Array]],
+        apart: Array,
+        time_step: float,
+    ) -> tuple[tuple[AnchorSpectrum, ...], Analyses]:
+        """Return covering spectra and analyses of a device.
+
+        From the motions of its anchors and of the further points of each, shape (6, n_t); `apart`
+        are the largest displacements of the anchors against the first one, shape (n_anchors, 6).
+        """
+        modes = device_modes(plan.device).below(plan.maximum_frequency)
+        own: list[AnchorSpectrum] = []
+        points = list[list[AnchorSpectrum]]()
+        for number, (motion, others) in enumerate(zip(motions, further, strict=True), 1):
+            own += self._spectra(modes, motion, time_step, number, apart[number - 1])
+            points += [self._spectra(modes, other, time_step, number) for other in others]
+        by_spectrum = plan.analyses(own, "computed")
+        covering = envelopes([own, *points]) if points else tuple(own)
+        if points:
+            by_spectrum |= plan.analyses(covering, "envelope")
+        return covering, by_spectrum | plan.given_analyses()
 
     def anchor_spectra(self, loads: Loads, damping: DampingLaw) -> Array:
         """Return the spectra of all anchors without the devices, shape (n_anchors, 3, n_f)."""

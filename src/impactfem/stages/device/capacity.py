@@ -8,9 +8,10 @@ computes no response again.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import xarray as xr
@@ -24,12 +25,14 @@ from impactfem.device.bolts import (
     rectangular_plate,
     round_plate,
 )
-from impactfem.stages.device.selection import LOADS, WITH, WITHOUT, Load, loaded
+from impactfem.stages.device.selection import WITH, WITHOUT, Load, loaded
 from impactfem.stages.qualification import SpectrumDemand, compared
 from impactfem.stages.stores import open_store, time_step
 from impactfem.stages.transient.selection import resolved
 from impactfem.stages.verdict import Verdict
 from impactfem.system.errors import SolutionError
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +52,11 @@ class Place:
     def load(self, impact: str) -> Load:
         """Return the response with or without impacts."""
         return Load(self.store, self.name, impact)
+
+    def both(self, of: Callable[[str], T]) -> tuple[T, T | None]:
+        """Return results with and without impacts; None if those without were not computed."""
+        known = WITHOUT in self.store["impact"].values
+        return of(WITH), of(WITHOUT) if known else None
 
     @property
     def words(self) -> str:
@@ -98,33 +106,39 @@ def bolts_of(place: Place, anchors: AnchorBolts, impact: str) -> BoltDemand | No
 def device_verdicts(building: BuildingInTime, folder: Path) -> list[Verdict]:
     """Return the verdicts of the stage, from `device.nc` of a run's folder."""
     with open_store(folder / "device.nc") as opened:
-        store = loaded(opened)
-        found: list[Verdict] = []
-        for place in places(building, store):
-            found += _of_bolts(place)
-            spectra = {
-                "required_spectrum": place.setup.required_spectrum,
-                "test_spectrum": place.setup.test_spectrum,
-            }
-            given = {name: one for name, one in spectra.items() if one is not None}
-            for name, spectrum in given.items() or [("required_spectrum", None)]:
-                found.append(_of_spectrum(place, name, spectrum))
-            found.append(_of_zpa(place))
-        return found
+        return verdicts_of(building, loaded(opened))
+
+
+def verdicts_of(building: BuildingInTime, store: xr.Dataset) -> list[Verdict]:
+    """Return the verdicts of a building, from results as in `device.nc`."""
+    found: list[Verdict] = []
+    for place in places(building, store):
+        found += _of_bolts(place)
+        spectra = {
+            "required_spectrum": place.setup.required_spectrum,
+            "test_spectrum": place.setup.test_spectrum,
+        }
+        given = {name: one for name, one in spectra.items() if one is not None}
+        for name, spectrum in given.items() or [("required_spectrum", None)]:
+            found.append(_of_spectrum(place, name, spectrum))
+        found.append(_of_zpa(place))
+    return found
 
 
 def _of_bolts(place: Place) -> list[Verdict]:
     anchors = place.setup.anchors
     if anchors is None:
-        pulled = place.load(WITH).tension(), place.load(WITHOUT).tension()
-        demand, least = (max(one, 0.0) if math.isfinite(one) else None for one in pulled)
+        pulled = place.both(lambda impact: place.load(impact).tension())
+        demand, least = (
+            max(one, 0.0) if one is not None and math.isfinite(one) else None for one in pulled
+        )
         quantity = "tension of the most highly loaded anchor, times the number of anchors"
         key = place.key("anchors")
         none = Verdict(
             "device.anchor_tension", quantity, "N", place.words, demand, None, key, least
         )
         return [none]
-    hit, quiet = (bolts_of(place, anchors, impact) for impact in (WITH, WITHOUT))
+    hit, quiet = place.both(lambda impact: bolts_of(place, anchors, impact))
     if hit is None:
         detail = "no equilibrium was found: check the positions of the bolts and the plate"
         quantity = "interaction of tension and shear in a bolt"
@@ -191,12 +205,12 @@ def _of_spectrum(place: Place, name: str, spectrum: QualificationSpectrum | None
     kind = f"device.{name}"
     words = name.replace("_", " ")
     if spectrum is None:
-        psa = [resolved(place.store)["psa"].sel(device=place.name, impact=i) for i in LOADS]
-        least, most = (float(one.isel(case=0).max()) for one in psa)
+        psa = resolved(place.store)["psa"].sel(device=place.name).isel(case=0)
+        most, least = place.both(lambda impact: float(psa.sel(impact=impact).max()))
         quantity = "largest ordinate of the floor spectrum at the device"
         return Verdict(kind, quantity, "m/s2", place.words, most, None, place.key(name), least)
     quantity = f"floor spectrum at the device, against the {words}"
-    hit, quiet = (spectrum_demand(place, impact, spectrum) for impact in (WITH, WITHOUT))
+    hit, quiet = place.both(lambda impact: spectrum_demand(place, impact, spectrum))
     if hit is None:
         detail = "the table has no frequency in the resolved band"
         key = place.key(name)
@@ -226,7 +240,7 @@ def _of_zpa(place: Place) -> Verdict:
     """The ZPA in the resolved band, along the axis with the largest ratio."""
     zpa = place.store["zpa"].sel(device=place.name, axis=["x", "y", "z"]).isel(case=0)
     limits = place.setup.zpa_limit
-    hit, free = (zpa.sel(impact=impact).values for impact in (WITH, WITHOUT))
+    hit, free = place.both(lambda impact: zpa.sel(impact=impact).values)
     k = int((hit if limits is None else hit / np.array(limits)).argmax())
     return Verdict(
         "device.zpa",
@@ -236,6 +250,6 @@ def _of_zpa(place: Place) -> Verdict:
         float(hit[k]),
         None if limits is None else limits[k],
         place.key("zpa_limit"),
-        float(free[k]),
+        None if free is None else float(free[k]),
         band=(0.0, float(place.store.attrs["resolved_frequency"])),
     )

@@ -13,17 +13,19 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from impactfem.case.damping import OWN
 from impactfem.spectra.resolved import ZPA, ResolvedBand, band_limited_zpa
-from impactfem.stages.device.analysis import DeviceResult
+from impactfem.stages.device.analysis import DeviceResult, supports_of
 from impactfem.stages.device.anchor import Anchor, anchor_of_device
 from impactfem.stages.device.choice import SpectrumChoice, headline_of
-from impactfem.stages.device.compute import DampedStudy, DeviceStudy
+from impactfem.stages.device.compute import DampedStudy, DeviceStudy, Prepared
 from impactfem.stages.device.selection import (
     DETAILED,
     FLAGS,
     IN_NAMES,
     LABELS,
     LOADS,
+    WITH,
     headline,
     rigid_variants,
     scalar_start,
@@ -86,12 +88,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str, contact: float) -> N
     """
     building, prepared, band = study.prepared.building, study.prepared, study.band(contact)
     case = building.case
-    anchors = [
-        anchor_of_device(
-            one, building.devices[one.device], prepared.plans[one.device].device, plate
-        )
-        for one, plate in zip(study.supports, prepared.base_plates, strict=True)
-    ]
+    anchors = _anchors(prepared)
     frequency = np.asarray(case.spectra.frequency_values)
     choice = headline_of(prepared.plans[0].rules)
     store = dataset(
@@ -114,7 +111,7 @@ def write_devices(path: Path, study: DeviceStudy, key: str, contact: float) -> N
             **value(study),
             **value(band),
             "zpa": [
-                [_zpa(load, prepared.loads.time_step, band) for load in one.results]
+                [_zpa(load, prepared.loads.time_step, band.frequency) for load in one.results]
                 for one in study.cases
             ],
         },
@@ -131,10 +128,47 @@ def write_devices(path: Path, study: DeviceStudy, key: str, contact: float) -> N
     write_netcdf(path, with_scalars(store, device_scalars(store)))
 
 
-def _zpa(results: Sequence[DeviceResult], step: float, band: ResolvedBand) -> Array:
-    """Return the ZPA of each anchor along x, y, z, shape (n_anchors, 3)."""
+def results_in_time(prepared: Prepared, results: Sequence[DeviceResult], end: float) -> xr.Dataset:
+    """Return the results of `device.nc` that verdicts read, with impacts and the own damping.
+
+    The results have no response spectrum analyses; `end` is that of the resolved band [Hz].
+    """
+    anchors, step = _anchors(prepared), prepared.loads.time_step
+    pulls = [
+        at.pulls(one.detailed.force, one.peaks(()))
+        for one, at in zip(results, anchors, strict=True)
+    ]
+    content = {
+        "case": [OWN],
+        "impact": [WITH],
+        "device": [one.support.name for one in results],
+        "analysis": [DETAILED],
+        "component": COMPONENTS,
+        "axis": ["x", "y", "z"],
+        "time": step * np.arange(len(prepared.loads.ground)),
+        "frequency": np.asarray(prepared.building.case.spectra.frequency_values),
+        **filled(values(Anchor, anchors)),
+        **values(DeviceResult, [[list(results)]]),
+        "net_tension": [[[pull[1] for pull in pulls]]],
+        "zpa": [[_zpa(results, step, end)]],
+    }
+    about = {"building": prepared.building.name, "resolved_frequency": end}
+    return dataset(OUTPUTS, content, attributes=about)
+
+
+def _anchors(prepared: Prepared) -> list[Anchor]:
+    """Return the anchors of all devices."""
+    setups = prepared.building.devices
+    return [
+        anchor_of_device(one, setups[one.device], prepared.plans[one.device].device, plate)
+        for one, plate in zip(supports_of(prepared.plans), prepared.base_plates, strict=True)
+    ]
+
+
+def _zpa(results: Sequence[DeviceResult], step: float, end: float) -> Array:
+    """Return the ZPA of each anchor along x, y, z up to a frequency, shape (n_anchors, 3)."""
     motions = np.array([one.anchor_acceleration[:3].T for one in results], dtype=np.float64)
-    return band_limited_zpa(np.moveaxis(motions, 1, 0), step, band.frequency)
+    return band_limited_zpa(np.moveaxis(motions, 1, 0), step, end)
 
 
 def filled(columns: dict[str, list[Any]]) -> dict[str, Any]:

@@ -53,8 +53,13 @@ def level_floors(a: Building, b: Building) -> bool:
 def pounding_verdicts(case: Case, folder: Path) -> list[Verdict]:
     """Return the verdicts of the stage, from `pounding.nc` of a run's folder."""
     with open_store(folder / "pounding.nc") as store:
-        gaps = _gaps(case, store) if store.sizes.get("pair") else []
-        return [*gaps, *_accelerations(case, store), _drift(case, store)]
+        return verdicts_of(case, store)
+
+
+def verdicts_of(case: Case, store: xr.Dataset) -> list[Verdict]:
+    """Return the verdicts of a case, from results as in `pounding.nc`."""
+    gaps = _gaps(case, store) if store.sizes.get("pair") else []
+    return [*gaps, *_accelerations(case, store), _drift(case, store)]
 
 
 def _gaps(case: Case, store: xr.Dataset) -> list[Verdict]:

@@ -1,0 +1,1 @@
+"""The stage `sensitivity`: how the demands of the verdicts change with single parameters."""
