@@ -140,16 +140,12 @@ def run(
     if table.row_count and context.obj:
         _show(table)
     try:
-        results = result.key_results
+        lines = result.console_lines()
     except ImpactfemError as error:  # a damaged file of an earlier run in the folder
-        results = []
+        lines = [f"results: {result.folder}"]
         log.LOGGER.warning("warning: %s", error)
-    width = max((len(value) for value, _ in results), default=0)
-    for value, text in results:
-        _say(f"  {value:>{width}}  {text}")
-    if table.row_count and not context.obj:
-        _say(f"  {table.row_count} results have a published value: see -v, or the report")
-    _say(f"results: {result.folder}")
+    for line in lines:
+        _say(line)
 
 
 @app.command(

@@ -188,7 +188,7 @@ def test_two_ranks(case, done, under_mpirun, tmp_path):
     words = ("run", tmp_path / "frame.toml", "--stage", "design", "--out", out)
     ended = under_mpirun(2, sys.executable, "-c", MAIN, *words)
     assert ended.returncode == 0, ended.stderr
-    assert ended.stdout.count("results: ") == 1
+    assert ended.stdout.count("checks: ") == 1
     assert json.loads((out / "provenance.json").read_text())["ranks"] == 2
     known, summary = values(done), json.loads((out / "summary.json").read_text())
     assert {entry["name"] for entry in summary} <= set(known)

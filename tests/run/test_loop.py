@@ -68,7 +68,8 @@ def test_results_alone(finished, edited, tmp_path):
     edited(case, ('gap = "2 cm"', 'gap = "2.5 cm"'), ("title = ", 'allow = ["gap"]\ntitle = '))
     other = run(case, out=folder, draw=False)
     assert not other.reused and not drawn() and not (folder / "report.html").exists()
-    assert other.key_results != finished.run.key_results
+    assert other.console_lines()[-1] == f"results: {folder}"
+    assert other.console_lines()[1] != finished.run.console_lines()[1]  # the gap
     again = run(case, out=folder)
     assert again.reused == ["pounding"] and drawn() == before
     assert again.scalars == other.scalars and (folder / "report.html").is_file()

@@ -13,8 +13,8 @@ from pathlib import Path
 
 from impactfem.case import Building3D, Case, Published, SyntheticMotion
 from impactfem.case.base import nearest
+from impactfem.report.console import console_lines
 from impactfem.report.headlines import headlines
-from impactfem.report.key_results import key_results
 from impactfem.report.page import REPORT as PAGE
 from impactfem.report.run_files import CASE, CHECKS, PROVENANCE, SUMMARY, VERDICTS, RunFiles
 from impactfem.run.check import check_mesh, checked, warn_of_implausible
@@ -80,11 +80,11 @@ class Record:
     #: Largest resident memory of each stage when it ran [byte], None where not known.
     memory: dict[str, float | None] = field(default_factory=dict)
 
-    @property
-    def key_results(self) -> list[tuple[str, str]]:
-        """Up to ten results with their units and names, read from the folder of the run."""
+    def console_lines(self) -> list[str]:
+        """Return the lines with which a run ends, read from the folder of the run."""
+        compared = sum(scalar.name in self.published for scalar in self.scalars)
         with stores_kept_open():
-            return key_results(RunFiles(self.folder))
+            return console_lines(RunFiles(self.folder), compared)
 
 
 def _warn_of_published(case: Case, scalars: list[Scalar]) -> None:

@@ -7,7 +7,7 @@ A `Criterion` declares a check once: id, quantity, unit, limits, severity, conse
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -161,6 +161,15 @@ class Check:
         if not math.isfinite(self.upper):
             return f"at least {low}{unit}"
         return f"allowed {low} to {high}{unit}"
+
+
+def severity_counts(rows: Iterable[Mapping[str, Any]]) -> dict[str, int]:
+    """Count the entries of ``checks.json``: failed ones by severity, passed ones, information."""
+    counts = {"invalid": 0, "limited": 0, "passed": 0, "information": 0}
+    for row in rows:
+        failed = row["passed"] is False
+        counts[row["severity"] if failed else "passed" if row["passed"] else "information"] += 1
+    return counts
 
 
 def digits(value: float) -> str:

@@ -37,15 +37,6 @@ PEAKS = Criterion(
     remedy="Reduce transient.time_step",
     concerns=("transient.pfa.*",),
 )
-CHAIN_STUDY = (
-    "stick models collide, and their forces load the 3D model. Study of direct pounding of two 3D "
-    "models (docs/coupled-study.md; one pair of buildings, one motion): sticks overrate the struck "
-    "top floor by a factor of 2 and underrate two lower floors by 1.7 and 1.8; anchor force of "
-    "the pump 110 kN by sticks, 54 kN by direct pounding; required gap and impulse agree within "
-    "1.1 %"
-)
-"""Finding of the study of direct pounding, for each report of a chain."""
-CHAIN = Criterion("transient.stick_forces", "impact forces of stick models")
 SPECTRUM_END = end_of_spectra("transient", "transient.pfa.*", "design.frs.*.zpa")
 NUMBERS = {
     "impulse_error": Criterion(

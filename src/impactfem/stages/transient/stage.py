@@ -19,8 +19,6 @@ from impactfem.stages.stage import DRAWING, StageOf
 from impactfem.stages.stores import of_run
 from impactfem.stages.transient import curve_figures, film, floor_figures, pictures
 from impactfem.stages.transient.checks import (
-    CHAIN,
-    CHAIN_STUDY,
     impulse_check,
     samples_check,
     transient_checks,
@@ -92,8 +90,6 @@ def _checks(building: BuildingInTime, folder: Path) -> list[Check]:
         found += impulse_check(given, own, transient.forces.name)
     elif not building.pounds:
         found += stick_against_model(folder)
-        if building.contacts:
-            found.append(CHAIN.check(place=building.name, detail=CHAIN_STUDY))
     return found
 
 
