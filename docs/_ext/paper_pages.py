@@ -18,7 +18,7 @@ import jinja2
 import pandas
 
 from impactfem.report.facts import quantity
-from impactfem.report.page import compared_values, count, places
+from impactfem.report.publication import compared_values, count, places
 
 sys.path.insert(0, str(Path(__file__).parent))
 from public_names import public_names

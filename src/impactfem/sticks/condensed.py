@@ -92,13 +92,14 @@ def condensed_stick(
         SolutionError: F is not positive definite.
     """
     try:
-        K = np.linalg.inv(np.linalg.cholesky(decoupled(F)))
+        inverse = np.linalg.inv(np.linalg.cholesky(decoupled(F)))
     except np.linalg.LinAlgError as error:
         raise SolutionError(f"the flexibility of the floors is not definite: {error}") from error
-    K = K.T @ K
-    chosen: Index = _matched(M, shapes, effective)
-    K = _with_modes(K, M, 2.0 * np.pi * frequency[chosen], shapes[:, chosen])
-    omega, own = natural_modes(M, K)
+    K = np.asarray(inverse.T @ inverse, dtype=np.float64)
+    chosen = _matched(M, shapes, effective)
+    omega = np.asarray(2.0 * np.pi * frequency[chosen], dtype=np.float64)
+    K = _with_modes(K, M, omega, shapes[:, chosen])
+    found, own = natural_modes(M, K)
     # By pairs of the largest MAC: the order of near modes may differ.
     target = shapes[:, chosen]
     mac = (own.T @ M @ target) ** 2 / np.einsum("ik,ij,jk->k", target, M, target)
@@ -107,7 +108,7 @@ def condensed_stick(
         K=K,
         M=M,
         number=chosen + 1,
-        frequency=omega[nearest] / (2.0 * np.pi),
+        frequency=found[nearest] / (2.0 * np.pi),
         model_frequency=frequency[chosen],
         mac=mac[nearest, np.arange(len(chosen))],
     )

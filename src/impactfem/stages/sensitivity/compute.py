@@ -14,7 +14,7 @@ from impactfem.coupling.from_case import calibration_of, system_of
 from impactfem.reduction.reduced_building import ReducedBuilding
 from impactfem.stages.building.compute import mesh_of_run
 from impactfem.stages.building.stage import storey_factor
-from impactfem.stages.building.targets import with_structure_targets
+from impactfem.stages.building.targets import with_structure_sticks
 from impactfem.stages.calibrate.selection import impulses_of_run, with_contact_of_run
 from impactfem.stages.device.compute import prepare_devices
 from impactfem.stages.ensemble.compute import members_of
@@ -102,7 +102,7 @@ def run_sensitivity(case: Case, run: Path, progress: Callable[[float], None]) ->
         ImpactfemError: A file of the run is missing or cannot be read.
     """
     inputs = POUNDING.key(case)
-    case = with_contact_of_run(with_structure_targets(case, run), run)
+    case = with_contact_of_run(with_structure_sticks(case, run), run)
     calibration = calibration_of(case)
     found = list(map(Demand.of, demands_of_run(case, run)))
     models = tuple(_model(one, run, inputs) for one in case.in_time)

@@ -24,7 +24,8 @@ from impactfem.coupling.pounding import Response, simulate
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.reduction.loads import Loads
-from impactfem.reduction.pounding_3d import Models3D, Pounding3D
+from impactfem.reduction.models_3d import Models3D
+from impactfem.reduction.pounding_3d import Pounding3D
 from impactfem.reduction.reduced_basis import ReducedBasis
 from impactfem.reduction.reduced_building import CompleteModel
 from impactfem.spectra.resolved import band_limited_zpa
