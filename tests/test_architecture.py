@@ -30,7 +30,9 @@ PACKAGES = {
     "device": {"case", "coupling", "dynamics", "spectra", "sticks"},
     "plot": {"case", "spectra"},
     "stages": {"case", "dynamics", "plot", "spectra"},
-    "stages.building": {"building", "case", "dynamics", "plot", "reduction", "stages"},
+    "stages.building": {
+        *("building", "case", "dynamics", "plot", "reduction", "stages", "sticks"),
+    },
     "stages.reduce": {*("building", "case", "dynamics", "reduction", "stages", "stages.building")},
     "stages.calibrate": {
         *("building", "case", "coupling", "dynamics", "plot", "reduction", "stages"),

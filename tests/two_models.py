@@ -27,6 +27,7 @@ axis = ["3 m", "{y} m"]
 rigid_below = "0.2 m"
 rigid_above = "0.1 m"
 second_moment_factor = {factor}
+stick = "own"
 [buildings.structure]
 calibration = {{ frequency = "{frequency} Hz", direction = "y" }}
 modes = 8
