@@ -10,7 +10,7 @@ from impactfem.case import load_case
 from impactfem.case.report import Report
 from impactfem.plot.figure import BETWEEN, declared, figure
 from impactfem.report import comparison, governing_figure, scene_page
-from impactfem.run.stages import STAGES
+from impactfem.run.stages import STAGES, needed_stages
 from impactfem.stages.drawing import FigureData, Figures
 from impactfem.system.files import write_netcdf
 
@@ -52,7 +52,7 @@ def paper_files(**requested):
     data = SimpleNamespace(case=case, **PAPER)
     return [
         one.file(subject)
-        for stage in STAGES
+        for stage in needed_stages(case, None)
         for one, subject in stage.figures.chosen(data)
         if not ABSENT & set(one.needs)
     ]

@@ -80,7 +80,7 @@ def _verdict_row(one: Mapping[str, Any]) -> Row:
         demand, free = NONE, demand
     ratio = "" if one["ratio"] is None else f" ({one['ratio']:.2g})"
     verdict = f"{VERDICTS[one['passed']]}{ratio}"
-    words = SHORT[id]
+    words = SHORT.get(id, one["quantity"])
     if id == "device.anchor_tension" and one["capacity"] is None:
         words = "anchor tension x n"  # the number of anchors is not known
     return words, demand, free, _shown(one["capacity"], unit), verdict, one["place"]

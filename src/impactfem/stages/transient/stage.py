@@ -18,11 +18,7 @@ from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, StageOf
 from impactfem.stages.stores import of_run
 from impactfem.stages.transient import curve_figures, film, floor_figures, pictures
-from impactfem.stages.transient.checks import (
-    impulse_check,
-    samples_check,
-    transient_checks,
-)
+from impactfem.stages.transient.checks import impulse_check, samples_check, transient_checks
 from impactfem.stages.transient.figures import TransientData
 from impactfem.stages.transient.limits import transient_verdicts
 from impactfem.stages.transient.tables import transient_tables
