@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.table import Table
 
 from impactfem import __version__
+from impactfem.case.template import parts_list
 from impactfem.cli_help import (
     Commands,
     InvalidFileError,
@@ -271,13 +272,17 @@ def compare(
 
 
 @app.command(
-    epilog=ends_with("impactfem check towers.toml", "0 valid, also with warnings; 2 invalid.")
+    epilog=ends_with(
+        "impactfem check towers.toml",
+        "0 valid, also with warnings; 2 invalid; 3 warnings with --strict.",
+    )
 )
 def check(
     case: CaseFile,
     fit: Annotated[
         Path | None, typer.Option(metavar="FIT.toml", help="Check this fit of the case as well.")
     ] = None,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit with code 3 on warnings.")] = False,
 ) -> None:
     """Validate a case and all its files; estimate the cost.
 
@@ -286,7 +291,7 @@ def check(
     from impactfem.case.motions import RestMotion
     from impactfem.run.check import checked
 
-    verdicts = []
+    verdicts, warned = list[str](), 0
     if fit is not None:  # first: its errors are those of both files
         from impactfem.fit.evaluate import evaluate
         from impactfem.fit.plausibility import warn_of_far_targets, warn_of_implausible
@@ -301,6 +306,7 @@ def check(
         keys, data = len(problem.keys), len(problem.data)
         _say(f"{counted(keys, 'parameter')}, {counted(data, 'observation')}")
         verdicts.append(verdict(fit, warnings))
+        warned = len(warnings)
     with judged(case) as warnings:
         found, estimate = checked(case, mesh=True)
     counts = (
@@ -312,6 +318,8 @@ def check(
     _say(estimate.line)
     for line in (*verdicts, verdict(case, warnings)):
         _say(line)
+    if strict and warned + len(warnings):
+        raise typer.Exit(3)
 
 
 @app.command(epilog=ends_with("impactfem contacts towers.toml", "0 done, 2 invalid."))
@@ -325,7 +333,8 @@ def contacts(case: CaseFile) -> None:
 
 
 @app.command(
-    epilog=ends_with("impactfem new towers --with structure,devices", "0 done, 2 invalid.")
+    epilog=f"\b\nParts of --with, and the time of the case on two cores:\n{parts_list()}\n\n"
+    + ends_with("impactfem new towers --with structure,devices", "0 done, 2 invalid.")
 )
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the new case.")],
@@ -334,20 +343,19 @@ def new(
         typer.Option(
             "--with",
             metavar="PARTS",
-            help="Active parts, separated by commas, with the parts that they need: "
-            "structure, calibration, wall_impact, transient, devices, damping_cases, loads, "
-            "ensemble or design.",
+            help="Parts in use, separated by commas; the parts that they need are added.",
         ),
     ] = "",
     minimal: Annotated[
         bool, typer.Option("--minimal", help="Omit comments and optional keys.")
     ] = False,
+    full: Annotated[bool, typer.Option("--full", help="Show all keys, as comments.")] = False,
 ) -> None:
     """Write a new case file with comments, and its tables."""
     from impactfem.case.template import write_new_case
 
     chosen = [part.strip() for part in parts.split(",") if part.strip()]
-    files = write_new_case(name, chosen, minimal=minimal)
+    files = write_new_case(name, chosen, minimal=minimal, short=not (full or minimal))
     for path in files:
         _say(f"wrote {path}")
     _say(f"next: impactfem check {files[0]}")

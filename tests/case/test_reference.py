@@ -204,7 +204,7 @@ def test_without_a_word_all_are_results(with_reference):
         (REFERENCE.replace('"figure"', '"picture"'), "kind", "literal_error"),
         (REFERENCE.replace('"5 %"', '"-5 %"'), "tolerance", "greater_than_equal 0"),
         (REFERENCE + REFERENCE[REFERENCE.index("[[items]]") :], "number", ""),
-        (REFERENCE.replace("title", "titel", 1), "title", "missing"),
+        (REFERENCE.replace("title", "titel", 1), "titel", "extra_forbidden 'title'"),
         (REFERENCE.replace('reason = "Nothing is said."', ""), "reason", "missing"),
         (GIVEN.replace('"scaled"', '"guessed"'), "given[0].kind", "literal_error"),
         (GIVEN.replace("motion.p*", "motions.p*"), "given[0].names[0]", ""),

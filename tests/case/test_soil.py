@@ -59,9 +59,19 @@ def impedances(lowest=0.5, highest=60.0, scale=1.0):
 @pytest.mark.parametrize(
     ("old", "new", "key", "words"),
     [
-        ("400 m/s", "4 m/s", "soil.shear_velocity = '4 m/s'", "usual is 150 to 3000 m/s"),
-        ("2000 kg", "20 kg", "soil.density = '20 kg/m3'", "usual is 1600 to 2700 kg/m3"),
-        ('"1 m"', '"1 km"', "raft.thickness = '1 km'", "usual is 0.5 to 6 m"),
+        (
+            "400 m/s",
+            "4 m/s",
+            "soil.shear_velocity = '4 m/s'",
+            "outside the usual range, 150 to 3000 m/s",
+        ),
+        (
+            "2000 kg",
+            "20 kg",
+            "soil.density = '20 kg/m3'",
+            "outside the usual range, 1600 to 2700 kg/m3",
+        ),
+        ('"1 m"', '"1 km"', "raft.thickness = '1 km'", "outside the usual range, 0.5 to 6 m"),
         ("15.6 m", "15.7 m", None, None),
     ],
 )

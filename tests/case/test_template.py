@@ -1,4 +1,5 @@
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -151,3 +152,18 @@ def test_nothing_half_written(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"\(No space left"):
         write_new_case(tmp_path / "new")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("parts", [(), ("structure", "devices"), ("ensemble",)])
+def test_a_short_case_has_the_keys_of_a_minimal_one(tmp_path, parts):
+    """With comments, and without parts within 80 lines."""
+    texts = []
+    for kind in ("short", "minimal"):
+        (tmp_path / kind).mkdir()
+        path = write_new_case(tmp_path / kind / "new", parts, **{kind: True})[0]
+        load_case(path)
+        texts.append(path.read_text(encoding="utf-8"))
+    short, minimal = texts
+    assert tomllib.loads(short) == tomllib.loads(minimal)
+    assert short.count("  # ") > 15 and not re.search(r"(?m)^# [a-z_]+ = ", short)
+    assert parts or len(short.splitlines()) <= 80

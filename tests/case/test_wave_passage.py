@@ -48,7 +48,13 @@ def test_refused(broken, edits, old, new, key, kind):
 @pytest.mark.parametrize(
     ("old", "new", "more", "key", "words"),
     [
-        ('"500', '"50', "", "apparent_velocity = '50 m/s'", "usual is 500 to 5000 m/s"),
+        (
+            '"500',
+            '"50',
+            "",
+            "apparent_velocity = '50 m/s'",
+            "outside the usual range, 500 to 5000 m/s",
+        ),
         ('"500', '"360', HALF_SPACE, None, None),
     ],
 )

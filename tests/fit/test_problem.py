@@ -448,7 +448,11 @@ KNOWN = '"log"\nprior = {{ mean = "{}", deviation = "10 %" }}'
                 ("damping_deviation", "0.2", ""),
                 ("damping_deviation", "1.1", "more than 100 % of the value"),
                 ("shape_deviation", "1.0", ""),
-                ("shape_deviation", "5", "usual is 0.02 to 0.1 of the largest amplitude"),
+                (
+                    "shape_deviation",
+                    "5",
+                    "outside the usual range, 0.02 to 0.1 of the largest amplitude",
+                ),
             )
         ),
         (
@@ -492,13 +496,21 @@ def test_what_is_hardly_meant(case, written, text, words):
     ("old", "new", "words"),
     [
         ("1,0.9078,2.548", "1,0.0521,0.205", ""),
-        ("1,0.9078,", "1,907.8,", "row 1, frequency = 907.8: in SI; usual is 0.3 to 50 Hz"),
+        (
+            "1,0.9078,",
+            "1,907.8,",
+            "row 1, frequency = 907.8: in SI; outside the usual range, 0.3 to 50 Hz",
+        ),
         (
             "frequency [Hz]",
             "frequency [kHz]",
-            "row 1, frequency = 907.8: in SI; usual is 0.3 to 50",
+            "row 1, frequency = 907.8: in SI; outside the usual range, 0.3 to 50",
         ),
-        (",2.548", ",0.025", "row 1, damping = 0.00025: in SI; usual is 0.5 % to 10 %"),
+        (
+            ",2.548",
+            ",0.025",
+            "row 1, damping = 0.00025: in SI; outside the usual range, 0.5 % to 10 %",
+        ),
     ],
 )
 def test_modes_that_are_hardly_meant(case, written, old, new, words):

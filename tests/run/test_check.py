@@ -321,7 +321,7 @@ def warned(caplog, path, *, mesh=True, level=logging.WARNING):
         ),
         (
             [('"30 GPa"', '"30 Pa"')],
-            ("materials.concrete.young_modulus = '30 Pa': usual is concrete 20 to 45 GPa",),
+            ("materials.concrete.young_modulus = '30 Pa': outside the usual range",),
         ),
         ([], ()),
     ],

@@ -270,7 +270,8 @@ class BasePlate:
             raise SolutionError(
                 f"device {name}: no node of floor {floor} is within {radius:g} m of its anchor at "
                 f"({at[0]:g}, {at[1]:g}) m; the nearest one, at ({x:.4g}, {y:.4g}, {z:.4g}) m, is "
-                f"{away.min():.3g} m away: the mesh is too coarse for the radius"
+                f"{away.min():.3g} m away: type a radius of at least {away.min():.2g} m, or reduce "
+                "floor_size"
             )
         return cls(
             name=name,

@@ -219,6 +219,7 @@ def floor_masses(
         return FloorMasses(parts, np.zeros_like(parts), float(shares[0]), on_triangles)
     added = np.zeros_like(parts) if required is None else np.asarray(required) - parts
     wrong: list[tuple[str, str]] = []
+    heavy: list[str] = []
     for k, lacking in zip(mesh.floors, added, strict=True):
         slab, missing = mesh.slab(k), max(lacking, 0.0)
         if slab.size == 0:
@@ -226,11 +227,8 @@ def floor_masses(
             wrong.append((expected, "floor_masses"))
             continue
         if lacking < 0.0:
-            expected = (
-                f"floor {k} weighs {parts[k - 1] / 1e3:.1f} t by its parts alone, more than the "
-                f"{(parts[k - 1] + lacking) / 1e3:.1f} t that the floor table gives it"
-            )
-            wrong.append((expected, "floor_masses"))
+            given = parts[k - 1] + lacking
+            heavy.append(f"floor {k}: {parts[k - 1] / 1e3:.1f} t, floor table {given / 1e3:.1f} t")
         own_strips = (strips or {}).get(k)
         corners = mesh.nodes[mesh.triangles[slab, :3]]
         even = 1.0 / area[slab].sum()
@@ -258,6 +256,12 @@ def floor_masses(
                     f"{mass.sum() / 1e3:.4g} t"
                 )
                 wrong.append((expected, "mass_eccentricity"))
+    if heavy:
+        expected = (
+            f"the parts weigh more than the floor table gives ({'; '.join(heavy)}): raise its "
+            "masses, reduce sections or density, or type floor_masses = false"
+        )
+        wrong.append((expected, "floor_masses"))
     if wrong:
         raise FloorMassError(*wrong)
     return FloorMasses(parts, added, float(shares[0]), on_triangles)

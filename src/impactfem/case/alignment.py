@@ -213,7 +213,8 @@ def _levels(contact: Contact, ends: Sequence[_End], case: Case) -> Iterator[Misa
     clear = clear_height(contact, case)
     if clear <= ZERO:
         return
-    wrong = clear > max(end.building.floors[end.index].storey_height for end in ends)
+    far = clear > max(end.building.floors[end.index].storey_height for end in ends)
+    wrong = far or "depth" not in case.allow
     depths = [depth_of(end.point, end.building) for end in ends]
     levels = " and ".join(f"{end.level:.4g} m" for end in ends)
     reach = " and ".join(f"{low:.4g} to {high:.4g} m" for low, high in depths)
@@ -231,4 +232,6 @@ def _levels(contact: Contact, ends: Sequence[_End], case: Case) -> Iterator[Misa
             where = f"{'storey' if in_storey else 'floor'} = {number}{height}"
             text += f'; type {other.side} = {{ building = "{name}", {where}, ... }}'
             break
+    if wrong and not far:
+        text += ', or allow = ["depth"] at the top of the file to accept this'
     yield Misalignment(wrong, "", text)

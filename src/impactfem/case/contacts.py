@@ -307,7 +307,10 @@ class ContactEntry(Section):
         if a.building == b.building:
             yield f"expected another building than '{a.building}', the one of a"
         if a.count != b.count:
-            yield f"expected lists of the same length in a and b, found {a.count} and {b.count}"
+            yield (
+                f"expected lists of the same length: a has {a.count} points, b has {b.count}, and "
+                "pairs are formed one to one"
+            )
 
     @rule("wall", "b", sited=True)
     @staticmethod

@@ -1,6 +1,7 @@
 """Errors of pydantic in plain words, with the keys of the case file."""
 
 import itertools
+import re
 import types
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -32,6 +33,8 @@ REMOVED = {
     " the key, and lower transient.tolerance for more accuracy",
 }
 """Replacements of removed keys, by their place."""
+MISSING = {"missing", "either", "together", "one_of_them", "missing_section"}
+"""Kinds of faults of a key that a table lacks."""
 TABLES = "one or more tables"
 """Words for an array of tables."""
 
@@ -54,7 +57,24 @@ def explain(errors: Sequence[ErrorDetails], source: Source, model: type[BaseMode
             continue
         fault = replace(source.fault(*_fault(item, source.raw, model)), kind=item["type"])
         faults.setdefault((fault.key, fault.expected), fault)
-    return list(faults.values())
+    return without_consequences(list(faults.values()))
+
+
+def without_consequences(faults: Sequence[Fault]) -> list[Fault]:
+    """Leave out what is missing in a table with a key that is misspelled: it is what was meant."""
+    tables, keys = set[str](), set[str]()
+    for fault in faults:
+        hint = re.search("did you mean '(.+?)'", fault.expected)
+        if fault.kind == "extra_forbidden" and hint is not None:
+            above, dot, _ = fault.key.rpartition(".")
+            tables.add(above)
+            keys.add(f"{above}{dot}{hint[1]}")
+    return [
+        fault
+        for fault in faults
+        if not (fault.kind in MISSING and fault.key.rpartition(".")[0] in tables)
+        and not (fault.kind == "tuple_type" and fault.key in keys)
+    ]
 
 
 def expectation(annotation: Any, metadata: list[Any] | tuple[Any, ...] = ()) -> str:
@@ -112,19 +132,25 @@ def _fault(
             # A key that is left out goes by the name of its field, which is not always the key.
             place = (*place[:-1], parent.model_fields[str(place[-1])].alias or place[-1])
         place = (*place, *context.get("inside", ()))
-        return place, value_at(place, raw), item["msg"]
+        value = value_at(place, raw)
+        return place, None if isinstance(value, Mapping) else value, item["msg"]
     if kind == "extra_forbidden":
         if (replaced := REMOVED.get(dotted(place))) is not None:
             return place, None, replaced
         known = list(fields_by_key(parent)) if parent is not None else []
         types = " or ".join(_tags(form_of(holder) if holder else None, str(place[-1])))
         hint = f"a key of type {types}" if types else nearest(str(place[-1]), known)
-        return place, None, f"unknown key; {hint}"
+        what = "table" if isinstance(value_at(place, raw), Mapping | list) else "key"
+        return place, None, f"unknown {what}; {hint}"
     if kind in {"union_tag_not_found", "union_tag_invalid"}:
         of_all = info or holder
         words = " or ".join(_tags(form_of(of_all) if of_all else None))
         given = value_at((*place, "type"), raw)
-        return (*place, "type"), given, f"{'missing; ' if given is None else ''}expected {words}"
+        known = [tag.strip("'") for tag in words.split(" or ")]
+        close = nearest(given, known) if isinstance(given, str) else ""
+        hint = f"; {close}" if close.startswith("did") else ""
+        lead = "missing; " if given is None else ""
+        return (*place, "type"), given, f"{lead}expected {words}{hint}"
     if kind == "missing" and not isinstance(place[-1], int):
         about = f": {one_line(info)}" if info is not None and info.description else ""
         return place, None, f"missing; expected {_words(info)}{about}"

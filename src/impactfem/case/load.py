@@ -21,7 +21,7 @@ from impactfem.case.checks import CHECKS, FILE_CHECKS
 from impactfem.case.contact_search import searched
 from impactfem.case.contacts import expand
 from impactfem.case.devices import STEPS, DeviceAnalysis
-from impactfem.case.explain import explain
+from impactfem.case.explain import explain, without_consequences
 from impactfem.case.floors import UNKNOWN_DAMPING
 from impactfem.case.levels import plan_of
 from impactfem.case.model import Case, CaseFile
@@ -96,7 +96,7 @@ def read_case(path: str | Path | Source) -> tuple[Case | None, list[Fault], set[
     for check in CHECKS:
         kind = check.__name__.strip("_")
         faults += [reading.fault(*finding, kind) for finding in check(case, reading)]
-    faults += reading.faults
+    faults = without_consequences([*faults, *reading.faults])
     if not left_out:
         return case, faults, left_out
     # The case without what cannot be used; none where no building can be.

@@ -33,6 +33,8 @@ from impactfem.case.sensitivity import Sensitivity
 from impactfem.case.transient import Probe, Transient
 from impactfem.system.scalar import alone
 
+Condition = Literal["gap", "depth", "overlap", "period", "steps", "direction", "stick"]
+
 
 class CaseFile(Section):
     """A case of impactfem: buildings side by side, a ground motion, and what is computed."""
@@ -41,9 +43,13 @@ class CaseFile(Section):
     """Another case file that this one extends; state only the differences."""
     title: Text
     """Title of the case, for the report and the figures."""
-    allow: Annotated[tuple[Literal["gap"], ...], OneOrMore()] = ()
-    """Conditions that are errors without it: "gap", gaps that differ from axes and offsets by more
-    than 1 mm; the gap is used then."""
+    allow: Annotated[tuple[Condition, ...], OneOrMore()] = ()
+    """Conditions that are errors without it and warnings with it: "gap", gaps that differ from axes
+    and offsets by more than 1 mm (the gap is used); "depth", pairs of floors whose depths do not
+    overlap; "overlap", buildings that overlap in plan; "period", a first period outside 0.02 to
+    0.5 s a storey; "steps", fewer than 16 time steps in an impact; "direction", ground motion along
+    no contact normal; "stick", a stick stiffer than the 3D model of its building by more than 20 %
+    in the period."""
     published: Annotated[dict[str, Published], PUBLISHED_FILE] = Field(default={})
     """Table of published values (CSV), compared with the results in summary.json."""
     materials: dict[Key, Material]

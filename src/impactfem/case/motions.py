@@ -165,7 +165,13 @@ class RecordMotion(_Motion):
             return FORMAT_OF_ENDING[ending]
         if ending not in AMBIGUOUS_ENDINGS:
             known = " or ".join(f"'{name}'" for name in FORMATS)
-            expected = f"missing; expected {known}, the ending of the file is of none of them"
+            expected = f"missing; expected {known}: the ending '{file.suffix}' is of none of them"
+            if ending in ("vt2", "dt2"):
+                what = "velocity" if ending == "vt2" else "displacement"
+                expected = (
+                    f"'{file.name}' is a PEER {what} record; expected the acceleration record "
+                    f"'{file.with_suffix('.AT2').name}' of the same motion"
+                )
             raise refuse(expected, kind="missing")
         return None
 

@@ -202,6 +202,16 @@ def parse(path: Path, text: str) -> dict[str, Any]:
     except tomllib.TOMLDecodeError as error:
         place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
         reason = re.sub(r"\s*\(at .*\)$", "", str(error))
+        if path.suffix.lower() == ".csv":
+            expected = "expected a case file (TOML): this is a table (CSV)"
+            raise InputError([Fault(path, "", None, expected, "toml")]) from error
+        if reason.startswith("Illegal character '\\n'"):
+            reason = "the quotation mark is not closed"
+        if (twice := re.match(r"Cannot declare \('(.+?)',?\) twice", reason)) is not None:
+            name = re.escape(twice[1])
+            table = rf"\s*\[\s*{name}\s*\]"
+            lines = [str(k) for k, row in enumerate(text.splitlines(), 1) if re.match(table, row)]
+            reason = f"[{twice[1]}] appears twice (lines {' and '.join(lines)}): remove one"
         key = f"line {place[1]}, column {place[2]}" if place else "the end of the file"
         line = text.splitlines()[int(place[1]) - 1].strip() if place else None
         if line is not None and (written := re.search(r'"([^"]*\\[^"]*)"', line)):

@@ -3,32 +3,55 @@
 import os
 import re
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 
 from impactfem.case.base import nearest
 from impactfem.system.errors import Fault, InputError
 
-PARTS = {
-    "structure": (),
-    "calibration": (),
-    "wall_impact": ("structure",),
-    "transient": ("structure",),
-    "devices": ("transient",),
-    "damping_cases": ("devices",),
-    "loads": (),
-    "ensemble": (),
-    "design": ("transient", "ensemble"),
-    "steel_frame": ("structure",),
-}
-"""Parts of the template that may be switched on, with those that they need."""
 
+@dataclass(frozen=True)
+class TemplatePart:
+    """A part of the template that may be in use from the start."""
+
+    adds: str  #: what it adds to the results
+    seconds: int  #: estimated time of the whole case, by `impactfem check` [s]
+    needs: tuple[str, ...] = ()  #: names of the parts that it needs
+
+
+PARTS = {
+    "structure": TemplatePart("3D model of one building, its modes", 17),
+    "calibration": TemplatePart("sticks fitted to a table of frequencies", 8),
+    "wall_impact": TemplatePart("stiffness and restitution from a 3D impact", 31, ("structure",)),
+    "transient": TemplatePart("3D response, spectra at every point", 69, ("structure",)),
+    "devices": TemplatePart("forces on the anchors of equipment", 79, ("transient",)),
+    "damping_cases": TemplatePart("equipment with further dampings", 79, ("devices",)),
+    "loads": TemplatePart("forces on floors in time", 8),
+    "ensemble": TemplatePart("100 motions: percentiles", 47),
+    "design": TemplatePart("design spectra over all motions", 110, ("transient", "ensemble")),
+    "steel_frame": TemplatePart("beams and columns of rolled sections", 17, ("structure",)),
+}
+"""Parts of the template by name."""
+
+
+def parts_list() -> str:
+    """Return a line for each part: name, required parts, estimated time, and what it adds."""
+    return "\n".join(
+        f"{name:<14} {part.seconds:>4} s  {part.adds}"
+        + (f"; needs {' and '.join(part.needs)}" if part.needs else "")
+        for name, part in PARTS.items()
+    )
+
+
+HEAD = 5
+"""Lines of the head of a short case."""
 _COLUMN = 38  # where comments behind keys begin, if keys leave room
 _COMMENTED = re.compile(r"(.*?\S) {2,}(# .*)")
 
 
 def write_new_case(
-    target: str | Path, parts: Sequence[str] = (), *, minimal: bool = False
+    target: str | Path, parts: Sequence[str] = (), *, minimal: bool = False, short: bool = False
 ) -> list[Path]:
     """Write a commented case file and the tables that it names, and give their paths.
 
@@ -39,6 +62,7 @@ def write_new_case(
         target: Name of the case, or folder.
         parts: Some of `PARTS`, which stand in the file without a '#', with those that they need.
         minimal: Without comments, and without keys that may be left out.
+        short: With comments, without keys that may be left out.
 
     Raises:
         InputError: A file is there already (nothing is overwritten), the name cannot be used, a
@@ -47,7 +71,15 @@ def write_new_case(
     """
     if unknown := [part for part in parts if part not in PARTS]:
         raise InputError(
-            [Fault("command line", "--with", part, nearest(part, list(PARTS))) for part in unknown]
+            [
+                Fault(
+                    "command line",
+                    "--with",
+                    part,
+                    f"{nearest(part, list(PARTS))}; impactfem new --help lists the parts",
+                )
+                for part in unknown
+            ]
         )
     if {"steel_frame", "calibration"} <= set(parts):
         expected = "expected one of both: the stick of the steel frame is that of its 3D model"
@@ -69,6 +101,8 @@ def write_new_case(
     templates = files("impactfem.case") / "templates"
     template = (templates / "case.toml").read_text(encoding="utf-8")
     case = _composed(template, _with_needs(parts), minimal)
+    if short:
+        case = _shortened(case)
     texts = {f"{name}.toml": case}
     for table in dict.fromkeys(re.findall(r'(?m)^[^#\n]*"@NAME@_(\w+\.csv)"', case)):
         text = (templates / table).read_text(encoding="utf-8")
@@ -93,8 +127,23 @@ def write_new_case(
 
 
 def _with_needs(parts: Sequence[str]) -> set[str]:
-    needed = {need for part in parts for need in PARTS[part]}
+    needed = {need for part in parts for need in PARTS[part].needs}
     return _with_needs([*parts, *needed]) if needed - set(parts) else set(parts)
+
+
+def _shortened(case: str) -> str:
+    """Leave out commented keys: of comments stay those behind a key and above a table in use."""
+    head, *blocks = re.split(r"\n\n+", case.strip())
+    kept = ["\n".join(head.splitlines()[:HEAD])]
+    for block in blocks:
+        lines = block.splitlines()
+        used = [k for k, line in enumerate(lines) if not line.startswith("#")]
+        if not used:
+            continue
+        above = lines[: used[0]] if lines[used[0]].startswith("[") else []
+        rest = [lines[k] for k in used]
+        kept.append("\n".join([*above, *rest]))
+    return "\n\n".join(kept) + "\n"
 
 
 def _composed(template: str, parts: Collection[str], minimal: bool) -> str:

@@ -5,17 +5,17 @@ that are not those of the storeys.
 """
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import scipy.linalg
 
 from impactfem.case.buildings import Building, GeneratedMesh
-from impactfem.case.model import Case, CaseFile
+from impactfem.case.model import Case
+from impactfem.case.place import Place
 from impactfem.case.plausibility import MODULUS, PERIOD_PER_STOREY
-from impactfem.case.source import read_source
 from impactfem.coupling.from_case import stick_of
 from impactfem.system.arrays import Array
-from impactfem.system.errors import Fault
 
 SHEAR = 5.0 / 6.0
 """Shear area of a rectangular section over its area."""
@@ -24,9 +24,8 @@ Bending = tuple[float, float | None]
 """Second moment of area and shear area of a member, None without shear deformation [m4, m2]."""
 
 
-def unusual_periods(case: Case) -> list[Fault]:
-    """Warn of first periods of sticks and of 3D models that are not those of a building."""
-    source, found = read_source(case.path, CaseFile), list[Fault]()
+def unusual_periods(case: Case) -> Iterator[tuple[Place, str]]:
+    """Find first periods of sticks and of 3D models that are not those of a building."""
     low, high = PERIOD_PER_STOREY
     for k, building in enumerate(case.buildings):
         storeys, young = len(building.floors), building.material.young_modulus
@@ -37,11 +36,12 @@ def unusual_periods(case: Case) -> list[Fault]:
         if own and not low * storeys <= period <= high * storeys:
             text = (
                 f"the first period of the stick of {building.name} is {period:.3g} s, "
-                f"{period / storeys:.2g} s a storey (usual: {low:g} to {high:g} s): the stick "
-                "meets its neighbours at other times and speeds; check units and sections of the "
-                "floor table, young_modulus and stiffness_factor"
+                f"{period / storeys:.2g} s a storey; expected {low:g} to {high:g} s a storey: "
+                "correct units and stiffness of the floor table, young_modulus or "
+                f'stiffness_factor, or type periods = {{ x = "{0.1 * storeys:.2g} s", y = '
+                f'"{0.1 * storeys:.2g} s" }} with the periods of the building'
             )
-            found.append(source.remark(("buildings", k, "floors"), text))
+            yield ("buildings", k, "floors"), text
         structure = building.structure
         if structure is None or not isinstance(structure.mesh, GeneratedMesh):
             continue
@@ -52,14 +52,11 @@ def unusual_periods(case: Case) -> list[Fault]:
             if period > high * storeys:
                 text = (
                     f"the first period of the 3D model of {building.name} along {axis} is at least "
-                    f"{period:.3g} s, {period / storeys:.2g} s a storey (usual: {low:g} to "
-                    f"{high:g} s), by the stiffness of its walls and columns between rigid slabs: "
-                    "supports are missing, or sections have another unit; add rows to walls or "
-                    "columns"
+                    f"{period:.3g} s, {period / storeys:.2g} s a storey; expected at most "
+                    f"{high:g} s a storey, by the stiffness of walls and columns between rigid "
+                    "slabs: add rows to walls or columns, or correct their units"
                 )
-                place = ("buildings", k, "structure", "mesh", "columns")
-                found.append(source.remark(place, text))
-    return found
+                yield ("buildings", k, "structure", "mesh", "columns"), text
 
 
 def stick_period(building: Building) -> float:

@@ -50,7 +50,7 @@ def read_record(
     ending = path.suffix.lower().lstrip(".")
     what = f"the format '{fmt}'"
     if fmt is None and ending in AMBIGUOUS_ENDINGS:
-        what = f"what the file with the ending '{path.suffix}' holds"
+        what = f"the record format of the ending '{path.suffix}'"
         lines = [line for line in RecordFile(path, "a record").lines if not line.startswith("#")]
         # CSV is last: a title in brackets looks like the header of a column.
         for name, one in reversed(FORMATS.items()):
@@ -60,7 +60,10 @@ def read_record(
         fmt, what = FORMAT_OF_ENDING.get(ending), f"the ending '{path.suffix}'"
     if fmt not in FORMATS:
         known = " or ".join(f"'{name}'" for name in FORMATS)
-        expected = f"{what} is not known; expected the format {known}"
+        expected = (
+            f'{what} is not known; type format = {known}; for "csv" the first line is a header, '
+            "time [s],acceleration [g]"
+        )
         raise InputError([Fault(path, "", None, expected)])
     record_format = FORMATS[fmt]
     try:

@@ -24,9 +24,9 @@ from impactfem.case.plausibility import implausible
 from impactfem.case.report import ALL_FIGURES
 from impactfem.case.source import read_source
 from impactfem.case.transient import transient_files
+from impactfem.coupling.conditions import conditions
 from impactfem.coupling.force_history import FORCES, ForceHistory
 from impactfem.coupling.given_forces import doubts, given_forces
-from impactfem.coupling.periods import unusual_periods
 from impactfem.device.from_case import checked_devices
 from impactfem.motion.from_case import checked_durations, plausibility_warnings
 from impactfem.run.estimate import (
@@ -95,6 +95,13 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
                 further = [fault for fault in further if not fault.key.startswith("pair ")]
             further = [fault for fault in further if not fault.key or fault.key not in wrong]
             faults += map(source.as_written, further)
+        if case is not None and not faults:
+            # Only of a case without other faults, of which these may be a consequence.
+            for fault in conditions(case):
+                if fault.kind in case.allow:
+                    LOGGER.warning("warning: %s", fault)
+                else:
+                    faults.append(fault)
         if mesh and case is not None and readable:
             warn_of_implausible(case, found.longest if found else 0.0)  # may be what is at fault
         if faults or case is None or found is None:
@@ -124,7 +131,7 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
 
 def warn_of_implausible(case: Case, longest: float) -> None:
     """Warn of values that are probably mistakes; the longest motion has this duration [s]."""
-    found = [*implausible(case, longest), *plausibility_warnings(case), *unusual_periods(case)]
+    found = [*implausible(case, longest), *plausibility_warnings(case)]
     transient = case.transient
     if transient is not None and transient.forces is not None:
         # Where they cannot be read, that is a fault.

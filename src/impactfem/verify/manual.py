@@ -6,6 +6,7 @@ from types import ModuleType
 
 from rich.table import Table
 
+from impactfem.case.base import nearest
 from impactfem.system.errors import Fault, InputError
 from impactfem.system.files import write_json
 from impactfem.system.log import Steps
@@ -74,7 +75,7 @@ def verify(
         known = validation.cases()
     chosen = {name: run for name, run in known.items() if only is None or only in name}
     if not chosen:
-        expected = f"expected a part of one of the names {', '.join(known)}"
+        expected = f"no benchmark has this in its name; {nearest(only or '', list(known))}"
         if not full and not validation_cases:
             expected += f"; or with --full of {', '.join(FULL)}"
         raise InputError([Fault("command line", "--only", only, expected)])
