@@ -62,7 +62,7 @@ def test_parts_are_good_together(tmp_path, parts, minimal):
         "design": case.ensemble is not None and case.ensemble.structure_motions,
     }
     needed = set(parts)
-    while more := {need for part in needed for need in PARTS[part]} - needed:
+    while more := {need for part in needed for need in PARTS[part].needs} - needed:
         needed |= more
     assert {part for part, content in has.items() if content} == needed
     texts = [path.read_text(encoding="utf-8") for path in paths]
