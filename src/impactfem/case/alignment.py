@@ -228,7 +228,7 @@ def _levels(contact: Contact, ends: Sequence[_End], case: Case) -> Iterator[Misa
         met = None if end.point.floor is None else level_at(other.building, end.level, depth)
         if met is not None:
             name, in_storey, number = met.key
-            height = f", relative_height = {met.relative_height:g}" if in_storey else ""
+            height = f", relative_height = {met.relative_height:.4g}" if in_storey else ""
             where = f"{'storey' if in_storey else 'floor'} = {number}{height}"
             text += f'; type {other.side} = {{ building = "{name}", {where}, ... }}'
             break

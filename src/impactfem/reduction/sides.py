@@ -91,7 +91,7 @@ class PairEnd:
             return "a rigid wall"
         if self.relative_height is None:
             return f"floor {self.floor} of {self.building}"
-        return f"storey {self.floor} of {self.building} at {self.relative_height:g} of its height"
+        return f"storey {self.floor} of {self.building} at {self.relative_height:.4g} of its height"
 
 
 def push(end: PairEnd, facade: Facade) -> Vector:
