@@ -140,7 +140,9 @@ def _fault(
         known = list(fields_by_key(parent)) if parent is not None else []
         types = " or ".join(_tags(form_of(holder) if holder else None, str(place[-1])))
         hint = f"a key of type {types}" if types else nearest(str(place[-1]), known)
-        what = "table" if isinstance(value_at(place, raw), Mapping | list) else "key"
+        given = value_at(place, raw)
+        parts = given if isinstance(given, list) else [given]
+        what = "table" if any(isinstance(part, Mapping) for part in parts) else "key"
         return place, None, f"unknown {what}; {hint}"
     if kind in {"union_tag_not_found", "union_tag_invalid"}:
         of_all = info or holder
