@@ -186,7 +186,7 @@ def test_one_node_alone(frame):
             0.3,
             r"at \(2, 4.1\) m stands over a hole of floor 2, or beside its slab",
         ),
-        (None, 0.001, r"no node of floor 2 is within 0.001 m .* too coarse"),
+        (None, 0.001, r"no node of floor 2 is within 0.001 m .* type a radius"),
     ],
 )
 def test_where_no_plate_fits(frame, point, radius, message):
