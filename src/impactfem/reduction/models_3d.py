@@ -23,8 +23,9 @@ from impactfem.system.arrays import Array
 
 MASTERS = "masters"
 """Port of a building: the mass centres of its floors; of a stick all of its masters."""
-LOWEST = 300
-"""Modes of a building on a clamped base that are counted for those on soil."""
+LOWEST = 200
+"""Modes of a building on a clamped base that are counted for those on soil. Of the paper's pair on
+soil of 400 m/s they give the first frequencies within 4e-5, their damping within 6e-5."""
 
 
 @dataclass(frozen=True, eq=False)
