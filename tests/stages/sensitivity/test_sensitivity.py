@@ -32,7 +32,7 @@ from two_models import DEVICE, write_case
 ENSEMBLE = "\n[ensemble]\nmotions = 3\n"
 # The reduced models serve the changed damping, so that a full run with it has the same ones.
 SERVED = (
-    '\n[[damping_cases]]\nname = "light"\ntype = "constant"\nratio = "4 %"\nrestitution = 0.55\n'
+    '\n[[damping_cases]]\nname = "light"\ntype = "constant"\nratio = "4 %"\nrestitution = 0.4\n'
 )
 STEPS = (
     ('time_step = "2 ms"', 'time_step = "1 ms"'),
