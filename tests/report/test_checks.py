@@ -37,9 +37,9 @@ def test_invalid_results_come_first():
 @pytest.mark.parametrize(
     ("number", "state", "value", "allowed", "more"),
     [
-        (0, "limited", "2", "at most 1", "its detail. A. B"),
-        (1, "passed", "0.5", "at most 1", ""),
-        (2, "invalid", "25 %", "at most 10", ""),
+        (0, "limited", "2", "≤ 1", "its detail. A. B"),
+        (1, "passed", "0.5", "≤ 1", ""),
+        (2, "invalid", "25 %", "≤ 10", ""),
         (3, "information", "", "", "no limit"),
     ],
 )

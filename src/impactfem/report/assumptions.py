@@ -12,6 +12,8 @@ from impactfem.spectra.design import broadening_words
 from impactfem.spectra.frequency_list import rg_1_122_frequencies
 from impactfem.spectra.resolved import POINTS
 
+PUBLISHED = "Data missing in the publication, and values adopted"
+"""Heading of the assumptions in place of published data."""
 MOST_CHANGES = 12
 """Number of keys that are named where a case differs from the one that its reference is of."""
 
@@ -110,6 +112,6 @@ def assumptions(case: Mapping[str, Any]) -> list[tuple[str, Sequence[Mapping[str
     groups = (
         ("The method", sum((method[key] for key in keys), method["always"])),
         ("This case", own),
-        ("What the publication leaves out, and what is taken in its place", published),
+        (PUBLISHED, published),
     )
     return [(title, entries) for title, entries in groups if entries]

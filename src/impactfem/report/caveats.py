@@ -21,7 +21,7 @@ NOTED = 0.05
 
 
 def flags(run: RunFiles, spectra: list[Spectrum]) -> list[str]:
-    """What the results rest on and is not what the case's own 3D models and motions say."""
+    """Return sentences on restitution, damping and motions that would change the results."""
     found = []
     epsilon = at_wall(run)
     if epsilon is not None and run.ran("pounding") and not wall_is_used(run.case):
@@ -38,16 +38,16 @@ def flags(run: RunFiles, spectra: list[Spectrum]) -> list[str]:
         if (other := _of_many(run, one)) is not None:
             count, high, words = other
             found.append(
-                f"One motion is one of many: under 84 % of {count} motions the peak of the "
-                f"spectrum of floor {one.floor} of {one.building} along {one.direction} ({words}) "
-                f"is up to {high:.2f} times that of this one."
+                f"Record-to-record variability: the 84th percentile of {count} motions is "
+                f"{high:.2f} times the result of this motion (peak of the spectrum of floor "
+                f"{one.floor} of {one.building}, direction {one.direction}, {words})."
             )
             break
     return found
 
 
 def _of_dampings(run: RunFiles) -> list[str]:
-    """The damping case that increases the force on a device most, where it does so by `NOTED`."""
+    """Name the damping case that increases the force on a device most, by more than `NOTED`."""
     found: list[tuple[float, str]] = []
     for store, device in devices(run):
         axis, own = of_device.direction(store), of_device.Load(store, device, of_device.WITH)
@@ -57,24 +57,24 @@ def _of_dampings(run: RunFiles) -> list[str]:
                 continue
             increased, before = (1e-3 * load.detailed for load in (other, own))
             text = (
-                f"These results have the damping of [damping]: with {case!r} of [[damping_cases]] "
-                f"F{axis} of {device} with impacts is {increased:.4g} kN instead of {before:.4g}"
+                f"Damping: with the damping case {case!r} the force F{axis} of {device} with "
+                f"impacts is {increased:.4g} kN instead of {before:.4g} kN"
             )
             pull, pull_before = (1e-3 * load.tension() for load in (other, own))
             if pull > 0.0:
                 text += (
-                    f", and the pull of the most loaded anchor {pull:.3g} kN/n instead of "
-                    f"{max(pull_before, 0.0):.3g}"
+                    f", and the tension in the most highly loaded of n anchors {pull:.3g} kN / n "
+                    f"instead of {max(pull_before, 0.0):.3g} kN / n"
                 )
             found.append((increased / before if before > 0.0 else math.inf, f"{text}."))
     return [max(found)[1]] if found else []
 
 
 def _of_many(run: RunFiles, one: Spectrum) -> tuple[int, float, str] | None:
-    """Of the motions of an ensemble their number, and the 84 % fractile of a peak over that here.
+    """Return how many motions an ensemble has, the ratio of a percentile, and the model.
 
-    And of which model: the spectrum of a mass centre stands for that of a 3D model. None where
-    there is no ensemble of it.
+    The ratio is the 84th percentile of the peak over the peak of this motion. For a 3D model the
+    spectrum of the mass centre is used. None without an ensemble.
     """
     model = run.models.get(one.building)
     if one.model == STICK and run.ran("ensemble"):
@@ -99,7 +99,7 @@ def _of_many(run: RunFiles, one: Spectrum) -> tuple[int, float, str] | None:
 
 
 def _of_members(store: xr.Dataset, peaks: xr.DataArray, one: Spectrum) -> Array:
-    """Of peaks by motion, station and direction those of a floor along a direction, shape (n,)."""
+    """Select the peaks by motion of a floor along a direction, shape (n,)."""
     if one.direction not in names_of(store, "direction"):
         return np.zeros(0)
     here = peaks.isel(station=(store["station_floor"] == one.floor).values)

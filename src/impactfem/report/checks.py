@@ -91,4 +91,4 @@ def _allowed(check: Mapping[str, Any]) -> str:
         return ""
     if low is not None and high is not None:
         return f"{digits(low)} to {digits(high)}"
-    return f"at most {digits(high)}" if low is None else f"at least {digits(low)}"
+    return f"≤ {digits(high)}" if low is None else f"≥ {digits(low)}"

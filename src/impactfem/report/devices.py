@@ -1,7 +1,7 @@
 """The forces on the anchors of the devices."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 import xarray as xr
@@ -51,32 +51,20 @@ def anchor_forces(store: xr.Dataset, device: str) -> list[list[str]]:
     return [*rows, ["ratio with / without impact", "3D model", *ratios, "", ""]]
 
 
-def forces_table(title: str, first: Sequence[str], rows: list[list[str]], direction: str) -> Facts:
-    """A table of `anchor_forces`, with what stands in front of its columns."""
-    head = [*first, "load", "analysis", *(f"F{a} [kN]" for a in "xyz")]
-    head += [f"M{a} [kN m]" for a in "xyz"]
-    head += [f"difference of F{direction} [%]", "net tension [kN]"]
-    note = (
-        "Largest values, the weight not in them. Difference = (3D - RSA)/3D; positive where "
-        "response spectrum analysis (RSA) underestimates. Net tension, less the weight: n "
-        "times the pull of the most loaded of n anchors."
-    )
-    return Facts(title, head, rows, note)
-
-
 def anchors_table(run: RunFiles) -> Facts | None:
-    """Largest forces of all devices on their floors by component; None without devices."""
+    """Return the largest forces of all devices on their floors; None without devices."""
     rows, direction = [], ""
     for store, device in devices(run):
         direction = of_device.direction(store)
         rows += [[device, *row] for row in anchor_forces(store, device)]
-    return forces_table("Forces on the anchors", ["device"], rows, direction) if rows else None
-
-
-def device_forces(run: RunFiles, device: str) -> Facts:
-    """Return the largest forces of a device by every analysis."""
-    with run.store("device.nc") as store:
-        rows, direction = anchor_forces(store, device), of_device.direction(store)
-        _, floor, _ = of_device.anchor_of(store, device)
-        title = f"Forces of {device} on floor {floor} of {store.attrs['building']}"
-    return forces_table(title, (), rows, direction)
+    if not rows:
+        return None
+    head = ["device", "load", "analysis", *(f"F{a} [kN]" for a in "xyz")]
+    head += [f"M{a} [kN m]" for a in "xyz"]
+    head += [f"difference of F{direction} [%]", "net tension [kN]"]
+    note = (
+        "Largest values, without the weight. Difference = (3D - RSA)/3D, positive where response "
+        "spectrum analysis (RSA) is unconservative. Net tension: tension in the most highly loaded "
+        "of n equally spaced anchors, times n, less the weight."
+    )
+    return Facts("Forces on the anchors", head, rows, note)

@@ -323,6 +323,19 @@ def spectra_table(spectra: list[Spectrum]) -> Facts:
     return table("Governing floor response spectra", columns, rows, note)
 
 
+def band_limits(spectra: list[Spectrum]) -> list[str]:
+    """Return the end of the resolved band of each model in words."""
+    ends = {
+        f"{one.building}, {one.model if not one.at_anchor else f'anchor of {one.model}'}": one
+        for one in reversed(spectra)
+    }
+    return [
+        f"Results above {one.end:.4g} Hz are information only: {place}"
+        + (f" (limited by: {one.cause})." if one.cause else ".")
+        for place, one in sorted(ends.items())
+    ]
+
+
 def bands_table(spectra: list[Spectrum]) -> Facts:
     """Return the peaks of the governing spectra in each band, a row each."""
     low, high = (f"{end:g}" for end in BANDS)

@@ -18,10 +18,10 @@ from markupsafe import Markup
 
 from impactfem.report import checks, publication
 from impactfem.report.answers import answers
-from impactfem.report.assumptions import assumptions, conventions, of_another_case
+from impactfem.report.assumptions import PUBLISHED, assumptions, conventions, of_another_case
 from impactfem.report.decision import chapters
 from impactfem.report.facts import number, quantity
-from impactfem.report.governing import governing
+from impactfem.report.governing import band_limits, governing
 from impactfem.report.run_files import RunFiles
 from impactfem.report.sections import TEMPLATES, anchor, numeric, sections
 from impactfem.stages.manifest import Label
@@ -62,7 +62,7 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
         "quantity": quantity,
         "anchor": lambda path: anchor(run, path),
         "inside": lambda path: str(path.relative_to(run.folder)),
-        "title_of": lambda path: Path(path).stem.replace("_", " "),
+        "title_of": lambda path: Path(path).stem,
         "numeric": numeric,
         # A text of a style sheet: nothing of it can end the text, or the sheet.
         "quoted": lambda text: Markup(
@@ -78,6 +78,7 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
     written = [str(path.relative_to(run.folder)) for path in listed]
     written += [name for one in appendix for name in one.files]
     seconds = run.provenance["seconds"]
+    other_checks = [one for one in run.checks if one["passed"] is not False]
     script = (TEMPLATES / "report.js").read_text("utf-8")
     scenes = [html.unescape(one.scene) for one in decision]
     return environment.from_string((TEMPLATES / "report.html").read_text("utf-8")).render(
@@ -92,13 +93,15 @@ def _render(run: RunFiles, known: Mapping[str, Stage]) -> str:
         count=checks.count(run.checks),
         severities=checks.SEVERITIES,
         failures=checks.rows(checks.failures(run.checks)),
-        every_check={
+        other_checks={
             run.named(known[Label.of(stage).stage].title, stage): checks.rows(
-                [one for one in run.checks if one["stage"] == stage]
+                [one for one in other_checks if one["stage"] == stage]
             )
-            for stage in dict.fromkeys(one["stage"] for one in run.checks)
+            for stage in dict.fromkeys(one["stage"] for one in other_checks)
         },
         assumptions=assumptions(run.case),
+        published=PUBLISHED,
+        band_limits=band_limits(spectra),
         conventions=conventions(run),
         sections=appendix,
         times={
@@ -140,6 +143,7 @@ def _publication(run: RunFiles, written: Sequence[str]) -> dict[str, Any]:
         "statuses": publication.STATUSES,
         "given_status": publication.GIVEN,
         "tally": tally,
+        "reasons": list(dict.fromkeys(one.reason for one in values if one.reason)),
         "differing": publication.farthest(compared)[: publication.FARTHEST],
     }
 

@@ -10,7 +10,6 @@ from pathlib import Path
 from impactfem.plot.figure import BETWEEN, declared
 from impactfem.report import comparison
 from impactfem.report.buildings import in_3d
-from impactfem.report.devices import device_forces
 from impactfem.report.facts import Facts
 from impactfem.report.floors import carried, pounding_spectra
 from impactfem.report.picture import Picture, picture, read
@@ -164,8 +163,7 @@ def _groups(run: RunFiles, stage: str, place: str) -> list[Group]:
         with run.store("device.nc") as store:
             devices = names_of(store, "device")
         for name in devices:
-            facts = [device_forces(run, name)]
-            groups.append(Group(f"Device {name}", f"device_{name}", name, facts))
+            groups.append(Group(f"Device {name}", f"device_{name}", name))
     return groups
 
 
