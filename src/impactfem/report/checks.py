@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from impactfem.stages.check import digits
+from impactfem.stages.check import digits, severity_counts
 
 Checks = Sequence[Mapping[str, Any]]
 """Entries of `checks.json`."""
@@ -39,12 +39,7 @@ class Count:
 
 def count(checks: Checks) -> Count:
     """Count the checks of a run."""
-
-    def failed(severity: str) -> int:
-        return sum(one["passed"] is False and one["severity"] == severity for one in checks)
-
-    passed = [one["passed"] for one in checks]
-    return Count(failed("invalid"), failed("limited"), passed.count(True), passed.count(None))
+    return Count(**severity_counts(checks))
 
 
 def failures(checks: Checks) -> Checks:

@@ -22,8 +22,8 @@ from impactfem.report.verdicts import verdicts_table
 from impactfem.stages.manifest import Label
 from impactfem.stages.stage import Stage
 
-UNCERTAINTY, SENSITIVITY = "uncertainty", "sensitivity"
-"""Section of the figures on uncertainty, and the stage with their table."""
+SENSITIVITY = "sensitivity"
+"""The stage with the table of the chapter on uncertainty, and the name of its figure."""
 FIGURES = {
     "verdict": ("decision_spectra",),
     "elevation": ("elevation",),
@@ -31,7 +31,7 @@ FIGURES = {
     "impacts": ("impact_forces",),
     "floors": ("pounding_spectra",),
     "equipment": ("equipment_ratios", "device_map", "anchor_spectra"),
-    UNCERTAINTY: ("ensemble_spectra", "design_device_force"),
+    "uncertainty": (SENSITIVITY, "ensemble_spectra", "design_device_force"),
 }
 """Names of the figures of each chapter by its anchor, in order."""
 MOST_DEVICES = 1
@@ -102,7 +102,7 @@ def chapters(
         ),
         Chapter("equipment", "Equipment", tables=_some(anchors)),
         Chapter(
-            UNCERTAINTY,
+            "uncertainty",
             "Uncertainty",
             texts=spreads,
             files=[file_table(run, path) for path in sensitivity],
@@ -115,9 +115,6 @@ def chapters(
             chapter.pictures += _pictures(run, chosen[:MOST_DEVICES], numbers)
         if chapter.anchor == "elevation" and (path := run.folder / "figures" / SCENE).is_file():
             chapter.scene = html.escape(read(path).decode(), quote=True)
-        if chapter.anchor == UNCERTAINTY:
-            chosen = [(one, path) for one, path in drawn if one.section.lower() == UNCERTAINTY]
-            chapter.pictures += _pictures(run, chosen, numbers)
     return [one for one in made if one.texts or one.tables or one.files or one.pictures]
 
 

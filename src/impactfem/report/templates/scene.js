@@ -98,7 +98,7 @@ function draw(data) {
     return [dot(r, look.right) * size[0] + camera.x, dot(r, look.up) * size[1] + camera.y, dot(r, look.out)];
   };
   const scales = () => {
-    const wide = canvas.clientWidth / Math.max(1, canvas.clientHeight), size = (wide > 1 ? 1.4 : 1.1) * camera.zoom / radius;
+    const wide = canvas.clientWidth / Math.max(1, canvas.clientHeight), size = (wide > 1 ? 1.2 : 1.1) * camera.zoom / radius;
     return wide > 1 ? [size / wide, size] : [size, size * wide];
   };
   const render = () => {
