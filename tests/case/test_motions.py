@@ -43,7 +43,7 @@ def test_format_by_the_ending(file, expected):
 
 
 def test_ending_of_no_format():
-    message = "missing; expected 'csv' or 'at2' or 'esm' or 'cosmos' or 'csmip' or 'knet', the end"
+    message = "missing; expected 'csv' or 'at2' or 'esm' or 'cosmos' or 'csmip' or 'knet': the end"
     with pytest.raises(ValidationError, match=message):
         record(file="a.dat")
     assert record(file="a.dat", format="esm").format == "esm"

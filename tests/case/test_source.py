@@ -88,8 +88,8 @@ rigid_above = "0.79 m"
 
 def test_tables_of_an_array_by_name(write, pair):
     base = load_case(pair)
-    case = load_case(write(top=f'{BASE}[buildings.B2]\nbase = "1 m"\nstiffness_factor = 0.2\n'))
-    changed = base.buildings[1].model_copy(update={"base": 1.0, "stiffness_factor": 0.2})
+    case = load_case(write(top=f'{BASE}[buildings.B2]\nbase = "10 cm"\nstiffness_factor = 0.2\n'))
+    changed = base.buildings[1].model_copy(update={"base": 0.1, "stiffness_factor": 0.2})
     assert case.buildings == (base.buildings[0], changed)
 
 
