@@ -99,7 +99,9 @@ def test_a_stick_stiffer_than_its_3d_model(tmp_path):
     table = ["floor,mass [t],kx [kN/mm],ky [kN/mm],storey_height [m]"]
     table += [f"{k},400,90000,90000,3.5" for k in (1, 2, 3)]
     (tmp_path / "new_floors.csv").write_text("\n".join(table), encoding="utf-8")
-    text = path.read_text(encoding="utf-8").replace("storey_stiffness_factor = 0.5", "", 1)
+    text = path.read_text(encoding="utf-8")
+    text = text.replace("storey_stiffness_factor = 0.5", "", 1)
+    text = text.replace('name = "west"', 'name = "west"\nstick = "own"', 1)
     path.write_text(f'allow = ["period"]\n{text}', encoding="utf-8")
     assert [(one.key, one.kind) for one in faults(path)] == [("buildings[0].floors", "stick")]
 

@@ -123,6 +123,8 @@ def _another_stick(case: Case) -> Iterator[Finding]:
         structure = building.structure
         if structure is None or fitted or building.soil is not None:
             continue
+        if building.name in case.sticks_on_models:
+            continue
         if not isinstance(structure.mesh, GeneratedMesh) or structure.calibration is not None:
             continue
         least = min(shear_period(building, stiffness) for stiffness in storey_stiffness(building))
@@ -131,7 +133,6 @@ def _another_stick(case: Case) -> Iterator[Finding]:
             text = (
                 f"the first period of {building.name} is {period:.3g} s by its stick and at least "
                 f"{least:.3g} s by its 3D model: the impact forces are those of another building; "
-                "type [calibration] with from_structure = true, or periods = { x = "
-                f'"{least:.3g} s" }} in [[buildings]]'
+                f'type stick = "structure", or periods = {{ x = "{least:.3g} s" }} in [[buildings]]'
             )
             yield ("buildings", k, "floors"), text

@@ -189,8 +189,8 @@ def test_storeys_that_nearly_agree(frame, edited):
 @pytest.mark.parametrize(
     ("mass", "more", "expected"),
     [
-        ("3", {}, r"floor_masses: floor 1 weighs 26\.4 t by its parts"),
-        ("3", {"mass_eccentricity": (0.1, 0.0)}, "floor_masses: floor 1 weighs"),
+        ("3", {}, r"floor_masses: .*floor 1: 26\.4 t, floor table"),
+        ("3", {"mass_eccentricity": (0.1, 0.0)}, "floor_masses: .*floor 1: "),
         (
             "3",
             {"mass_eccentricity": (9.0, 0.0)},
