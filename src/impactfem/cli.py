@@ -333,8 +333,8 @@ def contacts(case: CaseFile) -> None:
 
 
 @app.command(
-    epilog=f"\b\nParts of --with, and the time of the case on two cores:\n{parts_list()}\n\n"
-    + ends_with("impactfem new towers --with structure,devices", "0 done, 2 invalid.")
+    epilog=ends_with("impactfem new towers --with structure,devices", "0 done, 2 invalid.")
+    + f"\n\n\b\nParts of --with, and the time of the case on two cores:\n{parts_list()}"
 )
 def new(
     name: Annotated[str, typer.Argument(metavar="NAME", help="Name of the new case.")],
