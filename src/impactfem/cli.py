@@ -58,8 +58,8 @@ LastStage = Annotated[
     typer.Option(
         metavar="STAGE",
         help="Last stage, with the stages that it needs: building, reduce, calibrate, "
-        "pounding, ensemble, transient, device, design, sensitivity or report. Default: all "
-        "stages for which the case has input.",
+        "pounding, ensemble, transient, device, design, equipment, sensitivity or report. "
+        "Default: all for which the case has input.",
     ),
 ]
 NoFigures = Annotated[

@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from impactfem.case.base import nearest
+from impactfem.case.load import load_case
 from impactfem.case.model import CaseFile
 from impactfem.case.report import Reference
 from impactfem.case.source import Source, file_names, parse, read_source
@@ -134,6 +135,8 @@ def _files(path: Path) -> Iterator[Path]:
         else:
             yield file
     if model is CaseFile:
+        # Files that tables name, as the spectra of an equipment list.
+        yield from (_normal(path.parent / name) for name in load_case(path).input_files)
         stems = {one.stem for one in path.parent.glob("*.toml") if _kind(one) is CaseFile}
         for fit in sorted(path.parent.glob(f"{path.stem}_*fit.toml")):
             owners = [stem for stem in stems if fit.stem.startswith(f"{stem}_")]
