@@ -139,16 +139,15 @@ def test_added_mass_is_on_slabs_alone(house):
 
 
 def test_floors_that_cannot_have_the_mass_are_refused(house):
-    with pytest.raises(SolutionError, match=r"floor 1 weighs 35.2 t"):
+    with pytest.raises(SolutionError, match=r"\(floor 1: 35\.2 t, floor table 35\.0 t\)"):
         of(house, [35e3, 50e3])
     # All floors at once, and what else cannot be.
     with pytest.raises(FloorMassError) as caught:
         of(house, [35e3, 10e3], (3.0, 0.0))
-    assert [(text[:27], key) for text, key in caught.value.wrong] == [
-        ("floor 1 weighs 35.2 t by it", "floor_masses"),
-        ("the mass of floor 1, 35.2 t", "mass_eccentricity"),
-        ("floor 2 weighs 23.5 t by it", "floor_masses"),
-    ]
+    assert [key for _, key in caught.value.wrong] == ["mass_eccentricity", "floor_masses"]
+    (moved, _), (heavy, _) = caught.value.wrong
+    assert "floor 1, 35.2 t" in moved
+    assert "floor 1: 35.2 t" in heavy and "floor 2: 23.5 t, floor table 10.0 t" in heavy
     mesh = house.mesh
     kept = mesh.triangle_part != mesh.shell_parts.index(Part("floor", 2))
     part = mesh.triangle_part[kept]

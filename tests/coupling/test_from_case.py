@@ -32,6 +32,8 @@ normal = [0, 2, 0]
 gap = "3 cm"
 law = "floor"
 """
+# The floors of that pair pass each other by 0.6 m.
+PASSING = ('allow = "gap"', 'allow = ["gap", "depth"]')
 CALIBRATION = """
 [calibration]
 mode = "{mode}"
@@ -59,7 +61,7 @@ A [m2],Avy [m2],Avx [m2],storey_height [m]
 
 @pytest.fixture(scope="module")
 def case(small_case):
-    return small_case(extra=STOREY_CONTACT)
+    return small_case(PASSING, extra=STOREY_CONTACT)
 
 
 def test_section_and_axes(case):
@@ -202,17 +204,17 @@ def test_elastic_law_of_hertz(small_case):
 def test_relative_height_at_the_end_of_a_storey_is_refused(small_case):
     for height in ("0", "1", "0.0", '"100 %"'):
         with pytest.raises(InputError, match="relative_height"):
-            small_case(extra=STOREY_CONTACT.replace("0.25", height))
+            small_case(PASSING, extra=STOREY_CONTACT.replace("0.25", height))
     with pytest.raises(InputError, match="rigid zones"):
-        small_case(extra=STOREY_CONTACT.replace("0.25", '"89 %"'))
-    assert small_case(extra=STOREY_CONTACT.replace("0.25", '"88 %"')).contacts[-1].b
+        small_case(PASSING, extra=STOREY_CONTACT.replace("0.25", '"89 %"'))
+    assert small_case(PASSING, extra=STOREY_CONTACT.replace("0.25", '"88 %"')).contacts[-1].b
 
 
 def test_a_level_is_a_height_in_a_storey(small_case):
 
     def given(level):
         key = "storey = 3, relative_height = 0.25"
-        return small_case(extra=STOREY_CONTACT.replace(key, f'level = "{level}"'))
+        return small_case(PASSING, extra=STOREY_CONTACT.replace(key, f'level = "{level}"'))
 
     (pair,) = given("7.875 m").contacts[3:]
     assert (pair.b.storey, pair.b.relative_height) == (3, 0.25)
@@ -226,7 +228,7 @@ def test_a_level_is_a_height_in_a_storey(small_case):
 
 def test_a_storey_point_needs_damping(small_case):
     undamped = ('ratio = "5 %"\nfrequencies = ["1 Hz", "20 Hz"]\n', UNDAMPED)
-    case = small_case(undamped, extra=STOREY_CONTACT)
+    case = small_case(undamped, PASSING, extra=STOREY_CONTACT)
     with pytest.raises(ImpactfemError, match="below floor 3 has"):
         system_of(case, None)
     assert len(system_of(small_case(undamped), None).pairs) == 3

@@ -576,6 +576,15 @@ def test_bounds_that_the_case_refuses_elsewhere(written):
     read_problem(case, written(free.format("17.04 m") + target))
 
 
+def test_conditions_are_of_the_start(case, written):
+    """A bound may be of a building that is too soft for a case; a start may not."""
+    free = '[free."buildings[0].second_moment_factor"]\nbounds = [0.01, 2.0]\n'
+    problem, _ = read_problem(case, written(free + TARGETS))
+    assert problem.case(np.zeros(1)).buildings[0].second_moment_factor == 0.01
+    (found,) = faults(case, written(f"{free}start = 0.01\n{TARGETS}"))
+    assert "the first period of the stick of T" in found and '"period"' in found
+
+
 def test_bounds_that_the_case_refuses_together(case, written):
     """Each alone is good, both are not: said of all of them, with which bounds."""
     free = '[free."buildings[0].rigid_{}"]\nbounds = ["10 cm", "{}"]\n'

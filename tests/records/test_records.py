@@ -53,12 +53,12 @@ def test_the_ending_tells(tmp_path, name, fmt):
 
 def test_no_known_format(tmp_path):
     path = written(tmp_path, CSV, "record.dat")
-    known = "expected the format 'csv' or 'at2' or 'esm' or 'cosmos' or 'csmip' or 'knet'"
+    known = "type format = 'csv' or 'at2' or 'esm' or 'cosmos' or 'csmip' or 'knet'"
     with pytest.raises(InputError, match=f"the ending '.dat' is not known; {known}"):
         read_record(path)
     with pytest.raises(InputError, match="format 'xls'"):
         read_record(path, "xls")
-    with pytest.raises(InputError, match=r"ending '\.txt' holds"):
+    with pytest.raises(InputError, match=r"ending '\.txt' is not known"):
         read_record(written(tmp_path, "1 2 3\n", "record.txt"))
 
 

@@ -219,11 +219,13 @@ def test_no_word_where_no_gap_is_smaller_than_given(tmp_path, caplog):
 
 STOREY = 'storey = [1, 2], relative_height = 0.5, offset = ["0 m", "{} m"'
 ON_STOREY = 'floor = [1, 2], offset = ["0 m", "-2 m"'
+# A floor beside the middle of a storey.
+BESIDE = ('allow = "gap"', 'allow = ["gap", "depth"]')
 
 
 def test_a_floor_meets_what_stands_in_a_storey(tmp_path):
     """A wall 1.5 m behind the edge, by a pair at its face; there is nothing at the ends."""
-    changes = (ON_STOREY, STOREY.format(-0.5)), ('gap = "1 mm"', 'gap = "1.501 m"')
+    changes = BESIDE, (ON_STOREY, STOREY.format(-0.5)), ('gap = "1 mm"', 'gap = "1.501 m"')
     case, meshes = with_meshes(in_3d(tmp_path, *changes))
     for line in contact_lines(case, meshes):
         assert line.position == pytest.approx([-1.0, 1.0])
@@ -242,7 +244,7 @@ def test_a_floor_meets_what_stands_in_a_storey(tmp_path):
 def test_a_line_contact_meets_a_strip_of_a_storey(tmp_path, depth):
     """The same wall, each point on its part of a strip as deep as the slab."""
     more = f'gap = "1.501 m"\nlength = "6 m"\ndepth = "{depth} m"\npoints = 1\n'
-    changes = (ON_STOREY, STOREY.format(-0.5)), ('gap = "1 mm"\n', more)
+    changes = BESIDE, (ON_STOREY, STOREY.format(-0.5)), ('gap = "1 mm"\n', more)
     case, meshes = with_meshes(in_3d(tmp_path, *changes))
     lines = contact_lines(case, meshes)
     assert len(lines) == 2
@@ -270,7 +272,7 @@ def test_a_line_contact_meets_a_strip_of_a_storey(tmp_path, depth):
 @pytest.mark.parametrize("aside", [0.0, 0.4, 3.0])
 def test_a_floor_meets_columns_where_they_stand(tmp_path, aside):
     """At the corners of the façade, wherever the pair is, with the floor at these points."""
-    changes = [(ON_STOREY, STOREY.format(-2))]
+    changes = [BESIDE, (ON_STOREY, STOREY.format(-2))]
     for sign in ("", "-"):
         changes.append((f'["0 m", "{sign}2 m"', f'["{aside} m", "{sign}2 m"'))
     case, meshes = with_meshes(in_3d(tmp_path, *changes))
@@ -297,7 +299,7 @@ def test_a_floor_meets_walls_and_columns(tmp_path, normal):
 
     A column beside a wall, within half of a patch of it, takes the force of its own point.
     """
-    path = in_3d(tmp_path, (ON_STOREY, STOREY.format(-2)))
+    path = in_3d(tmp_path, BESIDE, (ON_STOREY, STOREY.format(-2)))
     path.write_text(path.read_text().replace("normal = [0, 1, 0]", f"normal = {normal}"))
     wall = "wall,storeys,x1 [m],y1 [m],x2 [m],y2 [m],thickness [m]\n"
     (tmp_path / "walls.csv").write_text(
@@ -366,8 +368,8 @@ def test_check_says_a_fault_once(tmp_path, old, new, key):
         ([before(PAIR.format(1, 1, "other") + OTHER)], "expected 'floor', the law of"),
         ([before(PAIR.format(1, 5, "floor"))], "sides that do not overlap"),
         ([before(PAIR.format(1e-7, 2, "floor"))], "one gap at one place"),
-        ([(ON_STOREY, STOREY.format(-1))], "stand 0.5 m behind the point of the pair"),
-        ([(ON_STOREY, STOREY.format(0.5))], "stand 1 m in front of the point of the pair"),
+        ([BESIDE, (ON_STOREY, STOREY.format(-1))], "stand 0.5 m behind the point of the pair"),
+        ([BESIDE, (ON_STOREY, STOREY.format(0.5))], "stand 1 m in front of the point of the pair"),
     ],
 )
 def test_lines_that_are_refused(tmp_path, changes, expected):

@@ -228,7 +228,7 @@ def test_a_stage_that_a_variant_lacks(source):
 def test_nothing_is_left_behind(source, tmp_path, monkeypatch):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     used = []
-    monkeypatch.setattr(variants, "check", lambda path: used.append(path) or load_case(path))
+    monkeypatch.setattr(variants, "check", lambda path, **_: used.append(path) or load_case(path))
     check_variants(asked(source, "damping.ratio=3 %"), source, None)
     assert [path.parent.parent for path in used] == [tmp_path] and not list(tmp_path.iterdir())
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from pydantic import Field
 
@@ -34,6 +34,7 @@ from impactfem.case.transient import Probe, Transient
 from impactfem.system.scalar import alone
 
 Condition = Literal["gap", "depth", "overlap", "period", "steps", "direction", "stick"]
+CONDITIONS: tuple[str, ...] = get_args(Condition)
 
 
 class CaseFile(Section):

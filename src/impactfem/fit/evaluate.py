@@ -137,7 +137,7 @@ def _sticks(problem: Problem, case: Case, pieces: Pieces) -> None:
 
 def _run(problem: Problem, case: Case, u: Array, folder: Path, pieces: Pieces) -> None:
     """Add what a run of the stages gives, in a folder of its own; finished stages are reused."""
-    variant = problem.variant(u)
+    variant = problem.tried(u)
     write_case(variant, problem.source, folder)
     for stage in problem.stages:
         outcome = run_variant(variant, folder, stage, draw=False, apart=True)

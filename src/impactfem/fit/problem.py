@@ -22,7 +22,7 @@ from impactfem.case import Case
 from impactfem.case.base import nearest
 from impactfem.case.explain import expectation
 from impactfem.case.load import read_case
-from impactfem.case.model import CaseFile
+from impactfem.case.model import CONDITIONS, CaseFile
 from impactfem.case.place import Place, field_at, key_fault, read_key, value_at
 from impactfem.case.report import STAGE_OF
 from impactfem.case.source import EXTENDS, Source, read_source
@@ -135,6 +135,10 @@ class Problem:
         keys = (*self.free, *(key for key, _ in self.fixed))
         return Variant(keys, (*values, *(value for _, value in self.fixed)))
 
+    def tried(self, u: Array) -> Variant:
+        """The same, which may have the conditions that a case must allow."""
+        return replace(self.variant(u), lenient=True)
+
     def case(self, u: Array) -> Case:
         """Read the case at these places from memory.
 
@@ -142,6 +146,7 @@ class Problem:
             InputError: It has faults, which no bound has.
         """
         variant, raw = self.variant(u), deepcopy(self.source.raw)
+        raw["allow"] = list(CONDITIONS)  # conditions are of the case, not of what is tried
         for key, value in zip(variant.keys, variant.values, strict=True):
             value_at(key.place[:-1], raw)[key.place[-1]] = value
         case, faults, _ = read_case(replace(self.source, raw=raw))
@@ -639,11 +644,11 @@ def _check_corners(problem: Problem, rough: Problem | None) -> None:
         for bound in (0, 1):
             u = start.copy()
             u[k] = bound
-            read(problem.variant(u), ("free", key, "bounds", bound))
+            read(problem.tried(u), ("free", key, "bounds", bound))
     if not faults:
         for bound, name in enumerate(("lower", "upper")):
             when = f"at all {name} bounds together: "
-            read(problem.variant(np.full(n, float(bound))), ("free",), when)
+            read(problem.tried(np.full(n, float(bound))), ("free",), when)
     if rough is not None:
         read(rough.variant(start), ("coarse",))
     if faults:

@@ -24,7 +24,7 @@ from impactfem.case.plausibility import implausible
 from impactfem.case.report import ALL_FIGURES
 from impactfem.case.source import read_source
 from impactfem.case.transient import transient_files
-from impactfem.coupling.conditions import conditions
+from impactfem.coupling.conditions import conditions as required_conditions
 from impactfem.coupling.force_history import FORCES, ForceHistory
 from impactfem.coupling.given_forces import doubts, given_forces
 from impactfem.device.from_case import checked_devices
@@ -54,7 +54,7 @@ MOST_ELEMENTS = 300_000
 """Elements of the largest mesh that a check makes; that takes some ten seconds."""
 
 
-def check(path: Path, *, mesh: bool = False) -> Case:
+def check(path: Path, *, mesh: bool = False, conditions: bool = True) -> Case:
     """Read a case file and everything it names; nothing is computed.
 
     Args:
@@ -62,15 +62,18 @@ def check(path: Path, *, mesh: bool = False) -> Case:
         mesh: Whether the mesh is read, or made, too, which takes some seconds, and the warnings of
             a run are given: gaps that are not those of axes and offsets, floors that face each
             other and are in no pair, and implausible values.
+        conditions: Whether the conditions that a case must allow are checked.
 
     Raises:
         InputError: With every fault; also where the run would not fit this machine.
         ImpactfemError: A file cannot be read.
     """
-    return checked(path, mesh=mesh)[0]
+    return checked(path, mesh=mesh, conditions=conditions)[0]
 
 
-def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tuple[Case, Estimate]:
+def checked(
+    path: Path, *, mesh: bool = False, stage: str | None = None, conditions: bool = True
+) -> tuple[Case, Estimate]:
     """As `check`, for a run up to a stage, or of all; with the estimate of what it takes."""
     with file_errors():
         source = read_source(path, CaseFile)
@@ -95,9 +98,9 @@ def checked(path: Path, *, mesh: bool = False, stage: str | None = None) -> tupl
                 further = [fault for fault in further if not fault.key.startswith("pair ")]
             further = [fault for fault in further if not fault.key or fault.key not in wrong]
             faults += map(source.as_written, further)
-        if case is not None and not faults:
+        if conditions and case is not None and not faults:
             # Only of a case without other faults, of which these may be a consequence.
-            for fault in conditions(case):
+            for fault in required_conditions(case):
                 if fault.kind in case.allow:
                     LOGGER.warning("warning: %s", fault)
                 else:

@@ -17,7 +17,7 @@ from typing import Any
 
 import tomli_w
 
-from impactfem.case.model import CaseFile
+from impactfem.case.model import CONDITIONS, CaseFile
 from impactfem.case.place import Place, dotted, key_fault, read_key, value_at
 from impactfem.case.quantity import QUANTITY
 from impactfem.case.source import EXTENDS, Source, file_names
@@ -50,6 +50,8 @@ class Variant:
 
     keys: tuple[Key, ...]
     values: tuple[Any, ...]
+    #: Whether its case allows every condition of the key `allow`: one of a range, as in a fit.
+    lenient: bool = False
 
     @property
     def title(self) -> str:
@@ -108,6 +110,8 @@ class Variant:
             for part in tables:
                 table = table.setdefault(str(part), {})
             table[str(last)] = value_at((*tables, last), raw)
+        if self.lenient:
+            changed["allow"] = list(CONDITIONS)
         return f"# A variant: {printable(self.title)}\n{tomli_w.dumps(changed)}"
 
 
@@ -259,7 +263,7 @@ def check_variants(variants: Sequence[Variant], source: Source, stage: str | Non
             whole = f"--set {variant.title}"
             found: list[Fault] = []
             try:
-                asked_stages(check(path), stage)
+                asked_stages(check(path, conditions=not variant.lenient), stage)
             except InputError as error:
                 for fault in error.faults:
                     if fault.file != path:

@@ -35,9 +35,11 @@ def given(new_case, tmp_path_factory):
         load_case(path)
         for path in (new_case(tmp_path_factory.mktemp("given")), GEOMETRY / "npp_pair.toml")
     )
-    name = {"building": case.buildings[0].name}
+    first = case.buildings[0].model_copy(update={"stick": "own"})
     models = {key: getattr(paper, key) for key in ("structure", "wall_impact")}
-    return case.model_copy(update={k: v.model_copy(update=name) for k, v in models.items()})
+    name = {"building": first.name}
+    update = {k: v.model_copy(update=name) for k, v in models.items()}
+    return case.model_copy(update={**update, "buildings": (first, *case.buildings[1:])})
 
 
 def asking(case, **values):
