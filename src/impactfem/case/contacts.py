@@ -237,6 +237,11 @@ class ContactEnd(Section):
         """Number of points."""
         return len(self.floor or self.level or self.storey or ())
 
+    @property
+    def in_building(self) -> bool:
+        """Whether the storeys of its levels are found: not where the building has a fault."""
+        return self.level is None or self.storey is not None
+
 
 class ContactEntry(Section):
     """One contact pair, or one pair for each floor if the ends list floors.
@@ -434,6 +439,8 @@ def expand(entries: tuple[ContactEntry, ...], table: int | None = None) -> tuple
     contacts: list[Contact] = []
     uses: dict[str, int] = {}
     for index, entry in enumerate(entries):
+        if not all(end is None or end.in_building for end in (entry.a, entry.b)):
+            continue
         kept = {"wall", "normal", "gap", "law", "bearing_area", "length", "depth"}
         shared: dict[str, Any] = entry.model_dump(include=kept)
         others = [None] * entry.a.count if entry.b is None else _points(entry.b)

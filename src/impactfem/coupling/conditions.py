@@ -37,16 +37,11 @@ def conditions(case: Case) -> list[Fault]:
         ("period", unusual_periods),
         ("stick", _another_stick),
     ):
-        listed = ", ".join(f'"{name}"' for name in (*case.allow, kind))
-        found += [
-            source.fault(
-                place,
-                None,
-                f"{text}; or type allow = [{listed}] at the top of the file to accept this",
-                kind,
-            )
-            for place, text in check(case)
-        ]
+        more = ""
+        if kind not in case.allow:
+            listed = ", ".join(f'"{name}"' for name in (*case.allow, kind))
+            more = f"; or type allow = [{listed}] at the top of the file to accept this"
+        found += [source.fault(place, None, text + more, kind) for place, text in check(case)]
     return found
 
 
