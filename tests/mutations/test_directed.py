@@ -71,7 +71,7 @@ SIZES = [
 ]
 TYPES = [
     *values("buildings.B1.structure", "building", ('"B1"', "no key building")),
-    *values("structure", "building", ('"B1"', "unknown key")),
+    *values("structure", "building", ('"B1"', "unknown table")),
     *values("buildings.B1.structure", "modes", ("true", "a whole number"), ("9" * 5000, "TOML")),
     *values("report", "reference", ('"none.toml"', "no such file"), ("1", "file name")),
     Attack("a section as a value", PAPER, "pounding = 3\n", "expected a table"),
@@ -215,9 +215,12 @@ time_step = "10 us"
 structure_motions = 0
 """
 TWICE = '{ building = "B2", floor = [1, 2, '
+ONCE = TWICE.replace("2, ", "1, ")
+LONG = '[pounding]\ntime_step = "5 s"\n'
 TAKEN = [
-    Attack("a long step", PAPER, '[pounding]\ntime_step = "5 s"\n', "", "accepted"),
-    Attack("one floor in two pairs", PAPER, TWICE.replace("2, ", "1, "), "", "accepted", TWICE),
+    Attack("a long step", PAPER, LONG, "at least 16 are required", "refused"),
+    Attack("a long step, allowed", PAPER, f'allow = ["steps"]\n{LONG}', "at least 16", "warned"),
+    Attack(*("one floor in two pairs", PAPER, ONCE, "at one level", "refused"), old=TWICE),
     Attack("letters of other languages", PAPER, 'title = "Bâtiments α 梁"\n', "", "accepted"),
     Attack("64 letters", PAPER, f'name = "{"B" * 64}"', "unknown building", old='name = "B2"'),
     Attack(*("days of steps", PAPER, DAYS, "a run of this case takes about", "warned")),

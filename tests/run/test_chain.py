@@ -126,7 +126,8 @@ def test_a_part_of_the_stages(case, done, tmp_path):
     (folder / "transient.nc").unlink()
     again = loop.run(case, out=folder, stage="device")
     # Nor does what needs it stand without it.
-    assert list(again.checks) == [k for k in done.checks if k not in ("transient", "design")]
+    gone = ("transient", "design", "sensitivity")
+    assert list(again.checks) == [k for k in done.checks if k not in gone]
 
 
 def test_a_wider_wall_gap_calibrates_again(case, done, edited, tmp_path, monkeypatch):

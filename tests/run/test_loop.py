@@ -45,7 +45,7 @@ def test_requested_figures_are_drawn_from_stored_results(finished, edited, tmp_p
         assert run(case, out=folder).reused == ["pounding"]
         assert (folder / "figures" / "damping.svg").exists() == drawn
     page = (folder / "report.html").read_text(encoding="utf-8")
-    assert "Peak floor accelerations and largest impacts" in page
+    assert "Peak floor accelerations, impacts and equipment" in page
 
 
 def test_results_alone(finished, edited, tmp_path):

@@ -16,6 +16,7 @@ from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.manifest import is_finished
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE
+from impactfem.stages.sensitivity.stage import SENSITIVITY
 from impactfem.system.errors import InputError, SolutionError
 from no_pictures import no_pictures
 from two_models import BUILDINGS, CASE, DEVICE, PROBE, WALL, in_3d, write_case
@@ -153,18 +154,22 @@ def test_a_second_model_computes_nothing_of_the_first(tmp_path, edited):
     first = load_case(edited(write_case(tmp_path, more), (text, text.replace(model, ""))))
     assert [one.numbered_probes[0][0] for one in both.modelled.values()] == [0, 0]
     for stage in STAGES:
-        if stage.lacks(first) is None:
+        # The changed parameters are those of both 3D models.
+        if stage is not SENSITIVITY and stage.lacks(first) is None:
             assert stage.key(first) == stage.key(both.modelled["A"]), stage.name
 
 
 @pytest.mark.parametrize("changed", [0, 1])
 def test_another_model_computes_nothing_of_the_other(case, changed):
-    """A stage of one building depends on its own 3D model; what serves both on neither."""
+    """A stage of one building depends on its own 3D model; what serves both on neither.
+
+    The sensitivity changes parameters of both.
+    """
     other = with_more_modes(case, changed)
     for stage in STAGES:
         for one in stage.of(case):
             if stage in OF_CASE:
-                assert stage.key(one) == stage.key(other)
+                assert (stage.key(one) == stage.key(other)) == (stage is not SENSITIVITY)
             else:
                 same = stage.key(one) == stage.key(other.modelled[one.name])
                 assert same == (one.name != "AB"[changed]), (stage.name, one.name)
@@ -193,6 +198,7 @@ def test_run(tmp_path, edited):
     result = loop.run(path, out=folder)
     labels = ["building", "B/building", "reduce", "B/reduce", "B/calibrate", "pounding"]
     labels += ["transient", "B/transient", "B/device", "design", "B/design"]
+    labels += ["sensitivity"]
     made = json.loads((folder / "provenance.json").read_text())
     assert list(made["inputs"]) == labels
     assert made["needs"]["B/device"] == ["B/reduce", "B/calibrate", "pounding"]

@@ -101,13 +101,19 @@ def row_of_three(text):
     return before("# A floor that meets", FAR_CONTACT)(text)
 
 
+def floor_on_storey(text):
+    """A pair that is not level."""
+    text = changed(("title = ", 'allow = ["depth"]\ntitle = '))(text)
+    return before("# A floor that meets", STOREY_CONTACT)(text)
+
+
 CASES = {
     "without contacts": (free, FREE),
     "one building": (alone, FREE),
     "three buildings": (row_of_three, ALL),
     "along x": (direction("x"), ALL),
     "vertical": (direction("z"), ALL),
-    "floor on storey": (before("# A floor that meets", STOREY_CONTACT), ALL),
+    "floor on storey": (floor_on_storey, ALL),
     "a rigid wall": (changed(('b = { building = "east", fl', 'wall = "pit" # fl')), ALL),
     "one frequency": (changed((GRID, 'frequencies = ["5 Hz"]')), ALL),
     "one floor": (changed(("[1, 2, 3]", "1"), ("small_floors", "one_floor")), ALL),

@@ -207,7 +207,7 @@ def test_buildings_of_different_height(small_case, run, tmp_path):
     contacts = """
 [[contacts]]
 a = { building = "west", floor = 3, offset = ["0 m", "6 m", "0 m"] }
-b = { building = "east", storey = 1, relative_height = 0.5, offset = ["0 m", "-6 m", "0 m"] }
+b = { building = "east", level = "10.5 m", offset = ["0 m", "-6 m", "0 m"] }
 normal = [0, 1, 0]
 gap = "0.5 cm"
 law = "floor"
@@ -217,7 +217,7 @@ law = "floor"
     case = small_case(
         ('floors = "small_floors.csv"          # the same', 'floors = "low.csv" #'),
         ('floor = [1, 2, 3], offset = ["0 m", "6 m"', 'floor = 1, offset = ["0 m", "6 m"'),
-        ('floor = [1, 2, 3], offset = ["0 m", "-6', 'floor = 1, offset = ["0 m", "-6'),
+        ('floor = [1, 2, 3], offset = ["0 m", "-6', 'level = "3.5 m", offset = ["0 m", "-6'),
         extra=contacts,
         files={"low.csv": low},
     )
@@ -228,6 +228,6 @@ law = "floor"
     assert list(data["mode_family"].values[1][6:]) == [""] * 12
     assert np.array_equal(data["mode_shape"][3, :6], study.modes[1].shape[:6].T)
     assert data["displacement"].shape == (8001, 4, 2)
-    assert study.response.u.shape[1] == 18 + 12
+    assert study.response.u.shape[1] == 18 + 6 + 2 * 6  # two points in the storey
     names = [scalar.name for scalar in stick_scalars(study)]
     assert "pounding.peak_force.floor_3" in names and "pounding.peak_force.floor_2" not in names

@@ -252,9 +252,9 @@ def begun(edited, tmp_path_factory):
     folder = tmp_path_factory.mktemp("begun")
     for name in ("frame.toml", "frame_floors.csv", "frame.msh"):
         shutil.copy(GEOMETRY / name, folder)
-    case = edited(
-        folder / "frame.toml", *QUICK, neighbour()
-    )  # so far away that the sticks never touch
+    # So far away that the sticks never touch.
+    steps = ("title = ", 'allow = ["steps"]\ntitle = ')
+    case = edited(folder / "frame.toml", *QUICK, neighbour(), steps)
     case.write_text(case.read_text() + TRANSIENT)
     write_forces(folder / "forces_of_another.csv")
     with pytest.MonkeyPatch.context() as patch:
