@@ -63,8 +63,7 @@ PACKAGES = {
     },
     "stages.equipment": {
         *("building", "case", "device", "plot", "reduction", "spectra", "stages"),
-        *("stages.building", "stages.calibrate", "stages.device", "stages.pounding"),
-        *("stages.reduce", "stages.transient"),
+        *("stages.device", "stages.pounding", "stages.reduce", "stages.transient"),
     },
     "stages.sensitivity": {
         *("case", "coupling", "dynamics", "motion", "plot", "reduction", "spectra", "stages"),

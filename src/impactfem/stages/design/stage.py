@@ -8,9 +8,8 @@ import numpy as np
 import xarray as xr
 
 from impactfem.case import BuildingInTime, Case
-from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_sticks
-from impactfem.stages.calibrate.selection import impulses_of_run, with_contact_of_run
+from impactfem.stages.calibrate.selection import with_contact_of_run
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.check import PROGRAM_FAULT, Check, Criterion
 from impactfem.stages.design import figures
@@ -54,15 +53,13 @@ def members_key(building: BuildingInTime) -> str:
 
 def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
-    from impactfem.stages.building.compute import mesh_of_run
     from impactfem.stages.design.carrier import DesignInputs
     from impactfem.stages.design.compute import run_design
     from impactfem.stages.device.compute import prepare_devices
     from impactfem.stages.reduce.compute import reduced_on_root
-    from impactfem.stages.transient.prepared import prepare
+    from impactfem.stages.transient.prepared import prepared_of_run
 
     case, run, members = building.case, building.run_folder(folder), _carried(building.case)
-    mesh, forces = mesh_of_run(building, folder), of_run(folder, "forces.nc")
     equipment, shared = None, ""
     with steps.step("inputs"):
         inputs = on_root(lambda: POUNDING.key(case))
@@ -71,10 +68,7 @@ def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> 
             shared = on_root(lambda: members_key(building))
             case = on_root(lambda: with_contact_of_run(with_structure_sticks(case, run), run))
             building = replace(building, case=case)
-        impulses = on_root(lambda: impulses_of_run(building, run))
-        prepared = on_root(
-            lambda: prepare(building, mesh, forces, storey_factor(folder), inputs, impulses)
-        )
+        prepared = on_root(lambda: prepared_of_run(building, run, inputs))
         if members and building.devices:
             equipment = on_root(lambda: prepare_devices(prepared))
         models = on_root(lambda: models_of_run(case, run)) if members else None

@@ -49,7 +49,7 @@ def device_map(
     mesh = Triangulation(place[:, 0], place[:, 1], corners.reshape(-1, 3))
     own = maps.sel(component=axis).isel(node=vertices)
     hit, free = (at_frequencies(own[name], frequency).T for name in ("psa", "psa_free"))
-    # Where hardly anything moves without impact a ratio says nothing: it has a lower bound.
+    # At points that hardly move without impact the ratio has no meaning: it has a lower bound.
     ratio = hit / np.maximum(free, max(SMALL * float(own["pfa_free"].max()), 1e-12))
     count, (width, depth) = len(frequency), np.ptp(place, axis=0)
     fields = [(values, "Sa [m/s²]") for values in hit]

@@ -8,12 +8,10 @@ import xarray as xr
 
 from impactfem.case import BuildingInTime
 from impactfem.case.transient import transient_files
-from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_sticks
 from impactfem.stages.calibrate.selection import (
     calibrated_laws,
     calibrated_restitutions,
-    impulses_of_run,
     with_contact_of_run,
 )
 from impactfem.stages.calibrate.stage import CALIBRATE
@@ -51,23 +49,19 @@ NODES = 3
 
 def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
-    from impactfem.stages.building.compute import mesh_of_run
     from impactfem.stages.device.compute import prepare_devices, run_devices
     from impactfem.stages.device.store import write_devices
     from impactfem.stages.reduce.compute import reduced_on_root
-    from impactfem.stages.transient.prepared import contact_limit, prepare
+    from impactfem.stages.transient.prepared import contact_limit, prepared_of_run
 
     case, run = building.case, building.run_folder(folder)
-    mesh = mesh_of_run(building, folder)
     with steps.step("inputs"):
         laws, inputs = calibrated_laws(case), on_root(lambda: POUNDING.key(case))
         case = on_root(lambda: with_contact_of_run(with_structure_sticks(case, run), run))
         building = replace(building, case=case)
-        forces = of_run(folder, "forces.nc")
-        impulses = on_root(lambda: impulses_of_run(building, run))
         prepared = on_root(
             lambda: prepare_devices(
-                prepare(building, mesh, forces, storey_factor(folder), inputs, impulses),
+                prepared_of_run(building, run, inputs),
                 laws,
                 calibrated_restitutions(case, run),
             )

@@ -21,7 +21,6 @@ class ItemDemand:
     """The demand on an item, with or without impacts; nan where it has no such capacity."""
 
     zpa: float = si("m/s2", "zero-period acceleration at the item, along the governing axis")
-    acceleration: float = si("m/s2", "peak acceleration of the item, resultant of x and y")
     shear_force: float = si("N", "shear force, horizontal force on the floor", shown="kN")
     moment: float = si("N m", "overturning moment, at the anchors", shown="kN m")
     uplift: float = si("N", "net uplift, vertical force on the floor less the weight", shown="kN")
@@ -82,7 +81,6 @@ def item_demand(item: Equipment, motion: ItemMotion, case: Case, end: float) -> 
         ordinate = compared(floor, step, item.spectrum, rules, rules.broadening, end)
     return ItemDemand(
         zpa=float(np.abs(floor).max()),
-        acceleration=horizontal / item.mass,
         shear_force=horizontal,
         moment=item.mass_height * horizontal,
         uplift=float(force[2].max()),

@@ -56,11 +56,12 @@ class FloorMotions:
 
 
 def stick_motions(store: xr.Dataset, building: str) -> FloorMotions:
-    """Return the motions of the rigid floors of a stick from the loaded `pounding.nc`.
+    """Return the motions of the rigid floors of a stick from `pounding.nc`.
 
     At the distance r = (dx, dy) from the axis, a = a_0 + α × r.
     """
-    own = store.isel(station=(store["station_building"] == building).values)
+    names = ["acceleration", "acceleration_free", "floor_mass", "building_axis"]
+    own = store[names].isel(station=(store["station_building"] == building).values).load()
     floors = own["station_floor"].values
     axis = own["building_axis"].sel(building=building).values
     moved = list(own["component"].values)

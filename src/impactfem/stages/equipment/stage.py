@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +9,6 @@ import xarray as xr
 
 from impactfem.case import BuildingInTime, Case
 from impactfem.device.equipment import LIGHT
-from impactfem.stages.building.stage import storey_factor
-from impactfem.stages.calibrate.selection import impulses_of_run
 from impactfem.stages.check import Check, Criterion
 from impactfem.stages.device.selection import WITH, WITHOUT
 from impactfem.stages.drawing import Figures
@@ -23,11 +20,10 @@ from impactfem.stages.equipment.store import demand_table, write_equipment, writ
 from impactfem.stages.pounding.stage import POUNDING
 from impactfem.stages.reduce.stage import REDUCE, model_key
 from impactfem.stages.stage import DRAWING, StageOf
-from impactfem.stages.stores import of_run, open_store
+from impactfem.stages.stores import open_store
 from impactfem.stages.transient.stage import TRANSIENT
 from impactfem.stages.verdict import Verdict
 from impactfem.system.log import Steps
-from impactfem.system.parallel import on_root
 
 
 def _in_3d(case: Case) -> tuple[BuildingInTime, ...]:
@@ -38,51 +34,30 @@ def _in_3d(case: Case) -> tuple[BuildingInTime, ...]:
 
 def _compute(case: Case, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
-    from impactfem.building.read_mesh import read_mesh
-    from impactfem.stages.building.compute import mesh_of_run
     from impactfem.stages.equipment.model_motion import model_motions
-    from impactfem.stages.reduce.compute import reduced_on_root
-    from impactfem.stages.transient.prepared import prepare
+    from impactfem.stages.reduce.compute import reduced_on_soil
+    from impactfem.stages.transient.prepared import prepared_of_run
     from impactfem.stages.transient.reduced_run import ReducedRun
 
     floors: dict[str, FloorMotions] = {}
     for building in _in_3d(case):
-        own = building.folder(folder)
+        own, highest = building.folder(folder), building.transient.maximum_frequency
         with steps.step("inputs"):
-            mesh = mesh_of_run(building, own)
-            reduced = reduced_on_root(own, on_root(partial(model_key, building)), building)
-        if reduced is None:
-            continue  # only rank 0 has the reduced models
-        transient, basis = building.transient, reduced.basis
-        prepared = prepare(
-            building,
-            mesh,
-            of_run(own, "forces.nc"),
-            storey_factor(own),
-            POUNDING.key(case),
-            impulses_of_run(building, folder),
-        )
-        run = ReducedRun(
-            basis, prepared.loads, prepared.damping, case.spectra, transient.maximum_frequency
-        )
+            basis = reduced_on_soil(own, model_key(building), building).basis
+            prepared = prepared_of_run(building, folder, POUNDING.key(case))
+        run = ReducedRun(basis, prepared.loads, prepared.damping, case.spectra, highest)
         with open_store(own / "transient.nc") as store:
             end = float(store.attrs["resolved_frequency"])
-        floors[building.name] = model_motions(building, read_mesh(mesh), run, end)
-
-    def write() -> list[Path]:
-        path = folder / "equipment.nc"
-        with open_store(folder / "pounding.nc") as store:
-            for name in {one.building for one in case.equipment} - floors.keys():
-                floors[name] = stick_motions(store, name)
-            demands: list[tuple[ItemDemand, ItemDemand]] = []
-            with steps.step("items"):
-                for number, item in enumerate(case.equipment, 1):
-                    demands.append(both_demands(item, floors[item.building], case))
-                    steps.within("items", number / len(case.equipment))
-        write_equipment(path, case, floors, demands, key)
-        return [path]
-
-    return on_root(write)
+        floors[building.name] = model_motions(building, prepared.parts.mesh, run, end)
+    demands: list[tuple[ItemDemand, ItemDemand]] = []
+    with open_store(folder / "pounding.nc") as store, steps.step("items"):
+        for name in {one.building for one in case.equipment} - floors.keys():
+            floors[name] = stick_motions(store, name)
+        for number, item in enumerate(case.equipment, 1):
+            demands.append(both_demands(item, floors[item.building], case))
+            steps.within("items", number / len(case.equipment))
+    write_equipment(folder / "equipment.nc", case, floors, demands, key)
+    return [folder / "equipment.nc"]
 
 
 def _tabulate(case: Case, folder: Path) -> list[Path]:
@@ -167,5 +142,4 @@ EQUIPMENT = StageOf[Case](
     subjects=lambda case: (case,) if case.equipment else (),
     section="equipment",
     needs=lambda case: (POUNDING, *((REDUCE, TRANSIENT) if _in_3d(case) else ())),
-    collective=True,
 )

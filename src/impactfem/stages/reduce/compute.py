@@ -223,16 +223,17 @@ def reduced_of_run(folder: Path, model_key: str) -> ReducedBuilding:
     return found
 
 
+def reduced_on_soil(folder: Path, model_key: str, building: Building3D) -> ReducedBuilding:
+    """Return the reduced building of a run on its soil; as `reduced_of_run`."""
+    found, soil = reduced_of_run(folder, model_key), building.entry.soil
+    return found if soil is None else found.on(soil.law)
+
+
 def reduced_on_root(folder: Path, model_key: str, building: Building3D) -> ReducedBuilding | None:
     """The reduced building of a run on its soil on rank 0, None on the others: it is large.
 
     Collective; arguments as of `reduced_of_run`.
     """
     kept: list[ReducedBuilding] = []
-
-    def read() -> None:
-        found, soil = reduced_of_run(folder, model_key), building.entry.soil
-        kept.append(found if soil is None else found.on(soil.law))
-
-    on_root(read)
+    on_root(lambda: kept.append(reduced_on_soil(folder, model_key, building)))
     return kept[0] if kept else None

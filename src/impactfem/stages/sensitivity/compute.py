@@ -11,20 +11,17 @@ import numpy as np
 
 from impactfem.case import BuildingInTime, Case
 from impactfem.coupling.from_case import calibration_of, system_of
-from impactfem.reduction.reduced_building import ReducedBuilding
-from impactfem.stages.building.compute import mesh_of_run
-from impactfem.stages.building.stage import storey_factor
 from impactfem.stages.building.targets import with_structure_sticks
-from impactfem.stages.calibrate.selection import impulses_of_run, with_contact_of_run
+from impactfem.stages.calibrate.selection import with_contact_of_run
 from impactfem.stages.device.compute import prepare_devices
 from impactfem.stages.ensemble.compute import members_of
 from impactfem.stages.pounding.stage import POUNDING
-from impactfem.stages.reduce.compute import reduced_of_run
+from impactfem.stages.reduce.compute import reduced_on_soil
 from impactfem.stages.reduce.stage import model_key, models_of_run
 from impactfem.stages.sensitivity.demands import Chain, Model, demands_of_run
 from impactfem.stages.sensitivity.variations import Source, Unknown, Variation, variations
-from impactfem.stages.stores import names_of, of_run, open_store
-from impactfem.stages.transient.prepared import prepare
+from impactfem.stages.stores import names_of, open_store
+from impactfem.stages.transient.prepared import prepared_of_run
 from impactfem.stages.verdict import Verdict
 from impactfem.system.arrays import Array
 from impactfem.system.errors import ImpactfemError
@@ -143,23 +140,10 @@ def run_sensitivity(case: Case, run: Path, progress: Callable[[float], None]) ->
     )
 
 
-def _reduced(building: BuildingInTime, run: Path) -> ReducedBuilding:
-    """Return the reduced building of a run on its soil."""
-    reduced = reduced_of_run(building.folder(run), model_key(building))
-    soil = building.entry.soil
-    return reduced if soil is None else reduced.on(soil.law)
-
-
 def _model(building: BuildingInTime, run: Path, inputs: str) -> Model:
-    folder, reduced = building.folder(run), _reduced(building, run)
-    prepared = prepare(
-        building,
-        mesh_of_run(building, folder),
-        of_run(folder, "forces.nc"),
-        storey_factor(folder),
-        inputs,
-        impulses_of_run(building, run),
-    )
+    folder = building.folder(run)
+    reduced = reduced_on_soil(folder, model_key(building), building)
+    prepared = prepared_of_run(building, run, inputs)
     ends = []
     for name in ("transient.nc", "device.nc") if building.devices else ("transient.nc",):
         with open_store(folder / name) as store:

@@ -22,7 +22,10 @@ from impactfem.reduction.loads import Loads, make_loads
 from impactfem.reduction.probes import Probe, checked_probes
 from impactfem.reduction.sides import Impulses
 from impactfem.spectra.resolved import step_limit
-from impactfem.stages.stores import open_store
+from impactfem.stages.building.compute import mesh_of_run
+from impactfem.stages.building.stage import storey_factor
+from impactfem.stages.calibrate.selection import impulses_of_run
+from impactfem.stages.stores import of_run, open_store
 from impactfem.system.arrays import Index
 from impactfem.system.errors import Fault, InputError
 
@@ -97,6 +100,29 @@ def prepare(
         impulses=impulses,
         force_step=step,
         other_loads=other,
+    )
+
+
+def prepared_of_run(building: BuildingInTime, run: Path, inputs: str) -> Prepared:
+    """Prepare from the files of a run. Not collective.
+
+    Args:
+        building: The building.
+        run: The folder of the run.
+        inputs: As of `prepare`.
+
+    Raises:
+        InputError: As `prepare`.
+        ImpactfemError: A file of the run is missing or cannot be read.
+    """
+    folder = building.folder(run)
+    return prepare(
+        building,
+        mesh_of_run(building, folder),
+        of_run(folder, "forces.nc"),
+        storey_factor(folder),
+        inputs,
+        impulses_of_run(building, run),
     )
 
 

@@ -6,8 +6,7 @@ from impactfem.case import BuildingInTime
 from impactfem.case.transient import transient_files
 from impactfem.coupling.force_history import read_forces
 from impactfem.coupling.given_forces import given_forces
-from impactfem.stages.building.stage import BUILDING, storey_factor
-from impactfem.stages.calibrate.selection import impulses_of_run
+from impactfem.stages.building.stage import BUILDING
 from impactfem.stages.calibrate.stage import CALIBRATE
 from impactfem.stages.check import Check
 from impactfem.stages.drawing import Figures
@@ -33,26 +32,16 @@ def _reduces(building: BuildingInTime) -> bool:
 def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> list[Path]:
     # dolfinx and PETSc are loaded when this stage runs, not before.
     from impactfem.dynamics.checkpoints import remove_checkpoints
-    from impactfem.stages.building.compute import mesh_of_run
     from impactfem.stages.reduce.compute import reduced_on_root
     from impactfem.stages.transient.compute import run_transient
     from impactfem.stages.transient.export import write_motion
     from impactfem.stages.transient.full_run import CHECKPOINTS
-    from impactfem.stages.transient.prepared import prepare
+    from impactfem.stages.transient.prepared import prepared_of_run
     from impactfem.stages.transient.store import write_stores
 
-    mesh, run = mesh_of_run(building, folder), building.run_folder(folder)
+    run = building.run_folder(folder)
     with steps.step("inputs"):
-        prepared = on_root(
-            lambda: prepare(
-                building,
-                mesh,
-                of_run(folder, "forces.nc"),
-                storey_factor(folder),
-                POUNDING.key(building),
-                impulses_of_run(building, run),
-            )
-        )
+        prepared = on_root(lambda: prepared_of_run(building, run, POUNDING.key(building)))
         reduced = None
         if _reduces(building):
             reduced = reduced_on_root(folder, on_root(lambda: model_key(building)), building)
