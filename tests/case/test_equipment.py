@@ -41,6 +41,17 @@ def test_list(written, key):
     assert second.bolts is None
 
 
+@pytest.mark.parametrize("absolute", [False, True])
+def test_spectrum_is_beside_the_list(written, tmp_path, absolute):
+    folder = tmp_path / "lists"
+    folder.mkdir()
+    (folder / "list.csv").write_text(LIST.replace("rrs.csv", "own.csv"))
+    (folder / "own.csv").write_text(RRS)
+    name = str(folder / "list.csv") if absolute else "lists/list.csv"
+    first, _ = load_case(written(base(), (None, '"list.csv"', f'"{name}"'))).equipment
+    assert first.spectrum is not None
+
+
 def test_spectrum_is_part_of_the_case(written):
     one, other = (load_case(written(one)) for one in (base(), base()))
     assert one.digest == other.digest

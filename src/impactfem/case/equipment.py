@@ -1,6 +1,7 @@
 """The equipment list: items on floors of sticks and 3D models, one row of a table each."""
 
 import math
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
@@ -89,7 +90,7 @@ class EquipmentRow(Section):
     """Largest zero-period acceleration that the item withstands along any axis."""
 
     def contradictions(self) -> Iterator[tuple[str, str]]:
-        """Return what does not go together: the column, and what was expected."""
+        """Return contradictory cells: the column, and the expected content."""
         for axis in "xyz":
             f, k = getattr(self, f"f{axis}"), getattr(self, f"k{axis}")
             if f is not None and k is not None:
@@ -175,11 +176,12 @@ def _read_equipment(
     found = read_table(path, EquipmentRow, faults, whole, once=("tag",), most=MOST_ITEMS)
     if found is None:
         return None
-    folder, items = path.parent.relative_to(reading.source.path.parent), []
+    items = []
     for line, row in found:
         spectrum, name = None, row.required_spectrum
         if name is not None and row.spectrum_damping is not None:
-            file = str(folder / name)
+            # As names in the case file: relative to its folder.
+            file = os.path.relpath(path.parent / name, reading.source.path.parent)
             curves = reading.table(file, QUALIFICATION_FILE.what, QUALIFICATION_FILE.read)
             if curves is None:
                 if wrong := reading.fetch(file, QUALIFICATION_FILE.what, LARGEST):

@@ -64,7 +64,7 @@ class MemberSection(Section):
 
 
 UNKNOWN_SECTION = MemberSection(A=1.0, Iy=1.0, Iz=1.0, J=1.0)
-"""Stands for one that has faults, where only the other faults of a case are looked for."""
+"""Replaces a section with faults, so that the other faults of a case are found."""
 
 
 class RolledSection(Section):

@@ -246,7 +246,7 @@ class ContactLoop(ABC):
         xs, vs, energies = flight
         m, k = self.m, self.done
         free = self.free(*(np.vstack([a[:m], b[:, :m]]) for a, b in ((self.x, xs), (self.v, vs))))
-        # What is not finite ends the flight; the step then raises the error.
+        # A value that is not finite ends the flight; the step then raises the error.
         free &= np.isfinite(xs).all(axis=1)
         count = len(free) if free.all() else int(free.argmin())
         if count == 0:

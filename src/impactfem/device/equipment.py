@@ -24,7 +24,7 @@ from impactfem.system.arrays import Array, Index
 G = 9.80665
 """Standard acceleration of gravity [m/s2]."""
 STEP = 1e-3
-"""Step of the vertical force, of its largest value, by which governing instants are told apart."""
+"""Step to which vertical forces are rounded up, of the largest one: fewer instants govern."""
 LIGHT = 0.01
 """Largest ratio of the mass of an item to that of its floor."""
 

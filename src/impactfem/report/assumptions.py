@@ -48,8 +48,8 @@ def conventions(run: RunFiles) -> list[tuple[str, str]]:
     steps = f"The pounding has steps of {quantity(case['pounding']['time_step'], 's')}."
     if (transient := case["transient"]) is not None:
         steps += (
-            f" The 3D model has steps of {quantity(transient['time_step'], 's')} and is meant up "
-            f"to {transient['maximum_frequency']:g} Hz: its spectra are shown up to there."
+            f" The 3D model has steps of {quantity(transient['time_step'], 's')} and is valid up "
+            f"to {transient['maximum_frequency']:g} Hz: its spectra end there."
         )
     said.append(("Cut-off", steps))
     text = broadening_words(spectra["broadening"])

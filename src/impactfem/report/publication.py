@@ -47,7 +47,7 @@ class Compared:
 class Place:
     """An equation, figure or table of the publication with ours."""
 
-    item: Mapping[str, Any]  #: its kind, number, title and what the case tells of it
+    item: Mapping[str, Any]  #: its kind, number, title, and its description in the case
     shows: Sequence[str]  #: files of the run that show ours, relative to its folder
     lacking: Sequence[str]  #: patterns of files that no stage of the run wrote
     compared: Sequence[Compared]  #: the results with a published value

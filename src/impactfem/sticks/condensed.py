@@ -115,7 +115,7 @@ def condensed_stick(
 
 
 def decoupled(F: Array) -> Array:
-    """Return F without the coupling of families that hardly couple, as of a symmetric building."""
+    """Return F without coupling of families below `UNCOUPLED`, as of a symmetric building."""
     components = list(FAMILIES.values())
     scale = 1.0 / np.sqrt(np.diag(F))
     cosine = np.abs(F * np.outer(scale, scale))
