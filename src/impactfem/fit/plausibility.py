@@ -96,8 +96,9 @@ def _values(target: object, problem: Problem) -> Iterator[tuple[str, str]]:
         case = problem.case(problem.start)
         rows = {floor.floor: floor for floor in case.building(target.building).floors}
         for number in target.floors:
-            table = float(getattr(rows[number], target.quantity) or 0.0)
-            if table > 0.0 and not 1.0 / FACTOR < target.value.value / table < FACTOR:
+            table = getattr(rows[number], target.quantity)
+            # A floor table may leave the column out.
+            if table and not 1.0 / FACTOR < target.value.value / table < FACTOR:
                 text = f"the floor table has {table:.4g} {target.value.unit} of floor {number}"
                 yield "value", f"{text}; usual is 0.1 to 10 times that"
                 return
