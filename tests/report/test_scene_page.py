@@ -102,7 +102,9 @@ def test_devices_and_names(page):
     header, _, _ = scene_of(page)
     assert [one["name"] for one in header["devices"]] == ["pump", "a & b"]
     assert all(one["frequencies"] for one in header["devices"])
-    assert header["parts"] == [{"name": "A <&> B", "model": "3D model"}]
+    (part,) = header["parts"]
+    assert (part["name"], part["model"]) == ("A <&> B", "3D model")
+    assert 0.0 < part["resolved"] < 1e4
     assert "&lt;&amp;&gt; B" in page and "A <&> B" not in page
 
 

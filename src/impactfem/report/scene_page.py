@@ -53,6 +53,7 @@ class Part:
     wall: Array  #: corners of walls, three a triangle, shape (k, 3) [m]
     line: Array  #: ends of lines of the outline, shape (l, 3) [m]
     edge: Array  #: ends of lines of the impact edges, shape (l, 3) [m]
+    resolved: float | None  #: end of the resolved band of its spectra [Hz]; None without spectra
 
 
 @figure("building_scene", "The buildings in 3D", "The buildings in 3D", ending="html")
@@ -123,10 +124,11 @@ def _model(run: RunFiles, frequency: Array) -> Part:
     point = nodes[numbers]
     floor = np.zeros(len(numbers), dtype=np.int64)
     floor[cells.ravel()] = np.repeat(floors, 3)
-    pfa, psa = np.zeros((2, 0)), np.zeros((2, 0, 0))
+    pfa, psa, resolved = np.zeros((2, 0)), np.zeros((2, 0, 0)), None
     if run.has("transient_maps.nc"):
         with run.store("transient.nc") as store:
             axis = str(store.attrs["shown_direction"])
+            resolved = float(store.attrs["resolved_frequency"])
         with run.store("transient_maps.nc") as maps:
             one = maps.sel(component=axis)
             pfa, psa = np.zeros((2, len(numbers))), np.zeros((2, len(numbers), len(frequency)))
@@ -147,6 +149,7 @@ def _model(run: RunFiles, frequency: Array) -> Part:
         wall=nodes[walls.ravel()],
         line=np.concatenate([nodes[one.ravel()] for one in lines]),
         edge=edge,
+        resolved=resolved,
     )
 
 
@@ -235,6 +238,7 @@ def _box(
         wall=grid[np.array(faces).ravel()],
         line=grid[np.concatenate([sides, posts]).ravel()],
         edge=np.zeros((0, 3)),
+        resolved=float(store.attrs["resolved_frequency"]) if psa.size else None,
     )
 
 
@@ -303,7 +307,7 @@ def _page(
         "arrays": listed,
         "frequency": [round(float(f), 4) for f in frequency],
         "range": ends,
-        "parts": [{"name": one.name, "model": one.model} for one in parts],
+        "parts": [{k: getattr(one, k) for k in ("name", "model", "resolved")} for one in parts],
         "devices": list(devices),
         "direction": axis,
         "damping": damping,

@@ -30,7 +30,7 @@ def test_values_at_the_modes(parts, tmp_path, monkeypatch):
     drawn = []
     scale = floor_map.colour_scale
     monkeypatch.setattr(floor_map, "colour_scale", lambda v: drawn.append(v) or scale(v))
-    device_map(tmp_path / "map.png", store, maps, building, "pump")
+    device_map(tmp_path / "map.png", store, maps, building, 64.0, "pump")
     f = shown_modes(store, "pump")["mode_frequency"].values
     count = len(drawn) // 2
     assert 0 < count <= min(len(f), 2)

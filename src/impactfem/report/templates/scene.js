@@ -168,7 +168,8 @@ function draw(data) {
     gl.bufferData(gl.ARRAY_BUFFER, values.map(of), gl.DYNAMIC_DRAW);
     const name = column ? `Sa at ${three(info.frequency[column - 1])} Hz, ${three(100 * info.damping)} %` : "peak acceleration";
     const device = info.devices.filter(one => one.frequencies.some(f => Math.abs(f - info.frequency[column - 1]) < 1e-3 * f)).map(one => one.name);
-    $("shown").textContent = `${name} along ${info.direction}${device.length ? `: mode of ${device.join(", ")}` : ""}`;
+    const beyond = info.parts.filter(one => column && one.resolved && info.frequency[column - 1] > one.resolved).map(one => one.name);
+    $("shown").textContent = `${name} along ${info.direction}${device.length ? `: mode of ${device.join(", ")}` : ""}${beyond.length ? `; above the resolved band of ${beyond.join(", ")}` : ""}`;
     const ticks = $("bar").querySelectorAll("span"), half = log ? Math.sqrt(least * largest) : 0.5 * (least + largest);
     [least, half, largest].forEach((x, k) => { ticks[k].textContent = Number.isFinite(x) ? three(x) + (k === 2 ? unit : "") : ""; });
     if (chosen >= 0) { spectrum(); }
@@ -189,12 +190,14 @@ function draw(data) {
     const words = document.createElement("div");
     words.textContent = `${part.name}, floor ${data.floor[chosen]}${part.model === "stick" ? ", stick" : `, (${at}) m`}: ${three(now[0])} m/s² with, ${three(now[1])} m/s² without impact`;
     const line = column ? `<line x1="${x(f[column - 1])}" x2="${x(f[column - 1])}" y1="8" y2="${h - bottom}" stroke="#a34700" stroke-width="1"/>` : "";
+    const end = part.resolved && part.resolved < f[f.length - 1] ? Math.max(x(part.resolved), left) : 0;
+    const grey = end ? `<rect x="${end}" y="8" width="${w - 6 - end}" height="${h - bottom - 8}" fill="#dfe3e8"/>` : "";
     const box = document.createElement("div");
-    box.innerHTML = `<svg viewBox="0 0 ${w} ${h}" role="img" aria-label="Spectrum of the point" font-size="9">`
+    box.innerHTML = `<svg viewBox="0 0 ${w} ${h}" role="img" aria-label="Spectrum of the point" font-size="9">${grey}`
       + marks.map(one => `<line x1="${x(one)}" x2="${x(one)}" y1="8" y2="${h - bottom}" stroke="#e4e8ec"/><text x="${x(one)}" y="${h - bottom + 11}" text-anchor="middle">${one}</text>`).join("")
       + [0, 0.5, 1].map(one => `<line x1="${left}" x2="${w - 6}" y1="${y(one * top)}" y2="${y(one * top)}" stroke="#e4e8ec"/><text x="${left - 3}" y="${y(one * top) + 3}" text-anchor="end">${three(one * top)}</text>`).join("")
       + line + `<polyline points="${path(curves[1])}" fill="none" stroke="#00539c" stroke-dasharray="4 3"/><polyline points="${path(curves[0])}" fill="none" stroke="#00539c" stroke-width="1.4"/>`
-      + `<text x="${0.5 * (w + left)}" y="${h - 3}" text-anchor="middle">frequency [Hz]; Sa [m/s²], solid with, dashed without impact</text></svg>`;
+      + `<text x="${0.5 * (w + left)}" y="${h - 3}" text-anchor="middle">frequency [Hz]; Sa [m/s²]; dashed: no impact${end ? "; grey: unresolved" : ""}</text></svg>`;
     $("point").replaceChildren(words, box);
   };
   const pick = event => {

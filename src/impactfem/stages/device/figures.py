@@ -86,6 +86,11 @@ class DeviceData(FigureData):
         return self.optional("transient_maps.nc")
 
     @cached_property
+    def resolved_in_maps(self) -> float:
+        """End of the resolved band of the maps [Hz]."""
+        return float(self.opened("transient.nc").attrs["resolved_frequency"])
+
+    @cached_property
     def device(self) -> list[str]:
         """Names of the devices."""
         return names_of(self.opened("device.nc"), "device")

@@ -38,7 +38,12 @@ def _frequencies(store: xr.Dataset, maps: xr.Dataset, device: str) -> Array:
     ending="png",
 )
 def device_map(
-    path: Path, store: xr.Dataset, maps: xr.Dataset, building: xr.Dataset, device: str
+    path: Path,
+    store: xr.Dataset,
+    maps: xr.Dataset,
+    building: xr.Dataset,
+    resolved_in_maps: float,
+    device: str,
 ) -> None:
     """Draw the spectra of the floor at the modes of a device, and their ratio to no impact."""
     axis, (point, number, _) = direction(store), anchor_of(store, device)
@@ -78,6 +83,7 @@ def device_map(
             halo = [withStroke(linewidth=3.2, foreground="black")]
             panel.plot(*point[:2], "+", color="white", ms=9, mew=1.6, path_effects=halo)
             panel.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
-            panel.set_title(f"{f:.3g} Hz", fontsize=9.0)
+            beyond = ", above the resolved band" if f > resolved_in_maps else ""
+            panel.set_title(f"{f:.3g} Hz{beyond}", fontsize=9.0)
             panel.grid(False)
         letter(axes)
