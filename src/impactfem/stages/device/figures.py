@@ -86,8 +86,10 @@ class DeviceData(FigureData):
         return self.optional("transient_maps.nc")
 
     @cached_property
-    def resolved_in_maps(self) -> float:
-        """End of the resolved band of the maps [Hz]."""
+    def resolved_in_maps(self) -> float | None:
+        """End of the resolved band of the maps [Hz]; None without maps."""
+        if self.maps is None:
+            return None
         return float(self.opened("transient.nc").attrs["resolved_frequency"])
 
     @cached_property
