@@ -288,6 +288,20 @@ def test_workers_of_one_process(monkeypatch):
         assert len(set(executor.map(eval, ["__import__('os').getpid()"] * 4))) == 1
 
 
+def test_a_failed_block_leaves_no_thread_that_writes_arguments():
+    arguments = bytes(10**7)  # more than a pipe holds
+    with pytest.raises(InputError), workers(1) as pool:
+        pool.submit(time.sleep, 60)
+        for _ in range(3):
+            pool.submit(len, arguments)
+        time.sleep(1)
+        raise InputError([])
+    writers = [one for one in threading.enumerate() if one.name == "QueueFeederThread"]
+    for one in writers:
+        one.join(30)
+    assert not any(one.is_alive() for one in writers)
+
+
 def test_ranks(under_mpirun, tmp_path):
     script = tmp_path / "ranks.py"
     script.write_text(RANKS, encoding="utf-8")

@@ -110,6 +110,7 @@ def _pool(count: int, context: SpawnContext, logs: bool) -> Iterator[ProcessPool
         pool = ProcessPoolExecutor(
             count, mp_context=context, initializer=_initialise, initargs=(os.getpid(), records)
         )
+    calls = pool._call_queue  # type: ignore[attr-defined]
     listener = None if records is None else QueueListener(records, _Forwarding())
     try:
         if listener is not None:
@@ -121,6 +122,9 @@ def _pool(count: int, context: SpawnContext, logs: bool) -> Iterator[ProcessPool
                 pool.shutdown(wait=False, cancel_futures=True)
                 for process in set(multiprocessing.active_children()) - others:
                     process.terminate()
+                # Python 3.11 waits at its end for the thread that writes large arguments into a
+                # pipe (CPython issue 94777). Without a reader this thread fails, and ends.
+                calls._reader.close()
                 raise
     finally:
         if listener is not None:
