@@ -311,7 +311,7 @@ def check(
         found, estimate = checked(case, mesh=True)
     counts = (
         (len(found.buildings), "building"),
-        (len(found.contacts), "contact pair"),
+        (len({contact.pair for contact in found.contacts}), "contact pair"),
         (sum(not isinstance(one, RestMotion) for one in found.motions), "ground motion"),
     )
     _say(", ".join(counted(n, name) for n, name in counts))

@@ -510,6 +510,7 @@ def test_points_of_a_stick_share_the_law(bare, points):
     case = load_case(bare)
     pairs = {pair.name: pair for pair in system_of(case, None).pairs}
     line = [one for one in case.contacts if one.line == ROOFS]
+    assert len(line) == points and {one.pair for one in line} == {ROOFS}
     given = case.contact_laws["slab"].stiffness
     stiffness = [pairs[one.name].law.stiffness for one in line]
     assert sum(stiffness) == pytest.approx(given)

@@ -342,6 +342,19 @@ def test_the_least_gap_of_floors_that_turn_is_at_the_ends(pair, every):
         assert (rest @ model._contacts.ends.T).reshape(-1, 2)[k].min() < line.gap.min() - 1e-5
 
 
+def test_the_closure_without_contact_does_not_depend_on_the_gap(pair, shaken):
+    """One run without contact serves all gaps of a study."""
+    case, system, given, _ = pair
+    wider = tuple(replace(one, gap=one.gap + 0.01) for one in given.lines)
+    free = [
+        Pounding3D(case, system, replace(given, lines=lines)).free(shaken, STEP)
+        for lines in (given.lines, wider)
+    ]
+    closed = [one.closed(system.pairs) for one in free]
+    assert closed[0].max() > 1e-4
+    np.testing.assert_allclose(closed[1], closed[0], atol=1e-12)
+
+
 @pytest.mark.parametrize("scheme", ["massless", "moreau"])
 def test_what_is_reported_of_a_run(pair, shaken, scheme):
     """Complementary, energies in balance, resultants and impulses those of the points."""

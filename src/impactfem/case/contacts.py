@@ -271,7 +271,8 @@ class ContactEntry(Section):
     sides face each other."""
     points: Points | None = None
     """With length: number of points of the line in sticks, each with its share of stiffness and
-    area; Gauss points, of which two have the rotational stiffness of the line. Default 2."""
+    area; Gauss points, of which two have the rotational stiffness of the line. Results give the
+    line as one pair, with the sum of the forces. Default 2."""
     depth: PositiveLength | None = None
     """With length: depth of the slab edge. On a storey of a 3D model the force acts on a strip of
     this depth."""
@@ -397,6 +398,11 @@ class Contact(Section):
     along: float = 0.0
     length: float | None = None
     depth: float | None = None
+
+    @property
+    def pair(self) -> str:
+        """Name of its pair in results: that of its line, or its own."""
+        return self.line or self.name
 
     @property
     def place(self) -> str:

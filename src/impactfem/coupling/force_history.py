@@ -15,7 +15,7 @@
   side the line load of the force begins, is highest and ends; three times where it acts inside a
   storey, and on the floor that meets a column there; of a line contact on a storey begin, middle
   and end of its part of the strip. nan for other pairs
-- `line` (pair): the pair of the case along whose line such a point is; empty for other pairs
+- `line` (pair): the pair of the case along whose line the point is; empty for other pairs
 - `gap` (pair) [m], `law` (pair): the contact law in words and numbers
 - attributes `title`, `case_hash`, and `inputs`, the hash of what the stage depends on
 
@@ -86,8 +86,9 @@ class PairEnds:
         content: dict[str, Any] = {
             "normal": np.array([pair.normal for pair in pairs]).reshape(-1, 3)
         }
-        if any(pair.hats is not None for pair in pairs):
+        if any(pair.line for pair in pairs):
             content["line"] = tuple(pair.line for pair in pairs)
+        hats_known = any(pair.hats is not None for pair in pairs)
         for k, side in enumerate("ab"):
             # A rigid wall has no name.
             ends = [getattr(pair, side) or End("", 0, (0.0, 0.0, 0.0), 0) for pair in pairs]
@@ -96,7 +97,7 @@ class PairEnds:
             content[f"floor_{side}"] = tuple(end.floor for end in ends)
             content[f"relative_height_{side}"] = np.array(heights, dtype=float)
             content[f"offset_{side}"] = np.array([end.offset for end in ends]).reshape(-1, 3)
-            if "line" in content:
+            if hats_known:
                 hats = [np.full(3, np.nan) if p.hats is None else p.hats[k] for p in pairs]
                 content[f"hat_{side}"] = np.array(hats)
         return cls(**content)

@@ -237,7 +237,8 @@ def system_of(case: Case, calibration: Calibration | None) -> System:
         middles = [replace(end, offset=tuple((end.offset - along).tolist())) for end in ends]
         law = law_between(case, contact, sticks, middles).part(contact.share)
         a, b = ends[0], ends[1] if len(ends) > 1 else None
-        pairs.append(Pair(contact.name, a, b, normal, contact.gap, law, contact.bearing_area))
+        pair = Pair(contact.name, a, b, normal, contact.gap, law, contact.bearing_area)
+        pairs.append(replace(pair, line=contact.line))
     return System(tuple(sticks.values()), tuple(pairs))
 
 

@@ -83,7 +83,7 @@ class Pair:
     #: Begin, top and end of the hat of a point of contact of 3D models on the sides of a and b,
     #: shape (2, 3) [m], nan of a stick; None for a pair of points.
     hats: Array | None = None
-    line: str = ""  #: name of the pair for the whole line of such a point
+    line: str = ""  #: name of the pair for the whole line; empty for a point of no line
 
 
 @dataclass(frozen=True)

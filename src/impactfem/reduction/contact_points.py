@@ -15,6 +15,7 @@ from impactfem.case import Case
 from impactfem.coupling.body import Port
 from impactfem.coupling.from_case import law_between
 from impactfem.coupling.laws import Law
+from impactfem.coupling.line_response import line_pairs
 from impactfem.coupling.links import Link
 from impactfem.coupling.pounding import End, Pair, System
 from impactfem.reduction.contact_line import ContactLine, LineEnd
@@ -34,7 +35,7 @@ class Side:
 
 @dataclass(frozen=True, eq=False)
 class ContactPoints:
-    """Points of contact of all lines, line by line, then pairs of two sticks."""
+    """Points of contact of all lines, line by line, then those of two sticks."""
 
     pairs: tuple[Pair, ...]  #: one pair for each line, then the pairs of two sticks
     points: tuple[Pair, ...]  #: all points of contact
@@ -58,6 +59,7 @@ class ContactPoints:
         """Join every n-th point of the lines of a case; `port` gives the port of a side."""
         in_3d = {contact.name for contact in case.contacts if case.touches_in_3d(contact)}
         others = tuple(pair for pair in system.pairs if pair.name not in in_3d)
+        pairs_of_sticks, pair_of_sticks = line_pairs(others)
         joined = [_joined(case, system, line, every) for line in lines]
         points = [point for one in joined for point in one.points]
         pair_of = [k for k, one in enumerate(joined) for _ in one.points]
@@ -76,9 +78,9 @@ class ContactPoints:
                 rows.append(row)
             first = last + 1
         return cls(
-            pairs=(*(one.pair for one in joined), *others),
+            pairs=(*(one.pair for one in joined), *pairs_of_sticks),
             points=(*points, *others),
-            pair_of=np.array([*pair_of, *range(len(lines), len(lines) + len(others))]),
+            pair_of=np.array([*pair_of, *(len(lines) + pair_of_sticks)], dtype=np.int64),
             links=tuple(link for one in joined for link in one.links),
             weight=np.concatenate([np.zeros(0), *(one.weight for one in joined)]),
             ports=ports,
@@ -120,7 +122,8 @@ def _joined(case: Case, system: System, line: ContactLine, every: int) -> _Joine
     areas = [first[name].area for name in line.pair_names]
     b = middles[1] if len(middles) > 1 else None
     area = None if None in areas else sum(a for a in areas if a is not None)
-    whole = replace(pair, a=middles[0], b=b, law=law, gap=float(line.gap.min()), area=area)
+    gap = float(line.gap.min())
+    whole = replace(pair, a=middles[0], b=b, law=law, gap=gap, area=area, line="")
     points, links = list[Pair](), list[Link]()
     for k, shares in enumerate(share.T):
         # Equation (1) of `contact_line`: F_i acts at the weighted mean of the points.

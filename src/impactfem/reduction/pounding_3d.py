@@ -30,6 +30,7 @@ from impactfem.coupling.contact_loop import ContactHistory
 from impactfem.coupling.forced_motion import ForcedMotion, GivenLoads, forced_motion
 from impactfem.coupling.ground import Ground, as_ground
 from impactfem.coupling.implicit import Start, respond
+from impactfem.coupling.line_response import least_gap, sums_of_pairs
 from impactfem.coupling.links import Assembly
 from impactfem.coupling.massless import MasslessPoints, massless_response, strip_stiffness
 from impactfem.coupling.modal_motion import ModalMotion
@@ -323,7 +324,7 @@ class Pounding3D:
             parts=contact.parts,
             acceleration=motions[2],
             gap=self._least(gap),
-            least_gap=self._least(gap, ends=True),
+            closure=[pair.gap for pair in self.system.pairs] - self._least(gap, ends=True),
             gap_rate=self._rates(ground, motions[1], rate, wanted) if touched else none,
             points=self.points if touched else (),
             pair_of=self.pair_of if touched else self.pair_of[:0],
@@ -339,7 +340,7 @@ class Pounding3D:
     @cached_property
     def _joined(self) -> Array:
         """Columns that sum the points of each pair, shape (n_points, n_pairs)."""
-        return np.eye(len(self.system.pairs))[self.pair_of]
+        return sums_of_pairs(self.pair_of)
 
     @cached_property
     def _low_bodies(self) -> dict[str, Body]:
@@ -380,8 +381,7 @@ class Pounding3D:
             rest, points = np.array([pair.gap for pair in self.points]), self._contacts
             moved, gap = (gap - rest) @ points.ends.T, gap.copy()
             gap[:, points.outermost] = rest[points.outermost] + moved
-        pairs = range(len(self.system.pairs))
-        return np.column_stack([gap[:, self.pair_of == k].min(axis=1) for k in pairs])
+        return least_gap(gap, self.pair_of)
 
     def _rates(self, ground: Ground, velocity: Array, rate: Array, points: Index) -> Array:
         """Rates of the gaps of all pairs: at the middles, in storeys the mean of the points."""

@@ -167,7 +167,8 @@ def test_the_last_period_of_a_run(study, rest):
 def test_lines_that_touch_in_3d(study):
     """Points and forces are those of lines, not of the pair of sticks that hits harder."""
     first, *others = study.system.pairs
-    system = replace(study.system, pairs=(replace(first, line=first.name), *others))
+    point = replace(first, line=first.name, hats=np.zeros((2, 3)))
+    system = replace(study.system, pairs=(point, *others))
     force = study.response.force.copy()
     force[:, 0] = 0.5 * force.max(axis=1)
     largest = float(force[:, 0].max())
@@ -204,3 +205,51 @@ def test_variables_of_floors_and_buildings(study):
     assert found["peak_acceleration"].dims == ("station",)
     assert found["peak_force"].attrs["units"] == "N"
     assert found["peak_displacement"].dims == ("building",)
+
+
+@pytest.fixture(scope="module")
+def as_line(small_case, run):
+    """The small case with lines of two points, and the gap open by a slope along them."""
+    line = 'length = "20 m"                     # a line'
+
+    def made(slope=0.0):
+        sloping = ("# gap_slope = 0 ", f"gap_slope = {slope:.6f} ")
+        return run(small_case((f"# {line}", line), sloping))
+
+    return made
+
+
+def test_a_line_of_equal_points_has_the_results_of_its_pair(study, as_line):
+    """Two Gauss points of half the area, and floors that do not turn: nothing else is reported."""
+    line = as_line()
+    assert len(line.response.exerted[0]) == 2 * len(study.system.pairs)
+    names = [pair.name for pair in line.system.pairs]
+    assert names == [pair.name for pair in study.system.pairs]
+    found, expected = values(line), values(study)
+    assert found.keys() == expected.keys() and found["pounding.impacts"] > 2.0
+    for name, value in expected.items():
+        assert found[name] == pytest.approx(value, rel=1e-6, abs=1e-9, nan_ok=True), name
+    stores = [stick_results(one) for one in (line, study)]
+    for name, values_of_it in stores[1].data_vars.items():
+        if values_of_it.dims in (("impact",), ("pair",)) and values_of_it.dtype.kind == "f":
+            size = float(np.abs(values_of_it).max())
+            np.testing.assert_allclose(
+                stores[0][name], values_of_it, rtol=1e-6, atol=1e-6 * size, err_msg=str(name)
+            )
+    assert list(stores[0]["impact_pair"].values) == list(stores[1]["impact_pair"].values)
+
+
+def test_a_line_whose_points_differ_reports_their_sum(as_line):
+    line = as_line(slope=4e-5)
+    points, force = line.response.exerted
+    main = line.main_impact
+    of_main = [k for k, point in enumerate(points) if point.line == main.pair.name]
+    first, second = (force[main.first : main.last + 1, k] for k in of_main)
+    found = values(line)
+    largest = found["pounding.main_impact_force"]
+    assert largest == pytest.approx((first + second).max(), rel=1e-12)
+    assert abs(first.max() - second.max()) > 0.02 * largest
+    assert max(first.max(), second.max()) < 0.9 * largest
+    assert found["pounding.main_impact_impulse"] == pytest.approx(
+        line.response.time_step * (first + second).sum(), rel=1e-6
+    )

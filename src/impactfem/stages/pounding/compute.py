@@ -25,6 +25,7 @@ from impactfem.coupling.impacts import (
     largest_means,
     separations,
 )
+from impactfem.coupling.line_response import with_lines
 from impactfem.coupling.pounding import Load, Response, System, simulate
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.spectra import ResponseSpectra, response_spectra
@@ -182,7 +183,7 @@ class StickStudy:
 
     @property
     def _points(self) -> list[str]:
-        return [point.line for point in self.response.exerted[0] if point.line]
+        return [point.line for point in self.response.exerted[0] if point.hats is not None]
 
     @property
     @quantity("-", "residual of complementarity, over the largest speed")
@@ -326,14 +327,12 @@ def run_sticks(
     with step("pounding"):
         loads = loads_of(case, system, dt, len(ground.acceleration))
         if models is None:
-            response = simulate(system, ground, dt, update=case.pounding.update, loads=loads)
-            free = simulate(system.without_contact(), ground, dt, loads=loads)
+            response = _simulated(case, system, ground, dt, loads)
+            free = free_response(system, ground, dt, loads)
             if ready is None and system.pairs:
                 with comparison("steps half as long"):
                     finer = _driven(case, system, histories, 0.5 * dt)
-                    others["other"] = simulate(
-                        system, finer[0], finer[1], update=case.pounding.update, loads=finer[2]
-                    )
+                    others["other"] = _simulated(case, system, *finer)
         else:
             from impactfem.reduction.pounding_3d import Pounding3D
 
@@ -347,7 +346,7 @@ def run_sticks(
             if ready is None and system.pairs:
                 with comparison("steps twice as long"):
                     others["doubled"] = in_3d.respond(*_driven(case, system, histories, 2.0 * dt))
-            system = response.system
+        system = response.system
         found = tuple(impacts(response))
         strength = {b.name: b.material.compressive_strength for b in case.buildings}
         checks = tuple(impact_checks(response, found, strength))
@@ -385,6 +384,19 @@ def run_sticks(
         other_floors=other_floors,
         **peaks,
     )
+
+
+def _simulated(
+    case: Case, system: System, ground: Ground, step: float, loads: Sequence[Load]
+) -> Response:
+    run = simulate(system, ground, step, update=case.pounding.update, loads=loads)
+    return with_lines(run, system.pairs)
+
+
+def free_response(system: System, ground: Ground, step: float, loads: Sequence[Load]) -> Response:
+    """Return the response of sticks without contact at a time step [s]."""
+    free = simulate(system.without_contact(), ground, step, loads=loads)
+    return with_lines(free, system.pairs)
 
 
 def _driven(
@@ -462,7 +474,7 @@ def pounded(
     ground = ground_of(case, [motion.history for motion in motions], dt, n_t)
     loads = loads_of(case, system, dt, len(ground.acceleration))
     if models is None:
-        return simulate(system, ground, dt, update=case.pounding.update, loads=loads)
+        return _simulated(case, system, ground, dt, loads)
     from impactfem.reduction.pounding_3d import Pounding3D
 
     return Pounding3D(case, system, models).respond(ground, dt, loads)

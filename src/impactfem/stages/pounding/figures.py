@@ -297,8 +297,8 @@ class LineLoads(NamedTuple):
 
 
 def line_loads(sticks: xr.Dataset, points: xr.Dataset) -> LineLoads | None:
-    """Compute the line loads from the forces of the points; None without a line with a force."""
-    if "line" not in points or not sticks.sizes["impact"]:
+    """Compute the line loads of 3D models from the forces of the points; None without a force."""
+    if "hat_a" not in points or not sticks.sizes["impact"]:
         return None
     main = sticks.isel(impact=sticks["impact_peak_force"].argmax("impact"))
     start, end = float(main["impact_first_contact"]), float(main["impact_end"])

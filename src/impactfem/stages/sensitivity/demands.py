@@ -20,7 +20,7 @@ from impactfem.case import BuildingInTime, Case
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.coupling.from_case import ground_of, loads_of, system_of
 from impactfem.coupling.impacts import Separation, separations
-from impactfem.coupling.pounding import Response, simulate
+from impactfem.coupling.pounding import Response
 from impactfem.dynamics.damping import DampingLaw
 from impactfem.motion.from_case import GroundMotion, ground_motions
 from impactfem.reduction.loads import Loads
@@ -35,7 +35,13 @@ from impactfem.stages.device.compute import analyst_of
 from impactfem.stages.device.selection import loaded
 from impactfem.stages.device.store import results_in_time
 from impactfem.stages.pounding import limits as of_floors
-from impactfem.stages.pounding.compute import floor_spectra, moving, pounded, station_dofs
+from impactfem.stages.pounding.compute import (
+    floor_spectra,
+    free_response,
+    moving,
+    pounded,
+    station_dofs,
+)
 from impactfem.stages.pounding.peaks import storey_drifts
 from impactfem.stages.pounding.store import OUTPUTS as FLOOR_OUTPUTS
 from impactfem.stages.results import values
@@ -216,7 +222,7 @@ class Chain:
             ground = ground_of(case, [motion.history for motion in motions], dt)
             loads = loads_of(case, system, dt, len(ground.acceleration))
             if models is None:
-                self.free[key] = simulate(system.without_contact(), ground, dt, loads=loads)
+                self.free[key] = free_response(system, ground, dt, loads)
             else:
                 self.free[key] = Pounding3D(case, system, models).free(ground, dt, loads)
         return self.free[key]
