@@ -343,8 +343,8 @@ class TestFolder:
     @pytest.mark.parametrize(
         ("place", "message"),
         [
-            ("small.toml", "this is a file"),
-            ("small.toml/run", "a folder that can be written: Not a directory"),
+            ("small.toml", "small.toml' is a file"),
+            ("small.toml/run", "small.toml' is a file"),
             ("x" * 300, "File name too long"),
         ],
         ids=["a file", "in a file", "long name"],

@@ -94,7 +94,7 @@ class TestBadInput:
                 "command line: --resume = 'nowhere': expected a folder that holds a run",
             ),
             (["--resume", "--fresh"], "command line: --resume: expected without --fresh"),
-            (["--out", finished.case], "small.toml': expected a folder, this is a file"),
+            (["--out", finished.case], "small.toml' is a file, not a folder"),
         ):
             ended = program("run", finished.case, *arguments)
             assert ended.code == 2 and ended.out == "" and expected in ended.err

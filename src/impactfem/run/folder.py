@@ -49,6 +49,7 @@ if TYPE_CHECKING:
 LOG = "run.log"  # distinguishes the folder of a run from any other
 LOCK = ".lock"
 PATIENCE = 0.1
+A_FILE = "'{}' is a file, not a folder: move it, or type another folder"
 """Time in which a lock is tried again [s], as its holder may be removing the file just now."""
 CASE_LINE = re.compile(r" DEBUG   case (.+), hash ([0-9a-f]{64})$")
 STORES = {name: file for stage in STAGES for name, file in stage.stores.items()}
@@ -72,7 +73,7 @@ def open_folder(folder: Path, resume: bool, log: str = LOG) -> Iterator[None]:
             if CONTROL.search(str(folder)):
                 raise _refused(folder, "--out", "expected a name without control characters")
             if folder.exists() and not folder.is_dir():
-                raise _refused(folder, "--out", "expected a folder, this is a file")
+                raise _refused(folder, "--out", A_FILE.format(folder))
             if folder.is_dir() and any(folder.iterdir()) and not (folder / log).is_file():
                 expected = "expected an empty folder or one of an earlier run"
                 raise _refused(folder, "--out", f"{expected}; this one holds other files")
@@ -156,6 +157,9 @@ def _refused(folder: Path, key: str, expected: str) -> InputError:
 
 
 def _not_writable(folder: Path, key: str, error: OSError) -> InputError:
+    if isinstance(error, NotADirectoryError | FileExistsError):
+        path = next(one for one in (folder, *folder.parents) if one.is_file())
+        return _refused(folder, key, A_FILE.format(path))
     expected = f"expected a folder that can be written: {error.strerror or error}"
     return _refused(folder, key, expected)
 
