@@ -139,8 +139,8 @@ type = "modal"
     for words in (
         "some_fit.toml: starts = 0: expected a whole number of at least 1",
         """free."damping.ratio".bounds = ['7 %', '3 %']: """,
-        """free."damping.ration": unknown key; did you mean 'ratio'?""",
-        """coarse."pounding.time_stop": unknown key; did you mean 'time_step'?""",
+        """free."damping.ration": unknown key; did you mean 'damping.ratio'?""",
+        """coarse."pounding.time_stop": unknown key; did you mean 'pounding.time_step'?""",
         "expected bounds in order, the lower one first",
         "scale = 'cubic': expected 'linear' or 'log'",
         """free."buildings[0].rigid_below".bounds = ['10 cm', '3 kg']: expected one unit""",
@@ -200,7 +200,7 @@ def test_faults_of_the_file_alone(case, written, text, words):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (FREE.replace("rigid_below", "rigid_bellow"), "did you mean 'rigid_below'?"),
+        (FREE.replace("rigid_below", "rigid_bellow"), "did you mean 'buildings[0].rigid_below'?"),
         (FREE.replace('["10 cm", "80 cm"]', '["10 kg", "80 kg"]'), "expected bounds of its unit"),
         (FREE.replace('["10 cm", "80 cm"]', '["50 cm", "80 cm"]'), "or a start"),
         (FREE.replace('["10 cm", "80 cm"]', '["10 cm", "4 m"]'), "rigid zones together"),

@@ -92,7 +92,7 @@ def test_a_table_of_variants(tmp_path):
 def test_all_faults_of_all_keys():
     found = faults("damping.rato=1", "x y=2", "", "buildings[9].name=C,C", "extends=a")
     text = "\n".join(found)
-    assert "you mean 'ratio'" in text and "an index below 2" in text
+    assert "you mean 'damping.ratio'" in text and "an index below 2" in text
     assert "each value once" in text and text.count("a key of the case file") == 3
     assert len(faults()) == 1
 

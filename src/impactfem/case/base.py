@@ -34,14 +34,20 @@ def refuse(expected: str, *inside: int | str, kind: str = "refused") -> Pydantic
     return PydanticCustomError(kind, "{expected}", {"expected": expected, "inside": inside})
 
 
-def nearest(name: str, known: list[str]) -> str:
-    """Words that name the nearest known name, or some known ones when none is near."""
+def nearest(name: str, known: list[str], above: str = "") -> str:
+    """Return words that name the nearest known name, or some known ones when none is near.
+
+    Args:
+        name: The unknown name.
+        known: The known names.
+        above: Text before the nearest name, such as the table of a key with its dot.
+    """
     close = get_close_matches(name, known, n=1, cutoff=0.6)
     folded = {other.lower(): other for other in known}
     if not close:
         close = [folded[c] for c in get_close_matches(name.lower(), list(folded), 1, cutoff=0.6)]
     if close:
-        return f"did you mean '{close[0]}'?"
+        return f"did you mean '{above}{close[0]}'?"
     # As many as a line can hold.
     ends = itertools.accumulate(len(one) + 2 for one in known)
     listed = [one for one, end in zip(known, ends, strict=True) if end <= LISTED]

@@ -150,7 +150,7 @@ def key_fault(place: Place, raw: Mapping[str, Any], model: type[BaseModel]) -> s
             parent, info = field_at(model, place[:end], raw)
             if info is None:
                 known = list(current) if parent is None else list(fields_by_key(parent))
-                return f"unknown key; {nearest(part, known)}"
+                return f"unknown key; {nearest(part, known, f'{above}.' if above else '')}"
             if end < len(place):
                 if not any(map(_needs_nothing, alternatives(form_of(info)))):
                     inside = dotted(place[:end])
