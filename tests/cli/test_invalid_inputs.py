@@ -5,6 +5,7 @@ from typing import get_args
 
 import pytest
 
+from impactfem import study
 from impactfem.case.model import Condition
 from impactfem.case.template import write_new_case
 from impactfem.run.check import checked
@@ -48,6 +49,21 @@ ROWS = [
     ('"@_floors.csv"', '"absent.csv"', "buildings[0].floors", "unreadable"),
     ('law = "floor"', 'law = "flor"', "contacts[0].law", "unknown_name"),
 ]  # fmt: skip
+HEAVY = "buildings.west.structure.floor_masses"
+SIDES = r"width_x \[m\],width_y \[m\]"
+#: Cases with a 3D model: end of the name of a file, changes by regular expressions, key and kind.
+MODELS = [
+    ("_columns.csv", [(SIDES, "profile"), (",0.32,0.32", ",HEB 300")], "line 2, column profile",
+     "column"),
+    ("_columns.csv", [(SIDES, "section"), (",0.32,0.32", ",HEB 300"), ("HEB 300", "HEB 301")],
+     "line 3, column section", "unknown_name"),
+    ("_floors.csv", [("\n1,240,", "\n1,50,")], HEAVY, ""),
+    (".toml", [('slab_thickness = "25 cm"', 'slab_thickness = "25 m"')], HEAVY, ""),
+]  # fmt: skip
+WARNED = [
+    ('frequencies = { minimum = "0.5 Hz", maximum = "200 Hz", per_decade = 50 }',
+     'frequencies = ["1 Hz"]', "spectra.frequencies"),
+]  # fmt: skip
 RECORDS = [
     ("r.VT2", "PEER\n", "motions[0].format"),
     ("r.txt", "0 0.1\n0.01 0.2\n", ""),
@@ -77,6 +93,65 @@ def test_one_fault_names_the_key(case, old, new, key, kind):
     found = faults(case)
     assert {fault.kind for fault in found} == {kind}
     assert found[0].key.startswith(key) and len({fault.key for fault in found}) <= 2
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory):
+    """The text of the files of a case with a 3D model of few elements and a device."""
+    path = write_new_case(tmp_path_factory.mktemp("model") / "new", ["devices"])[0]
+    texts = {one.name[3:]: one.read_text(encoding="utf-8") for one in path.parent.iterdir()}
+    texts[".toml"], count = re.subn(r'(?m)^size = "0.9 m"', 'size = "2.5 m"', texts[".toml"])
+    assert count == 1
+    return texts
+
+
+def written(model, folder, ending, changes):
+    """The case file with changes of one of its files, each made once or, from the second, often."""
+    text = model[ending]
+    for k, (old, new) in enumerate(changes):
+        text, count = re.subn(old, new, text, count=int(old == "HEB 300"))
+        assert count == 1 or k
+    for name, content in {**model, ending: text}.items():
+        (folder / f"new{name}").write_text(content, encoding="utf-8")
+    return folder / "new.toml"
+
+
+@pytest.mark.parametrize(("ending", "changes", "key", "kind"), MODELS)
+def test_one_fault_of_a_3d_model(model, tmp_path, ending, changes, key, kind):
+    """Heavy floors are one fault, not one for each; a column in the header, not in each row."""
+    with pytest.raises(InputError) as error:
+        checked(written(model, tmp_path, ending, changes), mesh=True)
+    assert [(fault.key, fault.kind) for fault in error.value.faults] == [(key, kind)]
+
+
+def test_the_radius_to_type_reaches_a_node(model, tmp_path):
+    def case(radius):
+        change = 'radius = "1 m"', f'radius = "{radius} cm"'
+        return written(model, tmp_path, ".toml", [change])
+
+    with pytest.raises(InputError) as error:
+        checked(case(5), mesh=True)
+    (fault,) = error.value.faults
+    assert fault.key == "devices[0].point"
+    checked(case(re.search(r"at least (\d+) cm", fault.expected)[1]), mesh=True)
+
+
+@pytest.mark.parametrize(("old", "new", "key"), WARNED)
+def test_a_warning_names_the_key(case, caplog, old, new, key):
+    text = case.read_text(encoding="utf-8")
+    for changed, count in ((text, 0), (text.replace(old, new, 1), 1)):
+        case.write_text(changed, encoding="utf-8")
+        caplog.clear()
+        checked(case, mesh=True)
+        assert len([one for one in caplog.messages if f": {key}: " in one]) == count
+
+
+def test_texts_as_paths(case, monkeypatch):
+    monkeypatch.chdir(case.parent)
+    assert study.check(case.name).title == study.check(case).title
+    with pytest.raises(InputError) as error:
+        study.check("absent.toml")
+    assert str(error.value.faults[0].file) == "absent.toml"
 
 
 @pytest.mark.parametrize(
@@ -121,6 +196,8 @@ def test_a_record_that_is_none(case, name, content, key):
         (("sweep", "@.toml"), 2),
         (("verify", "--only", "nonsense"), 2),
         (("explian",), 2),
+        (("sweep", "@.toml", "--set", "damping.ration=0.05"), 2),
+        (("run", "@.toml", "--out", "@_floors.csv/x"), 2),
     ],
 )
 def test_commands(program, case, monkeypatch, words, codes):

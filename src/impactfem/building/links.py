@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -270,8 +271,8 @@ class BasePlate:
             raise SolutionError(
                 f"device {name}: no node of floor {floor} is within {radius:g} m of its anchor at "
                 f"({at[0]:g}, {at[1]:g}) m; the nearest one, at ({x:.4g}, {y:.4g}, {z:.4g}) m, is "
-                f"{away.min():.3g} m away: type a radius of at least {away.min():.2g} m, or reduce "
-                "floor_size"
+                f"{away.min():.3g} m away: type a radius of at least "
+                f"{math.ceil(100.0 * away.min())} cm, or reduce floor_size of the mesh"
             )
         return cls(
             name=name,

@@ -400,6 +400,8 @@ def _row(
         items = error.errors(include_url=False)
         fields = [str(item["loc"][0]) if item["loc"] else "" for item in items]
         said = [(i["msg"], i["input"]) for i, f in zip(items, fields, strict=True) if f in values]
+        # Of a header with an unknown column a field without a column is a consequence.
+        header_read = not any(fault.file == path and fault.kind == "column" for fault in faults)
         for item, field in zip(items, fields, strict=True):
             expected = expected_of(item, row_model.model_fields.get(field))
             if field in values:
@@ -411,6 +413,7 @@ def _row(
                 item["type"] != "missing"
                 and field not in written
                 and (item["msg"], item["input"]) not in said
+                and (header_read or field in headers or not field)
             ):
                 without = "is empty" if field in headers else "has no column"
                 expected = f"{field}, which {without}: {expected}" if field else expected
