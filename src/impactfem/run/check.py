@@ -1,6 +1,6 @@
 """Checks before a run: the case, its files, its mesh, and all that a run would refuse later."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -11,6 +11,7 @@ import numpy as np
 from impactfem.building.from_case import geometry_of, part_faults, read_parts
 from impactfem.building.mesh import BuildingMesh
 from impactfem.building.mesh_report import MeshReport
+from impactfem.building.outline import mesh_plans
 from impactfem.building.read_mesh import read_mesh
 from impactfem.case import Building3D, Case
 from impactfem.case.base import nearest
@@ -230,6 +231,7 @@ def further_checks(
         read = mesh_of(building, faults, bool(refused)) if mesh else None
         if read is not None:
             meshes[name] = read
+    faults += plans_of_meshes(case, meshes)
     in_3d = {*case.pounding_in_3d}
     if in_3d and in_3d <= {*meshes} and "contacts" not in left_out:
         from impactfem.reduction.contact_line import contact_lines, warn_of_narrow
@@ -239,6 +241,38 @@ def further_checks(
         found = estimate(case, longest, meshes).of(stages)
         faults += too_much(case, found) if counted and not refused else ()
     return found, faults
+
+
+def plans_of_meshes(case: Case, meshes: Mapping[str, BuildingMesh]) -> list[Fault]:
+    """Return the plans that [contact_search] lacks and that meshes have, as a fault to type them.
+
+    Args:
+        case: The case.
+        meshes: Meshes by the names of the buildings.
+    """
+    search = case.contact_search
+    if search is None:
+        return []
+    lacking = {
+        name for *_, names in facing_floors(case, search.buildings).unknown for name in names
+    }
+    found = []
+    for k, building in enumerate(case.buildings):
+        if building.name not in lacking or building.name not in meshes:
+            continue
+        plans = [
+            (floors, ", ".join(f'["{x:g} m", "{y:g} m"]' for x, y in plan))
+            for plan, floors in mesh_plans(meshes[building.name], building).items()
+        ]
+        if not plans:
+            continue
+        text = f"plan = [{plans[0][1]}]"
+        if len(plans) > 1:
+            parts = (f"{{ floors = {floors}, plan = [{corners}] }}" for floors, corners in plans)
+            text = f"plans = [{', '.join(parts)}]"
+        expected = f"missing; type {text}, the outline of the slabs of its mesh"
+        found.append(Fault(case.path, f"buildings[{k}].plan", None, expected, "plan_of_mesh"))
+    return found
 
 
 def unknown_figures(case: Case) -> list[Fault]:
