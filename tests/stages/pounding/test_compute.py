@@ -225,7 +225,11 @@ def test_the_mean_of_a_force_over_5_ms():
     force = np.zeros((30, 3))
     force[3, 0], force[:, 2] = 60.0, 1e3
     force[10:21, 1], force[10, 1] = 30.0, 80.0
-    floors = SimpleNamespace(psa=np.array([[[[4.0, 5.0]]], [[[9.0, 9.0]]]]), pfa=np.array([[3.0]]))
+    floors = SimpleNamespace(
+        psa=np.array([[[[4.0, 5.0, 7.0]]], [[[9.0, 9.0, 9.0]]]]),
+        pfa=np.array([[3.0]]),
+        spectra=SimpleNamespace(frequency=np.array([10.0, 100.0, 101.0])),
+    )
     found = Peaks.of(SimpleNamespace(force=force, largest_forces=force, time=time), 2, floors)
     assert (found.force, found.frs.tolist(), found.pfa.tolist()) == (80.0, [[5.0]], [[3.0]])
     # From the step before: up to 80 N, down to 30 N, and 3 ms of these.

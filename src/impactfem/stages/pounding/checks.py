@@ -9,6 +9,7 @@ from pathlib import Path
 import xarray as xr
 
 from impactfem.case.contact_checks import ROUNDED, SAME
+from impactfem.coupling.impacts import FORCE_BAND
 from impactfem.motion.from_case import PEAK
 from impactfem.stages.check import (
     HALVED,
@@ -271,10 +272,11 @@ def _motions(motion: xr.Dataset) -> Iterator[Check]:
 def _changed(criterion: Criterion, change: xr.DataArray, place: str) -> Check:
     """What fewer points of contact or longer steps change in 3D pounding.
 
-    Peak accelerations have no limit: without a law they grow as steps become shorter.
+    Spectra are those up to `FORCE_BAND`; the resolved band states what is above. Peak accelerations
+    have no limit: without a law they grow as steps become shorter.
     """
     *limited, pfa = change.sel(changed=["force", "mean_force", "frs", "pfa"]).values.tolist()
-    texts = ("largest force", "largest mean over 5 ms", "floor spectra")
+    texts = ("largest force", "largest mean over 5 ms", f"floor spectra up to {FORCE_BAND:g} Hz")
     detail = ", ".join(
         f"{text} {digits(100 * value)} %" for text, value in zip(texts, limited, strict=True)
     )

@@ -15,6 +15,7 @@ from impactfem.case.contact_search import facing_floors
 from impactfem.coupling.from_case import calibration_of, ground_of, loads_of, system_of
 from impactfem.coupling.ground import Ground, History
 from impactfem.coupling.impacts import (
+    FORCE_BAND,
     Approach,
     Impact,
     ImpactCheck,
@@ -79,7 +80,8 @@ class Peaks:
 
     force: float  #: of a line along which they touch [N]
     mean_force: float  #: of `largest_means` of such forces [N]
-    frs: Array  #: ordinates at the first damping, shape (n_stations, n_directions) [m/s2]
+    #: Ordinates up to `FORCE_BAND` at the first damping, shape (n_stations, n_directions) [m/s2].
+    frs: Array
     pfa: Array  #: accelerations of the floors, same shape [m/s2]
 
     @classmethod
@@ -88,14 +90,18 @@ class Peaks:
         force = response.force[:, :lines]
         mean = float(largest_means(response.time, force).max(initial=0.0))
         largest = float(response.largest_forces[:, :lines].max(initial=0.0))
-        return cls(largest, mean, floors.psa[0].max(axis=-1), floors.pfa)
+        band = floors.spectra.frequency <= FORCE_BAND
+        frs = floors.psa[0][..., band].max(axis=-1, initial=0.0)
+        return cls(largest, mean, frs, floors.pfa)
 
     def change(self, other: Peaks | None, what: str) -> float:
         """Largest change of a value in another response, where it is not small; nan if unknown."""
         if other is None or self.force == 0.0:
             return np.nan
         own, changed = (np.atleast_1d(getattr(one, what)) for one in (self, other))
-        counts = own >= SMALL * own.max()
+        counts = (own > 0.0) & (own >= SMALL * own.max())
+        if not counts.any():
+            return np.nan
         return float(np.abs(changed[counts] / own[counts] - 1.0).max())
 
 
