@@ -124,6 +124,8 @@ def test_computed_while_3d_models_are_computed(edited, tmp_path, two_cores, monk
     monkeypatch.setattr(loop, "_compute", failing)
     with pytest.raises(SolutionError, match="no building"):
         run(case, out=folder, draw=False)
+    for process in multiprocessing.active_children():
+        process.join(60)
     assert not multiprocessing.active_children()
     monkeypatch.setattr(loop, "_compute", lambda one, *a: here.append(one.name) or compute(one, *a))
     found = run(case, out=folder, draw=False)
