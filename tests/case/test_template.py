@@ -6,8 +6,9 @@ import pytest
 
 from docs._ext.case_reference import json_schema
 from impactfem.case import load_case
+from impactfem.case.motions import RecordMotion
 from impactfem.case.plausibility import implausible
-from impactfem.case.template import PARTS, write_new_case
+from impactfem.case.template import EXCLUSIVE, PARTS, write_new_case
 from impactfem.system.errors import InputError
 
 TARGETS = "building,mode,frequency [Hz],effective_mass [t]\nwest,1,2.2,500\neast,1,1.5,500\n"
@@ -18,7 +19,8 @@ MCC-1,west,1,0,0,600,1
 """
 PUBLISHED = "name,value,unit,source\nmotion.pga,3,m/s2,here\n"
 TOGETHER = [
-    tuple(part for part in PARTS if part != without) for without in ("steel_frame", "calibration")
+    tuple(part for part in PARTS if part not in without)
+    for without in ({"steel_frame", "record"}, {"calibration", "ensemble", "design"})
 ]
 # A key for the other of two ways.
 OTHER_WAY = "not both|together|Cannot overwrite|a key of type"
@@ -30,7 +32,7 @@ def template(tmp_path):
     (tmp_path / "new_targets.csv").write_text(TARGETS)
     (tmp_path / "new_record.csv").write_text(RECORD)
     (tmp_path / "new_published.csv").write_text(PUBLISHED)
-    (tmp_path / "equipment.csv").write_text(EQUIPMENT)
+    (tmp_path / "new_equipment.csv").write_text(EQUIPMENT)
     return path
 
 
@@ -60,6 +62,9 @@ def test_parts_are_good_together(tmp_path, parts, minimal):
         "loads": case.loads,
         "ensemble": case.ensemble,
         "design": case.ensemble is not None and case.ensemble.structure_motions,
+        "equipment": case.equipment,
+        "contact_search": case.contact_search,
+        "record": isinstance(case.motions[0], RecordMotion),
     }
     needed = set(parts)
     while more := {need for part in needed for need in PARTS[part].needs} - needed:
@@ -76,6 +81,29 @@ def test_unknown_parts(tmp_path):
     assert "you mean 'structure'?" in str(caught.value)
     assert "known: structure, calibration" in str(caught.value)
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("both", [both for both, _ in EXCLUSIVE], ids="-".join)
+def test_exclusive_parts(tmp_path, both):
+    with pytest.raises(InputError) as caught:
+        write_new_case(tmp_path / "new", tuple(both))
+    (fault,) = caught.value.faults
+    assert fault.value == ",".join(sorted(both))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_part_that_needs_an_exclusive_one(tmp_path):
+    """`design` needs `ensemble`, which excludes a record."""
+    with pytest.raises(InputError, match="ensemble,record"):
+        write_new_case(tmp_path / "new", ("design", "record"))
+
+
+def test_the_contact_search_finds_the_pairs_of_the_table(tmp_path):
+    pairs = []
+    for name, parts in (("listed", ()), ("searched", ("contact_search",))):
+        case = load_case(write_new_case(tmp_path / name, parts)[0])
+        pairs.append({(pair.a.floor, pair.b.floor, pair.gap) for pair in case.contacts})
+    assert pairs[0] == pairs[1] == {(k, k, 0.02) for k in (1, 2, 3)}
 
 
 @pytest.mark.parametrize("target", ["", "new.toml"])

@@ -31,8 +31,16 @@ PARTS = {
     "ensemble": TemplatePart("100 motions: percentiles", 47),
     "design": TemplatePart("design spectra over all motions", 110, ("transient", "ensemble")),
     "steel_frame": TemplatePart("beams and columns of rolled sections", 17, ("structure",)),
+    "equipment": TemplatePart("list of equipment on floors, with capacities", 9),
+    "contact_search": TemplatePart("contact pairs from plans and levels", 8),
+    "record": TemplatePart("motion from a file, here of PEER", 8),
 }
 """Parts of the template by name."""
+EXCLUSIVE = (
+    ({"steel_frame", "calibration"}, "the stick of the steel frame is that of its 3D model"),
+    ({"record", "ensemble"}, "the ensemble has synthetic motions, or a folder of records"),
+)
+"""Parts that exclude each other, and why."""
 
 
 def parts_list() -> str:
@@ -81,9 +89,11 @@ def write_new_case(
                 for part in unknown
             ]
         )
-    if {"steel_frame", "calibration"} <= set(parts):
-        expected = "expected one of both: the stick of the steel frame is that of its 3D model"
-        raise InputError([Fault("command line", "--with", "steel_frame,calibration", expected)])
+    used = _with_needs(parts)
+    for both, reason in EXCLUSIVE:
+        if both <= used:
+            value, expected = ",".join(sorted(both)), f"expected one of both: {reason}"
+            raise InputError([Fault("command line", "--with", value, expected)])
     if str(target) == "":
         expected = "expected the name of a case; a folder gets 'case.toml', this one is '.'"
         raise InputError([Fault("command line", "NAME", "", expected)])
@@ -100,11 +110,11 @@ def write_new_case(
     # The texts of the case file and of the tables that it names, by the names of the files.
     templates = files("impactfem.case") / "templates"
     template = (templates / "case.toml").read_text(encoding="utf-8")
-    case = _composed(template, _with_needs(parts), minimal)
+    case = _composed(template, used, minimal)
     if short:
         case = _shortened(case)
     texts = {f"{name}.toml": case}
-    for table in dict.fromkeys(re.findall(r'(?m)^[^#\n]*"@NAME@_(\w+\.csv)"', case)):
+    for table in dict.fromkeys(re.findall(r'(?m)^[^#\n]*"@NAME@_(\w+\.\w+)"', case)):
         text = (templates / table).read_text(encoding="utf-8")
         texts[f"{name}_{table}"] = re.sub(r"(?m)^#.*\n", "", text) if minimal else text
     existing = [folder / file for file in texts if os.path.lexists(folder / file)]
