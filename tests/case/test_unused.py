@@ -7,6 +7,7 @@ from impactfem.case.plausibility import implausible
 from impactfem.case.template import write_new_case
 
 DAMPING = '[[damping_cases]]\nname = "light"\nratio = "3 %"\nfrequencies = ["1 Hz", "20 Hz"]\n'
+FACTORS = "stiffness_factor = 0.5\nsecond_moment_factor = 0.5"
 STEP = 'time_step = "0.5 ms"\n'
 
 
@@ -30,6 +31,9 @@ STEP = 'time_step = "0.5 ms"\n'
          {"calibration.seed"}),
         ((), "[pounding]", '[pounding]\ncontact_spacing = "2 m"', "",
          {"pounding.contact_spacing"}),
+        (("structure",), 'name = "west"', f'name = "west"\n{FACTORS}', "",
+         {"buildings[0].stiffness_factor", "buildings[0].second_moment_factor"}),
+        (("structure",), 'name = "west"', f'name = "west"\nstick = "own"\n{FACTORS}', "", set()),
     ],
 )  # fmt: skip
 def test_keys_without_effect(tmp_path, parts, old, new, more, keys):
@@ -40,3 +44,16 @@ def test_keys_without_effect(tmp_path, parts, old, new, more, keys):
     found = implausible(load_case(path), 10.0)
     assert {fault.key for fault in found if "not used" in fault.expected} == keys
     assert all("Add" in f.expected or "Change" in f.expected for f in found if f.key in keys)
+
+
+@pytest.mark.parametrize("springs", [True, False])
+def test_second_moments_of_storeys_by_springs(tmp_path, springs):
+    path = write_new_case(tmp_path / "new", minimal=True)[0]
+    if springs:
+        (tmp_path / "new_floors.csv").write_text(
+            "floor,mass [t],kx [kN/mm],ky [kN/mm],storey_height [m]\n1,240,90,90,3.5\n"
+            "2,240,90,90,3.5\n3,240,90,90,3.5\n"
+        )
+    found = implausible(load_case(path), 10.0)
+    keys = {fault.key for fault in found if "not used" in fault.expected}
+    assert keys == ({"buildings[1].second_moment_factor"} if springs else set())

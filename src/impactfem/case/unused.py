@@ -14,6 +14,8 @@ OF_REDUCED = (
     "maximum_frequency",
 )  # fmt: skip
 """Keys of [transient] that only the reduced solver uses."""
+OF_OWN_STICKS = ("stiffness_factor", "second_moment_factor", "periods", "modal_table")
+"""Keys of [[buildings]] that only a stick of the floor table uses."""
 OF_EXPORT = ("export_nodes", "export_start", "export_duration", "export_step")
 """Keys of [transient] that only an export uses."""
 
@@ -47,6 +49,7 @@ def _unnamed(source: Source) -> Iterator[Fault]:
 
 def _without_effect(case: Case) -> Iterator[tuple[Place, str]]:
     """Places of keys without effect, each with the reason and what would use it."""
+    yield from _of_sticks(case)
     for k, damping in enumerate(case.damping_cases):
         calibrated = case.wall_impact is not None and damping.restitution == CALIBRATED
         if not case.devices and not calibrated:
@@ -101,3 +104,14 @@ def _without_effect(case: Case) -> Iterator[tuple[Place, str]]:
     if case.ensemble is not None and case.ensemble.records is not None:
         text = "the motions are records, which have no seed. Add motions in place of records"
         yield ("ensemble", "first_seed"), text
+
+
+def _of_sticks(case: Case) -> Iterator[tuple[Place, str]]:
+    """Factors and periods of sticks whose stiffness is given otherwise."""
+    for k, building in enumerate(case.buildings):
+        if building.name in case.sticks_on_models:
+            text = 'the stick has the stiffness of the 3D model. Add stick = "own"'
+            yield from ((("buildings", k, key), text) for key in OF_OWN_STICKS)
+        elif not building.floors[0].section:
+            text = "the floor table has no second moments of area. Add Ix, Iy, Iz, A, Avx and Avy"
+            yield ("buildings", k, "second_moment_factor"), text
