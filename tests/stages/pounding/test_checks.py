@@ -48,6 +48,9 @@ def checked(tmp_path):
             "pair_rest_gap": [0.01][:pairs],
             "pair_distance": [np.nan][:pairs],
             "pair_onset_force": [1e5][:pairs],
+            "pair_stiffness_unit": ["N/m"][:pairs],
+            "impact_pair": ["one.floor_1-two.floor_1"] * 2,
+            "impact_penetration": [5e-3, 1e-3],
             "impact_restitution": [0.6, 0.5],
             "impact_band_force": [98.4e6, 24.6e6],
             "impact_peak_force": [131.2e6, 32.8e6],
@@ -115,6 +118,17 @@ def test_a_limit(checked, check, name, limits):
         several = OUTPUTS[name].dims in ("impact", "building")
         found = one(checked(**{name: [value, 0.1 * value] if several else value}), check)
         assert found.passed is passed and found.value == value
+
+
+@pytest.mark.parametrize(
+    ("unit", "power", "part"), [("N/m", 2.0, 0.8), ("N/m^1.5", 2.5, 0.8), ("N/m", None, 0.5)]
+)
+def test_stiffness_for_the_penetration_allowed(checked, unit, power, part):
+    """An impact of given energy penetrates by K^(-1/power); none is named within the limit."""
+    of = {"penetration_over_gap": part, "impact_penetration": [1e-2 * part, 1e-3]}
+    found = one(checked(pair_stiffness_unit=[unit], **of), "penetration")
+    assert found.place == "one.floor_1-two.floor_1"
+    assert found.detail[:3] == (f"{1.6**power:.1f}" if power else "")
 
 
 @pytest.mark.parametrize(
@@ -188,7 +202,7 @@ def test_edges_that_touch_in_3d(checked, force, frs, passed):
 def test_without_an_impact(checked):
     none = np.zeros(0)
     impacts = {name: none for name, output in OUTPUTS.items() if output.dims == "impact"}
-    impacts.pop("impact_pair")
+    impacts["impact_pair"] = []
     impacts.pop("impact_defect")
     single = dict.fromkeys(("steps_per_impact_min", "contact_energy_defect"))
     found = checked(defect=none, **impacts | single)
