@@ -17,6 +17,7 @@ from impactfem.building.links import (
 )
 from impactfem.building.mesh import Part, rigid_body
 from impactfem.building.section import BeamSection
+from impactfem.case.devices import NODES
 from impactfem.system.errors import InputError, SolutionError
 
 E, G = 33e9, 33e9 / 2.4
@@ -156,6 +157,7 @@ def test_nodes_within_the_radius(frame):
     level = np.abs(frame.nodes[:, 2] - 6.0) < 1e-6
     assert sorted(base_plate.nodes) == np.flatnonzero((away <= 0.7) & level).tolist()
     assert base_plate.floor == 2 and len(base_plate.nodes) > 2
+    assert base_plate.least_radius == np.sort(away[level])[NODES - 1] < 0.7
     assert away[base_plate.master] == away.min()
     assert base_plate.offset == pytest.approx(point - frame.nodes[base_plate.master])
 

@@ -13,11 +13,13 @@ import xarray as xr
 
 from frame_case import floors_meet, neighbour, pump
 from impactfem import study
+from impactfem.building.links import BasePlate
 from impactfem.case import load_case
+from impactfem.case.devices import NODES
 from impactfem.case.soil import COMPONENTS
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.run import loop
-from impactfem.run.check import checked
+from impactfem.run.check import checked, warn_of_few_nodes
 from impactfem.stages.pounding import stage as pounding
 from impactfem.stages.pounding.model_checks import STICK_FREQUENCY
 from impactfem.stages.pounding.stage import POUNDING
@@ -289,6 +291,14 @@ def test_devices_on_a_generated_mesh(coarse):
     assert "devices[1].radius" in found and "floor 8" in found
     coarse.write_text(wide, encoding="utf-8")
     assert study.check(coarse, mesh=True).devices
+
+
+@pytest.mark.parametrize("count", [NODES - 1, NODES])
+def test_base_plates_of_few_nodes(caplog, count):
+    plate = BasePlate("pump", 3, np.zeros(3), 0, np.arange(1, count), np.zeros(3), 0.623)
+    warn_of_few_nodes([plate], Path("case.toml"))
+    assert ("device pump on floor 3" in caplog.text) is (count < NODES)
+    assert ("0.63 m" in caplog.text) is (count < NODES)
 
 
 PAIRS = "floor = [1, 2, 3]"

@@ -14,6 +14,7 @@ from petsc4py import PETSc
 from impactfem.building.mesh import DOFS, BuildingMesh, rigid_body
 from impactfem.building.model import BuildingModel
 from impactfem.case import Building3D
+from impactfem.case.devices import NODES
 from impactfem.system.arrays import Array, Index
 from impactfem.system.errors import Fault, InputError, SolutionError
 
@@ -215,6 +216,7 @@ class BasePlate:
     master: int  #: The node nearest to it.
     followers: Index  #: The other nodes within the radius, shape (n,).
     offset: Array  #: From the master to the anchor, shape (3,) [m].
+    least_radius: float  #: Radius that ties `NODES` nodes of the floor [m].
 
     @property
     def link(self) -> RigidLink:
@@ -281,6 +283,7 @@ class BasePlate:
             master=master,
             followers=np.asarray(within[within != master], dtype=np.int64),
             offset=at - mesh.nodes[master],
+            least_radius=float(np.sort(away)[:NODES][-1]),
         )
 
 

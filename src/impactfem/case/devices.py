@@ -149,6 +149,8 @@ class DeviceBeam(Section):
     """Number of elements."""
 
 
+NODES = 3
+"""Least number of floor nodes that spread an anchor; fewer hold it at a point or along a line."""
 SAME_MASS = 0.02
 """Largest difference between the mass of a device and that of its matrices, over the mass."""
 _Moment = Annotated[float, Si("kg m2", ge=0)]

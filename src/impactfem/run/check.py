@@ -1,10 +1,13 @@
 """Checks before a run: the case, its files, its mesh, and all that a run would refuse later."""
 
-from collections.abc import Callable, Mapping
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -18,6 +21,7 @@ from impactfem.case.base import nearest
 from impactfem.case.buildings import GeneratedMesh
 from impactfem.case.contact_checks import pair_distance
 from impactfem.case.contact_search import facing_floors
+from impactfem.case.devices import NODES
 from impactfem.case.load import read_case
 from impactfem.case.model import CaseFile
 from impactfem.case.motions import RecordMotion, read_force_table
@@ -48,6 +52,9 @@ from impactfem.system.errors import Fault, InputError, file_errors
 from impactfem.system.files import LARGEST_FORCES, unreadable
 from impactfem.system.log import LOGGER
 from impactfem.system.packages import require_packages
+
+if TYPE_CHECKING:
+    from impactfem.building.links import BasePlate
 
 T = TypeVar("T")
 
@@ -345,6 +352,19 @@ def check_mesh(building: Building3D, path: Path, faults: list[Fault]) -> Buildin
         from impactfem.building.links import find_base_plates
         from impactfem.reduction.probes import covered_points
 
-        attempt(lambda: find_base_plates(building, mesh))
+        warn_of_few_nodes(attempt(lambda: find_base_plates(building, mesh)) or (), case_file)
         attempt(lambda: covered_points(building, mesh))
     return mesh
+
+
+def warn_of_few_nodes(plates: Sequence[BasePlate], case_file: Path) -> None:
+    """Warn of base plates with too few nodes, as a run does, with a radius that is enough."""
+    for plate in plates:
+        if plate.nodes.size < NODES:
+            LOGGER.warning(
+                "warning: %s: nodes under the base plate = %d, device %s on floor %d (at least "
+                "%d). Fewer nodes do not spread the anchor force over the slab. Raise its radius "
+                "to %.2f m, or reduce floor_size of [buildings.structure.mesh]",
+                *(case_file, plate.nodes.size, plate.name, plate.floor, NODES),
+                math.ceil(100.0 * plate.least_radius) / 100.0,
+            )

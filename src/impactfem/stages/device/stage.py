@@ -7,6 +7,7 @@ from pathlib import Path
 import xarray as xr
 
 from impactfem.case import BuildingInTime
+from impactfem.case.devices import NODES
 from impactfem.case.transient import transient_files
 from impactfem.stages.building.targets import with_structure_sticks
 from impactfem.stages.calibrate.selection import (
@@ -43,8 +44,6 @@ IMBALANCE = 1e-8
 """Largest difference of action and reaction at an anchor, of the largest force."""
 BASIS = 0.005
 """Largest error of the transfer functions of the reduced basis."""
-NODES = 3
-"""Least number of floor nodes that spread an anchor; fewer hold it at a point or along a line."""
 
 
 def _compute(building: BuildingInTime, folder: Path, key: str, steps: Steps) -> list[Path]:
@@ -94,7 +93,7 @@ ANCHOR_NODES = Criterion(
     lower=NODES,
     consequence="Fewer nodes do not spread the anchor force over the slab: local accelerations and "
     "forces are too large",
-    remedy="Reduce buildings.structure.mesh.size, or raise devices.radius",
+    remedy="Raise devices.radius, or reduce buildings.structure.mesh.floor_size",
     concerns=("device.*",),
 )
 NET_TENSION = Criterion(
