@@ -42,3 +42,4 @@ def test_scalars_count_given_capacities_alone():
 
 def test_a_pair_in_words():
     assert pair_words("west.floor_3-east.floor_2") == "floor 3 of west and floor 2 of east"
+    assert pair_words("west.floor_3-wall#2").endswith("wall (pair 2)")

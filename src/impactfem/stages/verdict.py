@@ -70,7 +70,11 @@ def verdict_scalars(verdicts: Sequence[Verdict]) -> list[Scalar]:
 
 
 def pair_words(pair: str) -> str:
-    """Return a contact pair in words: floor 3 of west and floor 3 of east."""
-    sides = (side.partition(".") for side in pair.split("-"))
+    """Return a contact pair in words: floor 3 of west and floor 3 of east.
+
+    Further pairs of the same floors have a number: west.floor_3-east.floor_3#2 is pair 2.
+    """
+    both, _, number = pair.partition("#")
+    sides = (side.partition(".") for side in both.split("-"))
     words = (f"{place.replace('_', ' ')} of {name}" if place else name for name, _, place in sides)
-    return " and ".join(words)
+    return " and ".join(words) + (f" (pair {number})" if number else "")
