@@ -236,6 +236,21 @@ def test_pairs_that_touch(draw, gap):
     assert several == (gap == "2 mm") == ("touch (a)" in words.caption)
 
 
+@pytest.mark.parametrize("count", [figures.MOST + 1, figures.MOST + 4])
+def test_the_pairs_with_the_largest_forces_are_drawn(count):
+    pairs = [f"west.floor_{k}-east.floor_{k}" for k in range(1, count + 1)]
+    force = np.zeros((2, count))
+    force[1] = 1e6 * np.arange(1, count + 1)
+    forces = xr.Dataset(
+        {"force": (("time", "pair"), force), "floor_a": ("pair", range(1, count + 1))},
+        {"time": [0.0, 1.0], "pair": pairs},
+    )
+    sticks = xr.Dataset({"impact_pair": ("impact", np.array([], dtype=str))})
+    curves = figures.impact_forces(sticks, forces, {}).panels[0].curves
+    largest = [float(curve.y.max()) for curve in curves]
+    assert largest == list(range(count, count - figures.MOST - 1, -1))
+
+
 def test_buildings_are_as_wide_as_their_points_say(draw, monkeypatch):
     """A tower of 10 m beside a wing of 12 m, 2 cm apart."""
     drawn = []

@@ -199,10 +199,11 @@ def _draw_devices(
         at.setdefault((round(x, 3), point[2]), []).append(name)
     for (x, z), names in at.items():
         panel.plot(x, z + 0.5 * thickness, marker=DEVICE, ms=7, color=BLUE, clip_on=False, zorder=4)
-        look: dict[str, Any] = {"xytext": (7, 3), "textcoords": "offset points", "color": BLUE}
+        look: dict[str, Any] = {"xytext": (7, 2), "textcoords": "offset points", "color": BLUE}
         if x > middle:
-            look |= {"xytext": (-7, 3), "ha": "right"}
-        panel.annotate(", ".join(names), (x, z), fontsize=7.0, weight="bold", **look)
+            look |= {"xytext": (-7, 2), "ha": "right"}
+        look |= {"fontsize": 7.0, "weight": "bold"}
+        panel.annotate(", ".join(names), (x, z + 0.5 * thickness), **look)
 
 
 def _draw_pairs(
@@ -247,7 +248,9 @@ def _draw_pairs(
             bottom = max(z + 0.25 * line, free)
             free = bottom + line
             text = f"{1e-6 * force:.3g} MN, {count}×"
-            panel.text(middle, bottom, text, ha="center", va="bottom", fontsize=7.0)
+            back = {"facecolor": "white", "edgecolor": "none", "pad": 0.4}
+            over: dict[str, Any] = {"ha": "center", "va": "bottom", "bbox": back, "zorder": 5}
+            panel.text(middle, bottom, text, fontsize=7.0, **over)
     for sides, values in gaps.items():
         provided, required = zip(*values, strict=True)
         ends = dict.fromkeys(f"{gap:.3g}" for gap in (min(provided), max(provided)))
@@ -257,8 +260,8 @@ def _draw_pairs(
         panel.annotate(text, (0.5 * sum(sides), low), **under)
     for x, top in walls.items():
         panel.plot([x, x], [low, top], color="black", lw=4.0)
-        over: dict[str, Any] = {"xytext": (0, 4), "textcoords": "offset points", "ha": "center"}
-        panel.annotate("rigid wall", (x, top), fontsize=7.5, **over)
+        above: dict[str, Any] = {"xytext": (0, 4), "textcoords": "offset points", "ha": "center"}
+        panel.annotate("rigid wall", (x, top), fontsize=7.5, **above)
     return walls
 
 

@@ -36,7 +36,7 @@ OTHERS = (RED, GREEN, ORANGE, "#CC79A7", "black")
 CUT = 0.01
 """Part of the largest line loads that is drawn in the last colour: single points have these."""
 MOST = 4
-"""Lines that are drawn, those with the largest forces."""
+"""Lines, or pairs in addition to the main one, that are drawn: those with the largest forces."""
 MARGIN = 0.15
 """Part of the length of the main impact that is shown before and after it."""
 
@@ -118,7 +118,9 @@ def impact_forces(
     name, dt = str(force["pair"].item()), time[1] - time[0]
     whole = [Curve(time, force.values, _pair(name))]
     others = [one for one in every if str(one["pair"].item()) != name and abs(one).max() > 0.0]
-    for k, other in enumerate(others):
+    others.sort(key=lambda one: -float(one.max()))
+    touching = len(others) + 1
+    for k, other in enumerate(others := others[:MOST]):
         colour, dash = OTHERS[k % len(OTHERS)], DASHES[1 + k % 3]
         whole.append(Curve(time, other.values, _pair(str(other["pair"].item())), colour, dash, 0.8))
     floor = forces["floor_a"].values[forces["pair"].values == name].item()
@@ -134,7 +136,11 @@ def impact_forces(
         label = f"{impact['impact_steps']:.0f} computed times, {1e3 * (end - start):.1f} ms"
         near = [Curve(time[shown], force.values[shown], label, marker=".")]
     what = (
-        f"Impact forces of the pairs that touch (a), and the main impact, between {_pair(name)},"
+        f"Impact forces of the {len(others) + 1} pairs with the largest forces, of {touching} that "
+        f"touch (a), and the main impact, between {_pair(name)},"
+        if len(others) + 1 < touching
+        else f"Impact forces of the pairs that touch (a), and the main impact, between "
+        f"{_pair(name)},"
         if others
         else f"Impact force between {_pair(name)} (a), and its main impact"
     )
