@@ -1,9 +1,14 @@
 """What a stage declares of its outputs, and what later stages read."""
 
+import importlib
+import pkgutil
+
 import numpy as np
 import pytest
 import xarray as xr
 
+from impactfem import stages
+from impactfem.plot.table import FACTORS
 from impactfem.stages.stores import Output, dataset, number_of, open_store, stores_kept_open
 from impactfem.system.errors import ImpactfemError
 from impactfem.system.files import write_netcdf
@@ -118,3 +123,15 @@ def test_a_name_that_leads_out_of_the_folder(tmp_path, name):
     write_netcdf(path, xr.Dataset(coords={"device": ["pump", "a/b..c"]}))
     with open_store(path):
         pass
+
+
+def test_every_shown_unit_has_a_factor():
+    """A unit without one would leave the SI value under its heading."""
+    stores = [
+        importlib.import_module(module.name)
+        for module in pkgutil.walk_packages(stages.__path__, f"{stages.__name__}.")
+        if module.name.endswith(".store")
+    ]
+    declared = [one for store in stores for one in store.OUTPUTS.values()]
+    units = {one.shown for one in declared} - {""}
+    assert len(stores) > 8 and {"kN m", "mm"} <= units <= set(FACTORS)

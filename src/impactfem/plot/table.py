@@ -22,6 +22,7 @@ Cell = str | float | int | None
 
 FACTORS = {
     "kN": 1e-3,
+    "kN m": 1e-3,
     "kN s": 1e-3,
     "kJ": 1e-3,
     "kPa": 1e-3,
