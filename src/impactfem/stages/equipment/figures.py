@@ -36,12 +36,13 @@ def equipment_ratios(store: xr.Dataset) -> CurveFigure:
     exceeded = int((hit.values > 1.0).sum())
     curves = [
         Curve(rank, hit.values[order], "with impacts", BLUE, marker="o"),
-        Curve(rank, quiet, "without impact", ORANGE, "", marker="."),
-        Curve(np.array([1.0, max(2.0, rank[-1])]), np.ones(2), "capacity", RED, "--"),
+        Curve(rank, quiet, "without impact", ORANGE, "", marker="s"),
+        Curve(np.array([0.5, rank[-1] + 0.5]), np.ones(2), "capacity", RED, "--"),
     ]
     worst = hit["item"].values[order[0]]
     caption = (
-        f"Governing ratio of demand to capacity of {order.size} items, the largest first: {worst}. "
+        f"Governing ratio of demand to capacity of {order.size} item{'s' * (order.size > 1)}, the "
+        f"largest first: {worst}. "
         f"{exceeded} exceed a capacity with impacts, {int((quiet > 1.0).sum())} without. "
         "products/equipment.csv lists all items."
     )
