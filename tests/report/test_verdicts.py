@@ -36,6 +36,8 @@ def test_verdicts_of_given_capacities_alone_count():
     value, text = verdict_summary(rows(SHEAR, ZPA, DRIFT, NO_GAP))
     assert "1 of 2" in value and "2.5" in text
     assert "1" in verdict_summary(rows(SHEAR))[0] and "0.293" in verdict_summary(rows(SHEAR))[1]
+    # A gap that is too small is named, one that is wide enough is not.
+    assert "not counted: gap" in text and "gap" not in verdict_summary(rows(SHEAR))[1]
 
 
 @pytest.mark.parametrize(("capacity", "word"), [(27.5e3, "passed"), (27.4e3, "exceeded")])

@@ -10,7 +10,7 @@ from impactfem.report.facts import SMALL, quantity
 from impactfem.report.governing import Spectrum
 from impactfem.report.impacts import untouched
 from impactfem.report.run_files import RunFiles
-from impactfem.report.verdicts import given, verdict_summary
+from impactfem.report.verdicts import verdict_summary
 from impactfem.stages.check import HALVED
 from impactfem.stages.device import selection as of_device
 from impactfem.stages.stores import names_of
@@ -39,8 +39,8 @@ def answers(run: RunFiles, spectra: list[Spectrum]) -> list[Answer]:
     found = []
     if (verdict := verdict_summary(run.verdicts)) is not None:
         value, text = verdict
-        mark = "warn" if any(one["passed"] is False for one in given(run.verdicts)) else "good"
-        found.append(Answer("Verdicts", value, text, mark, "verdict"))
+        mark = "warn" if any(one["passed"] is False for one in run.verdicts) else "good"
+        found.append(Answer("Verdicts by given capacities", value, text, mark, "verdict"))
     if spectra:
         one = spectra[0]
         value = f"{one.peak:.3g} m/s² at {one.at:.3g} Hz"

@@ -63,12 +63,17 @@ def given(verdicts: Rows) -> Rows:
 def verdict_summary(verdicts: Rows) -> tuple[str, str] | None:
     """Return how many verdicts by given capacities are exceeded, and the largest ratio, in words.
 
-    None where the case gives no capacity.
+    None where the case gives no capacity. A gap that is too small has no capacity in the case: the
+    text names it.
     """
     known = given(verdicts)
     if not known:
         return None
     worst, count = max(known, key=_ratio), sum(not one["passed"] for one in known)
-    value = f"{count} of {len(known)} exceeded" if count else f"all {len(known)} passed"
+    value = f"{count} of {len(known)} exceeded" if count else f"{len(known)} of {len(known)} passed"
     text = f"largest ratio of demand to capacity {_ratio(worst):.3g}: {worst['quantity']}, "
-    return value, text + worst["place"]
+    text += worst["place"]
+    for one in verdicts:
+        if one["passed"] is False and not one["key"]:
+            text += f"; not counted: {one['quantity']}, exceeded"
+    return value, text
