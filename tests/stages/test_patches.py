@@ -31,3 +31,18 @@ def test_patches(spread, of, models, expected):
     for text, words in zip(found, expected, strict=True):
         assert words in text and '3 m"' in text
     assert list(contact_patches(case | {"transient": None})) == []
+
+
+@pytest.mark.parametrize("depth", [None, 0.25])
+def test_depth_of_a_strip(depth):
+    """Without one the default is named, with the key that gives another."""
+    case = {
+        "transient": {"spread": "uniform", "patch_width": 3.0},
+        "structure": {"building": "B"},
+        "further_structures": [],
+        "pounding": {},
+        "contacts": [{"a": FLOOR, "b": STOREY, "length": 24.0, "depth": depth}],
+    }
+    (text,) = contact_patches(case)
+    assert ("24 m x 0.25 m" in text) is (depth is not None)
+    assert ("slab_depth" in text) is (depth is None)

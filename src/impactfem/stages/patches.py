@@ -53,7 +53,10 @@ def contact_patches(case: Mapping[str, Any]) -> Iterator[str]:
                     [contact["depth"] or 2.0 * HALF_SLAB for contact in strips],
                 )
             )
+            known = all(contact["depth"] is not None for contact in strips)
+            default = f"; a slab without slab_depth counts as {2.0 * HALF_SLAB:g} m deep"
             yield (
                 f"Each contact force of a line in a storey of the 3D model of {building} acts on "
                 f"the walls and columns in a strip of {lengths} m x {depths} m"
+                f"{'' if known else default}"
             )
