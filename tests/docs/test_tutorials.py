@@ -8,7 +8,7 @@ import pytest
 from impactfem import cli, study
 
 from .pages import ROOT
-from .tutorial import Step, follow, steps
+from .tutorial import Step, edited, follow, steps
 
 DOCS = ROOT / "docs"
 TUTORIALS = [page for page in sorted((DOCS / "tutorials").glob("*.md")) if page.stem != "index"]
@@ -77,7 +77,7 @@ def test_numbers_of_a_page_are_those_of_its_runs(page, values, tmp_path, monkeyp
 
 
 def test_pages_have_steps():
-    assert len(TUTORIALS) == 6
+    assert len(TUTORIALS) == 7
     for page in [DOCS / "quick-start.md", *TUTORIALS]:
         kinds = [step.kind for step in steps(page)]
         assert "sh" in kinds and {"file", "edit"} & set(kinds), page.name
@@ -104,3 +104,11 @@ def test_steps_of_a_page(tmp_path):
     assert commands == [["impactfem", "check", "a.toml"]]
     text = (tmp_path / "a.toml").read_text(encoding="utf-8")
     assert text == "# a.toml\nb = 2\n\n# a.toml (continued)\n[c]\n"
+
+
+def test_an_edit_has_one_place():
+    text = "a = 1\nb = 2   # first\na = 1\nc = 3\n"
+    assert edited(text, "-a = 1\n-c = 3\n+c = 4\n") == "a = 1\nb = 2   # first\nc = 4\n"
+    for wrong in ("-a = 1\n", "-b = 2\n-c = 3\n"):
+        with pytest.raises(ValueError, match="places"):
+            edited(text, wrong)

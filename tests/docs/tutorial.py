@@ -37,20 +37,21 @@ def steps(page: Path) -> Iterator[Step]:
 def edited(text: str, diff: str) -> str:
     """A text in which lines of a diff that begin with a minus are those that follow with a plus.
 
-    Such a line is the beginning of one line of the text, which may go on with a comment.
+    Such a line is the beginning of a line of the text, which may go on with a comment. Lines that
+    follow each other in the diff follow each other at one place of the text.
     """
     lines = text.splitlines()
     for part in re.findall(r"(?:^-.*\n)+(?:^\+.*\n)*", diff, flags=re.MULTILINE):
         old = [line[1:] for line in part.splitlines() if line[0] == "-"]
         new = [line[1:] for line in part.splitlines() if line[0] == "+"]
-        places = [[i for i, line in enumerate(lines) if line.startswith(was)] for was in old]
-        for was, place in zip(old, places, strict=True):
-            if len(place) != 1:
-                raise ValueError(f"{len(place)} lines of the file begin with {was!r}")
-        first = places[0][0]
-        if [place for (place,) in places] != list(range(first, first + len(old))):
-            raise ValueError(f"the lines from {old[0]!r} on do not follow each other")
-        lines[first : first + len(old)] = new
+        places = [
+            first
+            for first in range(len(lines) - len(old) + 1)
+            if all(lines[first + k].startswith(was) for k, was in enumerate(old))
+        ]
+        if len(places) != 1:
+            raise ValueError(f"{len(places)} places of the file have the lines from {old[0]!r} on")
+        lines[places[0] : places[0] + len(old)] = new
     return "\n".join(lines) + "\n"
 
 
