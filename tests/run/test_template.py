@@ -15,6 +15,7 @@ COARSE = (
     ("structure_motions = 20", "structure_motions = 2"),
 )
 """Coarser meshes and spectra, fewer motions: what takes most of the time."""
+FILES = ("record", "equipment", "contact_search")
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +47,9 @@ def is_plausible(run):
 @pytest.mark.slow
 @pytest.mark.usefixtures("no_figures")
 @pytest.mark.parametrize(
-    "parts", [(), tuple(sorted({*PARTS} - {"steel_frame"}))], ids=["none", "all"]
+    "parts",
+    [(), FILES, tuple(sorted({*PARTS} - {"steel_frame", "record"}))],
+    ids=["none", "files", "all"],
 )
 def test_no_check_fails(tmp_path, runs, parts):
     run, failed = ran(tmp_path, runs, parts)
