@@ -104,5 +104,11 @@ def test_checks_by_severity(lines):
     )
 
 
+def test_no_header_without_results(monkeypatch, tmp_path):
+    monkeypatch.setattr(console, "governing", lambda run: [])
+    run = SimpleNamespace(folder=tmp_path, values={}, summary=[], verdicts=[], checks=[])
+    assert [line.partition(":")[0] for line in console.console_lines(run)] == ["checks", "results"]
+
+
 def test_a_run_without_a_report(lines, tmp_path):
     assert lines(page=False)[-1] == f"results: {tmp_path / 'other'}"

@@ -41,6 +41,7 @@ Row = tuple[str, ...]
 def console_lines(run: RunFiles, published: int = 0) -> list[str]:
     """Return at most `LINES` lines: a header, results in columns, checks by severity, the report.
 
+    A run of the first stages may have no result; then there is no header.
     `published` is the number of results with a published value.
     """
     last = [checks_line(run.checks)]
@@ -49,7 +50,7 @@ def console_lines(run: RunFiles, published: int = 0) -> list[str]:
     page = run.folder / REPORT
     last.append(f"report: {page}" if page.is_file() else f"results: {run.folder}")
     rows = [*_gaps(run), *_impacts(run), *map(_spectrum, _spectra(run)), *_verdicts(run)]
-    return [*_columns([HEADER, *rows[: LINES - 1 - len(last)]]), *last]
+    return [*_columns([HEADER, *rows[: LINES - 1 - len(last)]] if rows else []), *last]
 
 
 def checks_line(checks: Sequence[Mapping[str, Any]]) -> str:
