@@ -31,6 +31,8 @@ STEP = 'time_step = "0.5 ms"\n'
          {"calibration.seed"}),
         ((), "[pounding]", '[pounding]\ncontact_spacing = "2 m"', "",
          {"pounding.contact_spacing"}),
+        ((), "[pounding]", '[contact_search]\nlaw = "floor"\n[pounding]', "", {"contact_search"}),
+        (("contact_search",), "", "", "", set()),
         (("structure",), 'name = "west"', f'name = "west"\n{FACTORS}', "",
          {"buildings[0].stiffness_factor", "buildings[0].second_moment_factor"}),
         (("structure",), 'name = "west"', f'name = "west"\nstick = "own"\n{FACTORS}', "", set()),
@@ -57,3 +59,15 @@ def test_second_moments_of_storeys_by_springs(tmp_path, springs):
     found = implausible(load_case(path), 10.0)
     keys = {fault.key for fault in found if "not used" in fault.expected}
     assert keys == ({"buildings[1].second_moment_factor"} if springs else set())
+
+
+def test_pairs_of_a_variant_replace_those_of_a_search(tmp_path):
+    """A variant cannot remove a section: what it replaces is no fault, and no warning."""
+    write_new_case(tmp_path / "base", ("contact_search",), minimal=True)
+    listed = write_new_case(tmp_path / "new", minimal=True)[0].read_text(encoding="utf-8")
+    pairs = listed[listed.index("[[contacts]]") : listed.index("[pounding]")]
+    path = tmp_path / "variant.toml"
+    path.write_text(f'extends = "base.toml"\n\n{pairs}', encoding="utf-8")
+    case = load_case(path)
+    assert len(case.contacts) == 3
+    assert not [one for one in implausible(case, 10.0) if one.key == "contact_search"]

@@ -139,7 +139,7 @@ def _other_gap(contact: Contact, distance: float) -> str:
 
 
 def of_search(case: Case, reading: Reading) -> Iterator[Finding]:
-    """A search without plans, or that makes no pair."""
+    """A search without plans, or that makes no pair; its pairs may all be in [[contacts]]."""
     search = case.contact_search
     if search is None or reading.left_out & {"buildings", "contacts", "contact_search"}:
         return
@@ -154,7 +154,9 @@ def of_search(case: Case, reading: Reading) -> Iterator[Finding]:
             f"expected the plan of {' and '.join(lacking)}: type length and width, or plan, in its "
             "table of [[buildings]]",
         )
-    elif all(contact.table != SEARCHED for contact in case.contacts):
+    elif all(one.table != SEARCHED for one in case.contacts) and (
+        facing.pairs or not case.contacts
+    ):
         nearest = min(facing.pairs, key=lambda pair: pair.gap, default=None)
         expected = "expected floors that face each other and are in no pair of [[contacts]]"
         if nearest is not None:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from impactfem.case.model import Case
-from impactfem.case.place import Place, value_at
+from impactfem.case.place import SEARCHED, Place, value_at
 from impactfem.case.quantity import CALIBRATED
 from impactfem.case.source import Source
 from impactfem.system.errors import Fault
@@ -92,6 +92,9 @@ def _without_effect(case: Case) -> Iterator[tuple[Place, str]]:
     if not case.contacts:
         for key in ("update", "points_per_impact"):
             yield ("pounding", key), "the case has no contact pairs. Add [contact_search]"
+    elif case.contact_search is not None and all(c.table != SEARCHED for c in case.contacts):
+        text = "no floors outside of [[contacts]] face each other. Change [[contacts]]"
+        yield ("contact_search",), text
     if case.pounding.contact_spacing is not None and not case.pounding_in_3d:
         text = (
             "sticks touch at the points of [[contacts]], and only edges in 3D have such distances. "
