@@ -361,10 +361,11 @@ def warn_of_few_nodes(plates: Sequence[BasePlate], case_file: Path) -> None:
     """Warn of base plates with too few nodes, as a run does, with a radius that is enough."""
     for plate in plates:
         if plate.nodes.size < NODES:
-            LOGGER.warning(
-                "warning: %s: nodes under the base plate = %d, device %s on floor %d (at least "
-                "%d). Fewer nodes do not spread the anchor force over the slab. Raise its radius "
-                "to %.2f m, or reduce floor_size of [buildings.structure.mesh]",
-                *(case_file, plate.nodes.size, plate.name, plate.floor, NODES),
-                math.ceil(100.0 * plate.least_radius) / 100.0,
+            radius = math.ceil(100.0 * plate.least_radius) / 100.0
+            text = (
+                f"nodes under the base plate = {plate.nodes.size}, device {plate.name} on floor "
+                f"{plate.floor} (at least {NODES}). Fewer nodes do not spread the anchor force "
+                f"over the slab. Raise its radius to {radius:.2f} m, or reduce floor_size of "
+                "[buildings.structure.mesh]"
             )
+            LOGGER.warning("warning: %s: %s", case_file, text)
