@@ -420,6 +420,15 @@ def test_the_largest_force_has_a_limit_for_short_steps(pair, shaken):
     assert impulses["massless"] == pytest.approx(impulses["massless"][-1], rel=0.03)
 
 
+def test_double_steps_have_double_parts_in_contact(pair, shaken):
+    """Half of the step keeps the length of the parts, and has half as many."""
+    case = with_scheme(pair[0], "massless")
+    in_3d, step = Pounding3D(case, *pair[1:3]), case.pounding.time_step
+    parts = [in_3d.respond(shaken[:20], f * step).parts for f in (0.5, 1.0, 2.0)]
+    assert parts[1] > 1 and parts[2] == parts[1]
+    assert parts[0] == pytest.approx(0.5 * parts[1], abs=0.5)
+
+
 @pytest.mark.parametrize("stiffness", ["rigid", 2e9, None])
 def test_compliance_of_edges(pair, stiffness):
     case, system, given, _ = pair

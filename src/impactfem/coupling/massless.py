@@ -83,6 +83,7 @@ class MasslessPoints:
     assembly: Assembly  #: the bodies with Γ̃ in place of Γ
     flexibility: Array  #: R, shape (m, m) [m/N]
     corner: float  #: largest ω_c of a body [rad/s]
+    resolved: float = RESOLVED  #: most of ω_c h in a step with contact
 
     @classmethod
     def of(cls, assembly: Assembly, shifts: Mapping[str, float]) -> MasslessPoints:
@@ -136,9 +137,9 @@ class _Contact(ContactLoop):
     slack = 1e-9
 
     def __init__(
-        self, motion: ModalMotion, walls: Walls, steps: int, given: _Given, corner: float
+        self, motion: ModalMotion, walls: Walls, steps: int, given: _Given, longest: float
     ) -> None:
-        self.parts = max(1, math.ceil(corner * motion.time_step / RESOLVED))
+        self.parts = max(1, math.ceil(motion.time_step / longest))
         self.fine = motion.refined(self.parts) if self.parts > 1 else motion
         h, self.given = self.fine.time_step, given
         # (4)
@@ -239,7 +240,7 @@ def massless_response(
     Args:
         points: The bodies; the gaps at rest are those of its links.
         motion: The motion of `points.assembly` with θ = ½; left at the last step. A step with
-            contact is made in equal parts, so many that ω_c h is at most `RESOLVED` in each.
+            contact is made in equal parts, so many that ω_c h is at most `points.resolved` in each.
         steps: Number of steps, n_t - 1.
         compliance: Diagonal of C, shape (m,) [m/N]; zero when None.
         displacement: z₀, shape (r,); default 0.
@@ -257,6 +258,6 @@ def massless_response(
     total = points.flexibility + np.diag(np.zeros(m) if compliance is None else compliance)
     given = _Given(total, np.eye(m) if groups is None else groups)
     walls = Walls.of(motion, points.assembly.gaps, 0.0, opened)
-    contact = _Contact(motion, walls, steps, given, points.corner)
+    contact = _Contact(motion, walls, steps, given, points.resolved / points.corner)
     contact.run(displacement, velocity, amplitudes)
     return contact.history()

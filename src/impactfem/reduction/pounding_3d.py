@@ -32,7 +32,12 @@ from impactfem.coupling.ground import Ground, as_ground
 from impactfem.coupling.implicit import Start, respond
 from impactfem.coupling.line_response import least_gap, sums_of_pairs
 from impactfem.coupling.links import Assembly
-from impactfem.coupling.massless import MasslessPoints, massless_response, strip_stiffness
+from impactfem.coupling.massless import (
+    RESOLVED,
+    MasslessPoints,
+    massless_response,
+    strip_stiffness,
+)
 from impactfem.coupling.modal_motion import ModalMotion
 from impactfem.coupling.pounding import Load, System, add_ground, opened, opening
 from impactfem.coupling.unilateral import unilateral_response
@@ -241,7 +246,9 @@ class Pounding3D:
 
     def _massless(self, given: _Given) -> _Contact:
         """Forces of contact points without mass."""
-        points = self.massless_points
+        # Longer steps than those of the case, for comparison, have longer parts in contact, too.
+        longer = given.time_step / self._case.pounding.time_step
+        points = replace(self.massless_points, resolved=RESOLVED * max(1.0, longer))
         history = massless_response(
             points,
             ModalMotion(points.assembly, given.time_step, load=given.patterns),
