@@ -136,16 +136,6 @@ def test_a_part_of_the_names(monkeypatch):
         assert ran == expected
 
 
-@pytest.mark.slow
-# Those of the paper's case take long: tests in waves run them on coarse meshes.
-@pytest.mark.parametrize(
-    "name", sorted(k for k in manual.FULL if not k.startswith(("paper_", "pounding_")))
-)
-def test_a_heavy_benchmark(name):
-    rows = manual.FULL[name]()
-    assert rows and [row.quantity for row in rows if not row.passed] == []
-
-
 def test_only_shells_need_dolfinx():
     """The manual is read, and the other benchmarks run, on a machine without it."""
     script = (
