@@ -54,10 +54,16 @@ def altered(wrong):
     return alter
 
 
+@pytest.fixture(scope="session")
+def wrong_forms(tmp_path_factory):
+    """The folder of forms that are wrong on purpose."""
+    return tmp_path_factory.mktemp("forms")
+
+
 @pytest.fixture
-def own_cache(monkeypatch, tmp_path):
-    """A cache for the forms of a test."""
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+def own_cache(monkeypatch, wrong_forms):
+    """A cache for the forms of a test, which another test may have compiled."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(wrong_forms))
 
 
 @pytest.fixture
