@@ -2,13 +2,10 @@
 
 import logging
 
-import numpy as np
 from mpi4py import MPI
 
 from impactfem.building.links import Displacements
 from impactfem.building.model import assemble_building
-from impactfem.reduction.reduced_basis import Accuracy, BasisPlan, build_basis
-from impactfem.reduction.response import modal_histories, node_response
 from impactfem.stages.transient.full_run import FullModel, Resumption, run_full
 from impactfem.system.log import LOGGER
 
@@ -42,10 +39,7 @@ def numbers(run):
 
 
 def responses(comm, given, folder):
-    """Both solvers, and the full one interrupted; on all ranks."""
-    log, level = Lines(), LOGGER.level
-    LOGGER.addHandler(log)
-    LOGGER.setLevel(logging.INFO)
+    """The full model, on several ranks interrupted as well; one rank leaves a checkpoint."""
     model = assemble_building(comm, given["parts"])
     K = model.stiffness(given["storey_factor"])
     loads, nodes, damping = given["loads"], given["nodes"], given["damping"]
@@ -68,7 +62,12 @@ def responses(comm, given, folder):
         except KilledError:
             return None
 
-    found = {}
+    if comm.size == 1:
+        full("left for others", 0.6)
+        return {"full": numbers(full("alone"))}
+    found, log, level = {}, Lines(), LOGGER.level
+    LOGGER.addHandler(log)
+    LOGGER.setLevel(logging.INFO)
     # What another number of ranks has left here is of no use.
     found["full"] = numbers(full("left"))
     found["log of what was left"] = list(log.lines)
@@ -85,22 +84,6 @@ def responses(comm, given, folder):
     found["again"] = numbers(full("damaged"))
     # Each rank reads its own file.
     found["log of the damaged"] = [line for lines in comm.allgather(log.lines) for line in lines]
-    full("left for others", 0.6)
-    plan = BasisPlan(
-        loads=loads.names,
-        probes=nodes,
-        nodes=np.unique(nodes),
-        accuracies=(Accuracy(damping, 60.0, 0.02),),
-        shift=60.0,
-        largest=1200,
-    )
-    basis = build_basis(model, K, patterns, plan)
-    response = node_response(basis, modal_histories(basis, loads, damping), loads, nodes)
-    found["basis"] = {
-        "vectors": len(basis.model.eigenvalue),
-        "displacement": response.displacement,
-        "acceleration": response.acceleration,
-    }
     LOGGER.removeHandler(log)
     LOGGER.setLevel(level)
     return found
