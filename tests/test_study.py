@@ -16,6 +16,7 @@ from impactfem.stages.manifest import file_digest
 from impactfem.stages.pounding import stage as sticks
 from impactfem.stages.stage import StageOf
 from impactfem.system.errors import ImpactfemError, InputError
+from no_pictures import one_picture
 
 FILES = {"run.log", "summary.json", "provenance.json", "pounding.nc", "motion.nc", "forces.nc"} | {
     "forces.csv",
@@ -167,6 +168,7 @@ class TestReuse:
     def test_an_edited_figure_is_drawn_again_and_nothing_is_computed(
         self, copied, tmp_path, finished, monkeypatch
     ):
+        one_picture(monkeypatch, "elevation")
         store = tmp_path / "run" / "pounding.nc"
         when = stamp(tmp_path / "run")
         figure = tmp_path / "run" / "figures" / "elevation.svg"
@@ -206,7 +208,7 @@ class TestReuse:
         run = tmp_path / "run"
         when = stamp(run)
         edited(tmp_path / file, change)
-        again = loop.run(copied, out=run)
+        again = loop.run(copied, out=run, stage="pounding")
         assert again.reused == (["pounding"] if reused else [])
         assert (stamp(run) == when) == (again.scalars == finished.run.scalars) == reused
         assert load(run / "provenance.json")["case_hash"] == study.check(copied).content_hash()
@@ -217,16 +219,16 @@ class TestReuse:
         self, with_record, sine, tmp_path, no_figures, monkeypatch
     ):
         case, out = with_record(tmp_path, sine), tmp_path / "run"
-        assert loop.run(case, out=out).reused == []
+        assert loop.run(case, out=out, stage="pounding").reused == []
         with monkeypatch.context() as patch:
             patch.chdir(tmp_path)
-            assert loop.run(Path(case.name), out=out).reused == ["pounding"]
+            assert loop.run(Path(case.name), out=out, stage="pounding").reused == ["pounding"]
         (tmp_path / "record.csv").write_text(sine.replace("3.0", "3.1", 1) + "2.01,0\n")
-        assert loop.run(case, out=out).reused == []
+        assert loop.run(case, out=out, stage="pounding").reused == []
 
     def test_fresh(self, copied, tmp_path, no_figures, finished):
         when = stamp(tmp_path / "run")
-        again = loop.run(copied, out=tmp_path / "run", fresh=True)
+        again = loop.run(copied, out=tmp_path / "run", stage="pounding", fresh=True)
         assert again.reused == [] and stamp(tmp_path / "run") != when
         # The same case gives the same numbers, to the last digit.
         assert again.scalars == finished.run.scalars
@@ -244,7 +246,7 @@ class TestReuse:
             names = {one["stage"] for one in stages[0]}, [one["name"] for one in stages[1]]
             return list(load(run / "provenance.json")["inputs"]), *names
 
-        assert loop.run(copied, out=run).reused == ["pounding"]
+        assert loop.run(copied, out=run, stage="ensemble").reused == ["pounding"]
         whole = record()
         assert whole[0] == both
         assert loop.run(copied, out=run, stage="pounding").reused == ["pounding"]
@@ -289,7 +291,7 @@ class TestReuse:
         path.unlink() if damaged is None else path.write_bytes(damaged)
         failure = None
         try:
-            again = loop.run(copied, out=tmp_path / "run")
+            again = loop.run(copied, out=tmp_path / "run", stage="pounding")
         except Exception as error:
             failure = repr(error)
         gc.collect()  # the destructor, here and not in another test
@@ -314,13 +316,17 @@ class TestReuse:
         def fail(*_, **__):
             raise ImpactfemError("no space")
 
+        one_picture(monkeypatch, "elevation")
         with monkeypatch.context() as patch:
             patch.setattr(Figures, "draw", fail)
             with pytest.raises(ImpactfemError, match="no space"):
                 loop.run(case, out=tmp_path / "run")
         assert not (tmp_path / "run" / "summary.json").exists()
         loop.run(case, out=tmp_path / "run", resume=True)
-        assert set(tree(tmp_path / "run")) == set(tree(finished.folder))
+        found = set(tree(tmp_path / "run"))
+        assert Path("figures/elevation.svg") in found
+        others = set(tree(finished.folder)) ^ found
+        assert others and {path.parent.name for path in others} == {"figures"}
 
 
 class TestFolder:
@@ -373,10 +379,10 @@ class TestFolder:
         with monkeypatch.context() as patch:
             patch.setattr(sticks, "write_sticks", interrupt)
             with pytest.raises(KeyboardInterrupt):
-                loop.run(copied, out=tmp_path / "run")
+                loop.run(copied, out=tmp_path / "run", stage="pounding")
         assert (tmp_path / "run" / "pounding.nc").read_bytes() == before
         assert set(tree(tmp_path / "run")) == names
-        again = loop.run(copied, out=tmp_path / "run", resume=True)
+        again = loop.run(copied, out=tmp_path / "run", stage="pounding", resume=True)
         assert again.reused == []
 
 
