@@ -14,8 +14,8 @@ from nbclient import NotebookClient
 from nbformat.v4 import new_code_cell
 
 STRICT = (str(Path(__file__).with_name("kernel.py")),)
-PLAIN = ("-m", "ipykernel_launcher")
-"""A kernel that starts faster, for cells that load nothing."""
+FILM = (*STRICT, "--film")
+"""A kernel whose runs draw the film of the main impact."""
 NOTEBOOKS = Path(__file__).parents[2] / "notebooks"
 TIME_LIMIT = 300  # s, of a cell, on a machine that is busy
 ENVIRONMENT = {"OMP_NUM_THREADS": "1", "MPLBACKEND": "module://matplotlib_inline.backend_inline"}
@@ -61,14 +61,14 @@ def notebooks():
 def execute():
     """Run a notebook by its name or path, in a working folder, with values of its parameters."""
 
-    def execute(name, workplace, limit=TIME_LIMIT, plain=False, **parameters):
+    def execute(name, workplace, limit=TIME_LIMIT, film=False, **parameters):
         path = name if isinstance(name, Path) else NOTEBOOKS / f"{name}.py"
         notebook = with_parameters(jupytext.read(path, fmt="py:percent"), parameters)
         with TemporaryDirectory(prefix="kernel") as own:
             # Through sockets in a separate folder, whose name is short enough for them: nobody
             # else can reach the kernel, and nothing is written to the home of the user.
             known = _ThisPython()
-            known.program = PLAIN if plain else STRICT
+            known.program = FILM if film else STRICT
             manager = AsyncKernelManager(
                 kernel_spec_manager=known,
                 transport="ipc",

@@ -1,5 +1,7 @@
 """A kernel for the notebooks' tests: IPython's, strict about axes, and without a run's own figures.
 
+With `--film` a run draws the film that a notebook shows.
+
 The figures that a run draws by itself take most of the time of a small one, and have tests of their
 own. A figure that a notebook shows without a unit on an axis is an error here.
 """
@@ -13,7 +15,7 @@ from ipykernel.kernelapp import launch_new_instance
 from matplotlib.ticker import FuncFormatter
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from no_pictures import no_pictures
+from no_pictures import no_pictures, one_picture
 
 
 def check_axes():
@@ -34,7 +36,11 @@ def _check(axis, shown):
 
 
 if __name__ == "__main__":
-    no_pictures(pytest.MonkeyPatch())
+    if "--film" in sys.argv:
+        sys.argv.remove("--film")
+        one_picture(pytest.MonkeyPatch(), "main_impact_loop")
+    else:
+        no_pictures(pytest.MonkeyPatch())
     show = plt.show
 
     def checked_show(*arguments, **named):

@@ -82,8 +82,7 @@ def filmed(execute, notebooks, tmp_path_factory):
     folder = tmp_path_factory.mktemp("filmed")
     case = notebooks.parent / "geometry" / "tower_pair.toml"
     names = {"case_file": str(case), "folder": str(folder / "run"), "changes": PAIR}
-    # The strict kernel draws no film.
-    ran = execute("film_of_both_buildings", folder, plain=True, **names)
+    ran = execute("film_of_both_buildings", folder, film=True, **names)
     return SimpleNamespace(folder=folder / "run", notebook=ran)
 
 
