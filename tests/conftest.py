@@ -19,6 +19,7 @@ from hypothesis import settings
 
 from impactfem.case.template import write_new_case
 from impactfem.run import loop
+from kept_meshes import keep_meshes, start_gmsh
 from no_pictures import no_pictures
 
 RANKS = Path(__file__).with_name("ranks.py")
@@ -162,6 +163,19 @@ def copied(finished, tmp_path):
 def no_figures(monkeypatch):
     """Runs without figures, which take most of the time."""
     no_pictures(monkeypatch)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _meshes_kept():
+    with pytest.MonkeyPatch.context() as patch:
+        keep_meshes(patch)
+        yield
+
+
+@pytest.fixture
+def gmsh_each_time(monkeypatch):
+    """Meshes are generated and read anew, for tests of gmsh itself."""
+    start_gmsh(monkeypatch)
 
 
 @pytest.fixture(scope="session")

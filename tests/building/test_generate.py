@@ -14,6 +14,8 @@ from impactfem.building.read_mesh import read_mesh
 from impactfem.building.section import BeamSection
 from impactfem.system.errors import ImpactfemError, InputError
 
+pytestmark = pytest.mark.usefixtures("gmsh_each_time")
+
 
 def small_box(**changes):
     """One storey on two walls, some ten elements."""

@@ -20,6 +20,7 @@ from impactfem.building.read_mesh import (
 from impactfem.system.errors import ImpactfemError, InputError
 from impactfem.system.executor import in_own_process
 
+pytestmark = pytest.mark.usefixtures("gmsh_each_time")
 KINDS = {"Point": 15, "Line 3": 8, "Triangle 6": 9}
 
 
