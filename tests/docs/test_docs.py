@@ -33,7 +33,7 @@ def built(tmp_path_factory):
     return target
 
 
-@pytest.mark.slow
+@pytest.mark.slow(10)
 def test_every_page_is_built(built):
     pages = {p.relative_to(DOCS).with_suffix("") for p in DOCS.rglob("*.md")}
     assert {p.relative_to(built).with_suffix("") for p in built.rglob("*.html")} >= pages
