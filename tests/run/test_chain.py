@@ -47,6 +47,9 @@ maximum_frequency = "100 Hz"
 [ensemble]
 motions = 2
 structure_motions = 2
+
+[sensitivity]
+parameters = ["gap"]
 """
 )
 

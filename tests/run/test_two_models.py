@@ -191,7 +191,7 @@ def test_estimate(case, monkeypatch):
 def test_run(tmp_path, edited):
     """All stages of both; calibrated contact and devices of the second one."""
     path = edited(
-        write_case(tmp_path, *FULL, DAMPED),
+        write_case(tmp_path, *FULL, DAMPED, '[sensitivity]\nparameters = ["gap"]\n'),
         ('"5e8 N/m"\nrestitution = 0.5', '"calibrated"\nrestitution = "calibrated"'),
     )
     folder = tmp_path / "run"
@@ -237,12 +237,12 @@ def test_buildings_side_by_side(tmp_path, monkeypatch, capfd):
     path, one, two = in_3d(tmp_path), tmp_path / "one", tmp_path / "two"
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch)
-        loop.run(path, out=one, stage="building")
+        loop.run(path, out=one, stage="building", draw=False)
         shutil.copytree(one, two)
-        one_by_one = loop.run(path, out=one, stage="reduce")
+        one_by_one = loop.run(path, out=one, stage="reduce", draw=False)
         patch.setattr("impactfem.run.estimate.APART", 0.0)
         capfd.readouterr()
-        at_once = loop.run(path, out=two, stage="reduce")
+        at_once = loop.run(path, out=two, stage="reduce", draw=False)
         assert "DEBUG:" not in capfd.readouterr().err  # what a library's handler would say
         for one_value, other in zip(one_by_one.scalars, at_once.scalars, strict=True):
             assert one_value.name == other.name
@@ -259,7 +259,7 @@ def test_buildings_side_by_side(tmp_path, monkeypatch, capfd):
         (two / "B" / "reduce.npz").unlink()
         path.write_text(path.read_text().replace("= 0.05", "= 0.01\nlargest_basis = 45"))
         with pytest.raises(SolutionError, match="45 vectors"):
-            loop.run(path, out=two, stage="reduce")
+            loop.run(path, out=two, stage="reduce", draw=False)
     every = REDUCE.of(load_case(path))
     finished = [is_finished(two, REDUCE.label(one), REDUCE.key(one)) for one in every]
     assert finished == [True, False]
@@ -280,7 +280,7 @@ def test_a_mirrored_pair(tmp_path):
         "time [s],A.floor_2 [MN],B.floor_2 [MN]\n0,0,0\n0.05,2,-2\n0.1,0,0\n0.5,0,0\n"
     )
     folder = tmp_path / "run"
-    loop.run(path, out=folder, stage="transient")
+    loop.run(path, out=folder, stage="transient", draw=False)
     with study.open_run(folder) as opened:
         a, b = (
             one.transient["acceleration"].sel(probe="centre_2", component="y").values

@@ -106,7 +106,7 @@ def ends(done):
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.slow(4)
 @pytest.mark.parametrize("label", CHANGES)
 def test_sensitivities_are_those_of_full_runs(done, ends, tmp_path, label):
     # With the same reduced models.
