@@ -259,8 +259,8 @@ def begun(edited, tmp_path_factory):
     write_forces(folder / "forces_of_another.csv")
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch)
-        loop.run(case, out=folder / "run", stage="building")
-        loop.run(case, out=folder / "run", stage="pounding")
+        loop.run(case, out=folder / "run", stage="building", draw=False)
+        loop.run(case, out=folder / "run", stage="pounding", draw=False)
     return folder
 
 
@@ -271,7 +271,7 @@ def reduced(begun, tmp_path_factory):
     shutil.copytree(begun, folder, dirs_exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch)
-        done = loop.run(folder / "frame.toml", out=folder / "run", stage="transient")
+        done = loop.run(folder / "frame.toml", out=folder / "run", stage="transient", draw=False)
     return folder, done
 
 

@@ -104,7 +104,7 @@ def case(begun, edited, tmp_path, monkeypatch):
 
 
 def computed(case):
-    done = loop.run(case, out=case.parent / "run", stage="transient")
+    done = loop.run(case, out=case.parent / "run", stage="transient", draw=False)
     assert done.reused == ["building", "pounding"]
     store = loaded(case)
     assert float(store.energy_residual) < 1e-9
@@ -134,7 +134,7 @@ def test_patterns_without_a_part(case):
         r"mesh: beam_1_east, .*floor_1, floor_2"
     )
     with pytest.raises(InputError, match=match):
-        loop.run(path, out=path.parent / "run", stage="transient")
+        loop.run(path, out=path.parent / "run", stage="transient", draw=False)
 
 
 @pytest.mark.slow

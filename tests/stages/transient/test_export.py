@@ -33,7 +33,7 @@ def exported(reduced, edited, tmp_path_factory):
     case = edited(folder / "frame.toml", ON)
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch)
-        return loop.run(case, out=folder / "run", stage="transient")
+        return loop.run(case, out=folder / "run", stage="transient", draw=False)
 
 
 @pytest.fixture(scope="module")
@@ -191,7 +191,7 @@ def test_start_behind_the_forces_is_told_before_the_basis(begun, tmp_path, edite
     late = (ON[0], ON[1] + '\nexport_start = "1 s"')
     case = edited(tmp_path / "frame.toml", late)
     with pytest.raises(InputError, match="'1 s': expected less than"):
-        loop.run(case, out=tmp_path / "run", stage="transient")
+        loop.run(case, out=tmp_path / "run", stage="transient", draw=False)
     assert not (tmp_path / "run" / "reduce.npz").exists()
 
 
@@ -201,7 +201,7 @@ def test_motion_of_a_run_before_is_removed(exported, tmp_path, edited, monkeypat
     shutil.copytree(exported.folder.parent, tmp_path, dirs_exist_ok=True)
     case = edited(tmp_path / "frame.toml", (ON[1], ON[0]))
     assert (tmp_path / "run" / FILE).is_file()
-    done = loop.run(case, out=tmp_path / "run", stage="transient")
+    done = loop.run(case, out=tmp_path / "run", stage="transient", draw=False)
     assert not (tmp_path / "run" / FILE).exists()
     assert "export" not in steps_of(done)
 
@@ -212,6 +212,6 @@ def test_lost_motion_is_made_again(exported, tmp_path, monkeypatch):
     path = tmp_path / "run" / FILE
     whole = path.read_bytes()
     path.write_bytes(whole[:-1000])
-    done = loop.run(tmp_path / "frame.toml", out=tmp_path / "run", stage="transient")
+    done = loop.run(tmp_path / "frame.toml", out=tmp_path / "run", stage="transient", draw=False)
     assert "export" in steps_of(done) and "basis" not in steps_of(done)
     assert path.read_bytes() == whole

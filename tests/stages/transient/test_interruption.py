@@ -44,7 +44,7 @@ def uninterrupted(case_of):
     case = case_of()
     with pytest.MonkeyPatch.context() as patch:
         no_pictures(patch)
-        loop.run(case, out=case.parent / "run", stage="transient")
+        loop.run(case, out=case.parent / "run", stage="transient", draw=False)
     return case.parent / "run"
 
 
@@ -115,7 +115,8 @@ def test_full_disks(case_of, uninterrupted, monkeypatch, caplog):
             full_disk(name),
             pytest.raises(ImpactfemError, match=message),
         ):
-            loop.run(case, out=folder, stage="transient", resume=name != names[0])
+            resume = name != names[0]
+            loop.run(case, out=folder, stage="transient", resume=resume, draw=False)
         before = STORES.index(name) if name in STORES else 1
         assert left(folder) == list(STORES[:before])
         assert not list(folder.rglob(".*.part"))
@@ -124,7 +125,7 @@ def test_full_disks(case_of, uninterrupted, monkeypatch, caplog):
         # No checkpoint was whole before that; then that of the last step is.
         whole = names.index(name) > names.index("transient.nc")
         assert ("transient: going on from 0.500 s" in told) == whole
-    loop.run(case, out=folder, stage="transient", resume=True)
+    loop.run(case, out=folder, stage="transient", resume=True, draw=False)
     assert left(folder) == list(STORES)
     assert same(folder, uninterrupted)
 
@@ -136,10 +137,10 @@ def test_results_of_other_forces_are_replaced(uninterrupted, tmp_path, monkeypat
     case, folder = tmp_path / "frame.toml", tmp_path / "run"
     name = "transient_motion.vtkhdf"
     with full_disk(name), pytest.raises(ImpactfemError, match=f"cannot write .*{name}"):
-        loop.run(case, out=folder, stage="transient")
+        loop.run(case, out=folder, stage="transient", draw=False)
     first = xr.load_dataset(folder / "transient.nc", engine="netcdf4")
     assert not (folder / name).exists()
-    done = loop.run(case, out=folder, stage="transient")
+    done = loop.run(case, out=folder, stage="transient", draw=False)
     assert done.reused == ["building", "reduce", "pounding"]
     second = xr.load_dataset(folder / "transient.nc", engine="netcdf4")
     assert first.equals(second)
