@@ -19,7 +19,7 @@ from impactfem.case.devices import NODES
 from impactfem.case.soil import COMPONENTS
 from impactfem.coupling.force_history import ForceHistory
 from impactfem.run import loop
-from impactfem.run.check import checked, warn_of_few_nodes
+from impactfem.run.check import checked, node_checks
 from impactfem.stages.pounding import stage as pounding
 from impactfem.stages.pounding.model_checks import STICK_FREQUENCY
 from impactfem.stages.pounding.stage import POUNDING
@@ -294,11 +294,13 @@ def test_devices_on_a_generated_mesh(coarse):
 
 
 @pytest.mark.parametrize("count", [NODES - 1, NODES])
-def test_base_plates_of_few_nodes(caplog, count):
+def test_base_plates_of_few_nodes(count):
+    """The radius to type is rounded up."""
     plate = BasePlate("pump", 3, np.zeros(3), 0, np.arange(1, count), np.zeros(3), 0.623)
-    warn_of_few_nodes([plate], Path("case.toml"))
-    assert ("device pump on floor 3" in caplog.text) is (count < NODES)
-    assert ("0.63 m" in caplog.text) is (count < NODES)
+    (check,) = node_checks([plate])
+    assert check.criterion.id == "device.anchor_nodes"
+    assert check.passed is (count == NODES) and check.value == count
+    assert check.place == "pump on floor 3" and "63 cm" in check.detail
 
 
 PAIRS = "floor = [1, 2, 3]"

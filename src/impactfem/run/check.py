@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -44,7 +44,8 @@ from impactfem.run.estimate import (
     too_much,
 )
 from impactfem.run.stages import STAGES, asked_stages, needed_stages
-from impactfem.stages.check import log_checks
+from impactfem.stages.check import Check, log_checks
+from impactfem.stages.device.stage import ANCHOR_NODES
 from impactfem.stages.inputs import program_key
 from impactfem.stages.patches import contact_patches
 from impactfem.stages.pounding.checks import distance_check
@@ -352,20 +353,15 @@ def check_mesh(building: Building3D, path: Path, faults: list[Fault]) -> Buildin
         from impactfem.building.links import find_base_plates
         from impactfem.reduction.probes import covered_points
 
-        warn_of_few_nodes(attempt(lambda: find_base_plates(building, mesh)) or (), case_file)
+        plates = attempt(lambda: find_base_plates(building, mesh))
+        log_checks("device", node_checks(plates or ()))
         attempt(lambda: covered_points(building, mesh))
     return mesh
 
 
-def warn_of_few_nodes(plates: Sequence[BasePlate], case_file: Path) -> None:
-    """Warn of base plates with too few nodes, as a run does, with a radius that is enough."""
+def node_checks(plates: Iterable[BasePlate]) -> Iterator[Check]:
+    """Yield the check of a run for the nodes of each base plate, with a radius that is enough."""
     for plate in plates:
-        if plate.nodes.size < NODES:
-            radius = math.ceil(100.0 * plate.least_radius) / 100.0
-            text = (
-                f"nodes under the base plate = {plate.nodes.size}, device {plate.name} on floor "
-                f"{plate.floor} (at least {NODES}). Fewer nodes do not spread the anchor force "
-                f"over the slab. Raise its radius to {radius:.2f} m, or reduce floor_size of "
-                "[buildings.structure.mesh]"
-            )
-            LOGGER.warning("warning: %s: %s", case_file, text)
+        detail = f"a radius of {math.ceil(100.0 * plate.least_radius)} cm has {NODES}"
+        place = f"{plate.name} on floor {plate.floor}"
+        yield ANCHOR_NODES.check(plate.nodes.size, place, detail)
