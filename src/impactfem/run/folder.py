@@ -49,8 +49,8 @@ if TYPE_CHECKING:
 LOG = "run.log"  # distinguishes the folder of a run from any other
 LOCK = ".lock"
 PATIENCE = 0.1
-A_FILE = "'{}' is a file, not a folder: move it, or type another folder"
 """Time in which a lock is tried again [s], as its holder may be removing the file just now."""
+A_FILE = "'{}' is a file, not a folder: move it, or type another folder"
 CASE_LINE = re.compile(r" DEBUG   case (.+), hash ([0-9a-f]{64})$")
 STORES = {name: file for stage in STAGES for name, file in stage.stores.items()}
 """Files of the stores by the name of the attribute that opens them."""
