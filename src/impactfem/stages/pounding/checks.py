@@ -427,5 +427,6 @@ def _penetration(store: xr.Dataset) -> Check:
     k, largest = int(np.argmax(parts)), float(store["penetration_over_gap"])
     power = 1.5 if pairs["pair_stiffness_unit"].values[k] == "N/m^1.5" else 1.0
     factor = (largest / PENETRATION.upper) ** (power + 1.0)
-    detail = "" if factor <= 1.0 else f"{factor:.2g} times the stiffness gives about 50 %"
+    percent = 100.0 * PENETRATION.upper
+    detail = "" if factor <= 1.0 else f"{factor:.2g} times the stiffness gives about {percent:g} %"
     return PENETRATION.check(largest, str(store["impact_pair"].values[k]), detail)

@@ -135,15 +135,12 @@ def impact_forces(
         shown = (time >= start - margin) & (time <= end + margin)
         label = f"{impact['impact_steps']:.0f} computed times, {1e3 * (end - start):.1f} ms"
         near = [Curve(time[shown], force.values[shown], label, marker=".")]
-    what = (
-        f"Impact forces of the {len(others) + 1} pairs with the largest forces, of {touching} that "
-        f"touch (a), and the main impact, between {_pair(name)},"
-        if len(others) + 1 < touching
-        else f"Impact forces of the pairs that touch (a), and the main impact, between "
-        f"{_pair(name)},"
-        if others
-        else f"Impact force between {_pair(name)} (a), and its main impact"
-    )
+    what = f"Impact force between {_pair(name)} (a), and its main impact"
+    if others:
+        which = f"{touching} pairs that touch"
+        if touching > 1 + len(others):
+            which = f"{1 + len(others)} pairs with the largest forces, of {touching} that touch"
+        what = f"Impact forces of the {which} (a), and the main impact, between {_pair(name)},"
     caption = (
         f"{what} with the computed times (b). Positive in compression"
         f"{'; the force pulls at the end of an impact' if (force < 0.0).any() else ''}."
